@@ -12,8 +12,8 @@ from typing import Any
 
 from robots.contract.floor import Box, Floor
 from robots.models import Finding, Recording, Robot
-from robots.recordings.paths import POINTS, Line, Place, is_place, shown
-from robots.recordings.track import IN_PLANE, floor_of
+from robots.recordings.floors import floor_of
+from robots.recordings.paths import IN_PLANE, POINTS, Line, Place, is_place, shown
 
 WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
 TALLEST = 900.0  # px: a path that is longer than wide is drawn smaller
@@ -25,15 +25,15 @@ SAID = 12  # places that the words name
 class Figure:
     """A drawing in px, y down, and the words that say the same.
 
-    `room` and `boxes` are x, y, width and height, `rounds` x, y and radius; lines are points as SVG writes them;
+    `room` and `rectangles` are x, y, width and height, `circles` x, y and radius; lines are points as SVG writes them;
     `marks` are the pictures' numbers in the table of what was found, with x and y.
     """
 
     width: float
     height: float
     room: Box | None
-    boxes: tuple[Box, ...]
-    rounds: tuple[tuple[float, float, float], ...]
+    rectangles: tuple[Box, ...]
+    circles: tuple[tuple[float, float, float], ...]
     planned: tuple[str, ...]
     driven: tuple[str, ...]
     marks: tuple[tuple[int, float, float], ...]

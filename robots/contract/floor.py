@@ -27,10 +27,10 @@ class Floor:
             raise ValueError(f"{wrong} is no part of a floor.")
 
     def _wrong(self) -> Iterator[str]:
-        boxes = (self.room, *self.rectangles)
-        if len(boxes) + len(self.circles) > MOST:
+        rooms = (self.room, *self.rectangles)
+        if len(rooms) + len(self.circles) > MOST:
             yield f"More than {MOST}"
-        for x0, y0, x1, y1 in boxes:
+        for x0, y0, x1, y1 in rooms:
             if not (-FARTHEST < x0 < x1 < FARTHEST and -FARTHEST < y0 < y1 < FARTHEST):
                 yield f"The rectangle {x0:g}, {y0:g}, {x1:g}, {y1:g}"
         for x, y, radius in self.circles:

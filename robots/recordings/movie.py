@@ -25,8 +25,9 @@ import numpy as np
 from robots.recordings.axis import Axis
 from robots.recordings.container import Message, camera_of, jpeg_of
 from robots.recordings.film import FOLLOWED, Film
+from robots.recordings.floors import floor_of
 from robots.recordings.reading import messages, parts
-from robots.recordings.track import floor_of, track_of
+from robots.recordings.track import track_of
 
 # pictures that refer to later ones would delay the first of a file in fragments
 CODECS = {"mp4": ("libx264", {"preset": "veryfast", "crf": "24", "bf": "0", "g": "25"}),

@@ -7,6 +7,8 @@ from robots.contract.floor import FARTHEST, Box, Floor
 
 Place = tuple[float, float]
 Line = list[Place]
+IN_PLANE = ("x", "y", "heading")  # the pose of a robot whose path is drawn
+PREVIEWS = 10  # of the commands of a recording
 POINTS = 400  # of a path on a page
 LEAST_M = 0.01  # between two points of a path
 JUMP_M = 1.0  # from one state to the next: it was carried, or its odometry began anew

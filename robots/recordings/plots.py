@@ -7,8 +7,7 @@ from robots.contract.capabilities import Preview
 from robots.contract.ranges import readable
 from robots.findings import findings_of
 from robots.models import Finding, Recording
-from robots.recordings.captions import TOGETHER
-from robots.recordings.track import IN_PLANE, PREVIEWS
+from robots.recordings.paths import IN_PLANE, PREVIEWS
 
 
 def plot_of(recording: Recording) -> dict[str, Any] | None:
@@ -36,6 +35,6 @@ def plot_of(recording: Recording) -> dict[str, Any] | None:
 def _told(finding: Finding) -> dict[str, Any]:
     """Return when it was, what was measured, and where its picture was taken; its words are its author's alone."""
     values = finding.readings()
-    read = ", ".join(f"{name} {readable(value)} {unit}".strip().replace(" ", TOGETHER) for name, value, unit in values)
+    read = ", ".join(f"{name} {readable(value)} {unit}".strip().replace(" ", "\xa0") for name, value, unit in values)
     place = finding.pose[:2] if finding.frame_id is not None and len(finding.pose) == len(IN_PLANE) else None
     return {"at_ms": ms_of(finding.at), "number": finding.number, "place": place, "text": read}

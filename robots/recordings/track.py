@@ -11,18 +11,15 @@ from typing import Any
 
 import msgspec
 
-from robots.contract.capabilities import FloorPlan, Preview
-from robots.contract.errors import RobotError
-from robots.contract.find import function, spec_of
-from robots.contract.floor import Floor
+from robots.contract.capabilities import Preview
+from robots.contract.find import spec_of
 from robots.previews import LENGTH, Job, read
 from robots.recordings.container import STATE, Message
-from robots.recordings.paths import Line, is_place, lines, placed, simplified
+from robots.recordings.paths import IN_PLANE, PREVIEWS, Line, is_place, lines, placed, simplified
 from robots.recordings.reading import messages
 
-IN_PLANE = ("x", "y", "heading")
 MOST = 200_000  # poses of a recording: five hours of them
-PREVIEWS, PREVIEW_S = 10, 120.0  # of a recording; to wait for all of them, at the lowest priority
+PREVIEW_S = 120.0  # to wait for all previews of a recording, at the lowest priority
 Pose = tuple[float, float, float]
 
 
@@ -66,16 +63,6 @@ def track_of(path: Path, plot: Mapping[str, Any]) -> Track:
     """Return the track of a recording. `plot`: what `plots.plot_of` says of it. Raises OSError."""
     poses = tuple(poses_in(path))
     return Track(poses, tuple(_planned(plot, poses)))
-
-
-def floor_of(driver: str, settings: Mapping[str, Any]) -> Floor | None:
-    """Return the floor that a robot's package draws; None where it draws none, or is gone."""
-    try:
-        offered = spec_of(driver).capability(FloorPlan)
-        found = function(offered.function)(settings) if offered is not None else None
-    except (LookupError, RobotError, ArithmeticError, TypeError, ValueError, AttributeError):
-        return None  # a movie without a floor is one all the same
-    return found if isinstance(found, Floor) else None
 
 
 def _planned(plot: Mapping[str, Any], poses: Sequence[tuple[int, Pose]]) -> Iterator[tuple[int, Line]]:

@@ -5,8 +5,6 @@ import subprocess
 from base64 import b64encode
 from datetime import timedelta
 
-import cv2
-import numpy as np
 import pytest
 from django.test import Client
 
@@ -20,7 +18,6 @@ from robots.recordings.container import Tape
 from robots.states import CommandState, GrantEnd, GrantKind
 from tests.conftest import FakeClock, wait_for
 from tests.services.test_movies import jpeg, media
-from workers.cameras.camera import Camera
 from workers.recorder.movies import MovieMaker
 
 pytestmark = [pytest.mark.django_db, pytest.mark.parametrize("which", ["srv1"], indirect=True)]
@@ -257,16 +254,3 @@ def test_where_the_disk_has_no_room_it_is_tried_again_later(robot, people, setti
     settings.RECORDING = settings.RECORDING | {"FREE_MB": 0}
     clock.go(movies.AGAIN.total_seconds() + 1)
     assert let_make(movie, MovieMaker(clock, nice=0)).state == Movie.State.READY
-
-
-def test_what_privacy_masks_hide_reaches_no_page_no_file_and_no_movie(robot):
-    """A camera's pictures are masked before anybody gets them, so recordings and movies hold nothing else."""
-    white = cv2.imencode(".png", np.full((240, 320, 3), 255, np.uint8))[1].tobytes()
-    robot.settings = {"privacy_masks": [[0, 0, 0, 160, 240]]}
-    camera = Camera(robot, 0, "rover", lambda view, seconds: white)
-    shown = camera.grab(None)
-    assert not shown[:, :160].any() and (shown[:, 160:] == 255).all()
-    robot.settings = {"privacy_masks": [[0, 160, 0, 320, 240]]}
-    camera.configure(robot)
-    shown = camera.grab(None)
-    assert (shown[:, :160] == 255).all() and not shown[:, 160:].any(), "a changed mask counts from the next picture on"

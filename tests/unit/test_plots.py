@@ -15,8 +15,9 @@ from robots.recordings.captions import Captions, wrapped
 from robots.recordings.chart import Chart, dashes
 from robots.recordings.container import COMMANDS, STATE, Message
 from robots.recordings.film import HEIGHT, VIEW, WIDTH, Film
+from robots.recordings.floors import floor_of
 from robots.recordings.paths import JUMP_M, lines, placed, shown, simplified
-from robots.recordings.track import Track, floor_of, pose_of
+from robots.recordings.track import Track, pose_of
 
 PLACES = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
 ANY = st.floats(allow_nan=True, allow_infinity=True)

@@ -20,6 +20,7 @@ from workers.recorder.recorder import Recorder
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 MISSION = "read\nphotograph\ngo South\nphotograph\nturn 90\n"
+MASK = [0, 0, 0, 320, 60]  # the upper quarter of its camera's pictures
 PLACE = 6.0, 2.3  # of the node South
 
 
@@ -32,7 +33,7 @@ def media(settings, tmp_path):
 def recorded(portal):
     """Have a mission carried out as a job while it is recorded; return its recording."""
     Recording.objects.all().delete()
-    Robot.objects.update(records=Records.WORK)
+    Robot.objects.update(records=Records.WORK, settings={"privacy_masks": [MASK]})
     over = []
     portal.world.spawn(
         lambda: Recorder(portal.world, "here").run(lambda: bool(over)), "recorder", portal.world.process("recorder")
@@ -86,6 +87,8 @@ def made(portal):
     times, first, last = [at for at, _ in frames], frames[0][1], frames[-1][1]
     assert times[0] == 0 and abs(times[-1] - lasted) < 3, "it lasts as long as the job"
     assert first.shape == (360, 640, 3)
+    assert all(like(frame[:60, :352], (0, 0, 0)) > 0.99 * 60 * 352 for _, frame in frames), "nobody sees what is masked"
+    assert like(last[80:264, :352], (0, 0, 0)) < 0.5 * 184 * 352
     plot = last[:264, 352:]
     assert like(plot[:220], chart.DRIVEN) > 100 > like(first[:220, 352:], chart.DRIVEN)
     assert like(frames[len(frames) // 4][1][:220, 352:], chart.PLANNED) > 50, "before it is driven over"

@@ -20,7 +20,7 @@ WAITING = 20  # movies that may wait to be made
 LAPSE_HZ, LAPSE_S = 12, 10.0  # pictures a second of a time-lapse, and seconds of the day between them
 FRAMES = 2000  # stored pictures of a day at most
 TRIES, AGAIN = 3, timedelta(minutes=5)  # of a movie that is made by itself, and the pause between two
-UNASKED = 5  # of those that may wait at once
+UNASKED, JUDGED = 5, 100  # of those that may wait at once; recordings that are looked at in one go
 LATEST = timedelta(days=1)  # after a job's end a movie of it is no longer made by itself
 Kind, State = Movie.Kind, Movie.State
 
@@ -72,13 +72,6 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
     return new
 
 
-def due(now: datetime) -> list[Recording]:
-    """Return the recordings of finished jobs of which a movie is to be made by itself, the oldest first."""
-    ended = Recording.objects.filter(state__in=SHOWN, grant__kind=GrantKind.JOB, ended_at__gt=now - LATEST)
-    unfilmed = ended.filter(filmed__lt=F("version"), grant__ended_at__isnull=False).order_by("id")
-    return [recording for recording in unfilmed.select_related("robot", "grant") if is_filmed(recording)]
-
-
 def is_filmed(recording: Recording) -> bool:
     """Tell whether a movie of a job is made by itself: it is a program, or its robot declares so."""
     try:
@@ -92,17 +85,20 @@ def is_filmed(recording: Recording) -> bool:
 def ask_due(now: datetime) -> int:
     """Have movies of finished jobs made, some at a time. Return how many are new.
 
-    Each is due once, whatever becomes of it: one that was removed to make room does not come again by itself.
+    Each recording is judged once, whatever becomes of its movie: one that was removed to make room does not come again.
     """
+    ended = Recording.objects.filter(state__in=SHOWN, grant__kind=GrantKind.JOB, ended_at__gt=now - LATEST)
+    fresh = ended.filter(filmed__lt=F("version"), grant__ended_at__isnull=False).order_by("id")
     room = UNASKED - Movie.objects.filter(state__in=(State.WAITING, State.MAKING), unasked=True).count()
     count = 0
-    for recording in due(now)[: max(0, room)]:
+    for recording in fresh.select_related("robot", "grant")[:JUDGED]:
+        filmed = is_filmed(recording)
         row = Recording.objects.filter(pk=recording.pk, filmed__lt=recording.version)
-        if not row.update(filmed=recording.version):
+        if (filmed and count >= room) or not row.update(filmed=recording.version) or not filmed:
             continue
         same: dict[str, Any] = {"recording": recording, "kind": Kind.MP4, "version": recording.version}
-        fresh = {"robot": recording.robot, "asked_at": now, "unasked": True}
-        count += Movie.objects.get_or_create(**same, defaults=fresh)[1]
+        told = {"robot": recording.robot, "asked_at": now, "unasked": True}
+        count += Movie.objects.get_or_create(**same, defaults=told)[1]
     return count
 
 

@@ -135,21 +135,43 @@ def test_programs_and_what_a_robot_declares_are_filmed(robot, people, kind, args
     assert movies.ask_due(SYSTEM.now()) == due
 
 
-def test_turns_old_jobs_and_other_kinds_are_not_filmed_by_themselves(robot, people):
-    _, recording = ran(robot, people)
-    assert movies.due(SYSTEM.now() + timedelta(days=2)) == []
-    Command.objects.update(kind="patrol")
-    assert movies.due(SYSTEM.now()) == []
-    Command.objects.update(kind="mission")
+def of_a_turn(recording):
     recording.grant.kind = GrantKind.TURN
     recording.grant.save()
-    assert movies.due(SYSTEM.now()) == []
-    recording.grant.kind = GrantKind.JOB
-    recording.grant.save()
+
+
+def of_another_kind(recording):
+    Command.objects.update(kind="patrol")
+
+
+def of_a_robot_that_is_gone(recording):
     Robot.objects.update(driver="nobody")
-    assert movies.due(SYSTEM.now()) == []
-    Robot.objects.update(driver="srv1")
-    assert movies.due(SYSTEM.now()) == [recording]
+
+
+def of_a_job_that_goes_on(recording):
+    recording.grant.ended_at = None
+    recording.grant.save()
+
+
+def of_two_days_ago(recording):
+    Recording.objects.update(ended_at=SYSTEM.now() - timedelta(days=2))
+
+
+@pytest.mark.parametrize(
+    "changed", [of_a_turn, of_another_kind, of_a_robot_that_is_gone, of_a_job_that_goes_on, of_two_days_ago]
+)
+def test_no_other_recording_is_filmed_by_itself(robot, people, changed):
+    _, recording = ran(robot, people)
+    changed(recording)
+    assert movies.ask_due(SYSTEM.now()) == 0 and not Movie.objects.exists()
+
+
+def test_what_is_not_filmed_is_looked_at_once(robot, people, django_assert_num_queries):
+    _, recording = ran(robot, people)
+    of_another_kind(recording)
+    movies.ask_due(SYSTEM.now())
+    with django_assert_num_queries(2):
+        assert movies.ask_due(SYSTEM.now()) == 0
 
 
 def test_who_asks_is_served_before_movies_that_come_by_themselves(robot, people):

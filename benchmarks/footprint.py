@@ -18,10 +18,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks._beside import environment
 from benchmarks.stage import tell
 
 ROOT = Path(__file__).resolve().parent.parent
-UV, LOCK = ROOT / ".venv" / "bin" / "uv", ROOT / "requirements" / "octoprint.lock"
 SETTLE_S = 20.0  # after both robots are ready: the last imports, the first still pictures
 MEASURE_S = float(os.environ.get("FARHAND_BENCH_S", "60"))
 START_S = 180.0
@@ -185,36 +185,13 @@ def _ready(var: Path) -> bool:
 @contextlib.contextmanager
 def _octoprint(folder: Path) -> Iterator[int]:
     """Run OctoPrint with no printer; yields its process once it serves."""
-    octoprint, port = _environment() / "bin" / "octoprint", _free_port()
+    octoprint, port = environment("octoprint") / "bin" / "octoprint", _free_port()
     argv: list[str | Path] = [
         octoprint, "serve", "--iknowwhatimdoing", "--host", "127.0.0.1", "--port", str(port), "--basedir", folder
     ]  # fmt: skip
     with _running(argv, dict(os.environ), folder.with_suffix(".log")) as pid:
         _wait(lambda: _answers(f"http://127.0.0.1:{port}/"), "OctoPrint")
         yield pid
-
-
-def _environment() -> Path:
-    """Return an environment with OctoPrint in it, outside the portal's folder; made once."""
-    kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "farhand" / "octoprint"
-    stamp = kept / "made.from"
-    if not stamp.exists() or stamp.read_text() != LOCK.read_text():
-        subprocess.run([UV, "venv", "-q", "--clear", "-p", sys.executable, kept], check=True)
-        command = [
-            UV,
-            "pip",
-            "install",
-            "-q",
-            "--system-certs",
-            "--require-hashes",
-            "-p",
-            kept / "bin" / "python",
-            "-r",
-            LOCK,
-        ]
-        subprocess.run(command, check=True)
-        stamp.write_text(LOCK.read_text())
-    return kept
 
 
 def _free_port() -> int:

@@ -3,11 +3,13 @@
 It has no thread; its owner calls everything under the lock of the hardware. `clock` counts its uptime.
 """
 
+import contextlib
 from binascii import crc_hqx
 from collections.abc import Callable
 
 from robots.clock import Timer
 from robots.description import load
+from robots.description import text_of as described_text
 from robots.drivers.srv1 import sensors
 from robots.drivers.srv1.answers import ENDS, Answer, Done, Event, Reason, Refused, Status
 from robots.drivers.srv1.extension import (
@@ -27,24 +29,21 @@ from simulators.srv1.flash import Flash, text_of
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.logbook import Logbook
 from simulators.srv1.odometry import Odometry
-from simulators.srv1.patrol import Cautious, Rules
 from simulators.srv1.patrol import Patrol as Course
+from simulators.srv1.patrol import Rules
 from simulators.srv1.permits import Permits
+from simulators.srv1.rules import RuleSet
 
+MADE_WITH = "rules.txt"  # the rule set that the rover was made with
 FORGOTTEN_S = 60.0  # without a word under an epoch for so long it excludes nobody, so that a wrong one locks nobody out
 Parse = Callable[[str], Rules]
-
-
-def no_rules(text: str) -> Rules:
-    """Refuse every rule set, as a firmware does that has no evaluator."""
-    raise ValueError("this firmware evaluates no rules")
 
 
 class Commander:
     """Answers commands, and `tick`s some ten times a second or more."""
 
     def __init__(
-        self, hardware: Hardware, flash: Flash, note: Note, clock: Timer, boot: int, parse: Parse = no_rules
+        self, hardware: Hardware, flash: Flash, note: Note, clock: Timer, boot: int, parse: Parse = RuleSet.parse
     ) -> None:
         self._hardware, self._flash, self._note, self._clock, self._parse = hardware, flash, note, clock, parse
         self._description = load("srv1")
@@ -64,11 +63,12 @@ class Commander:
         self._log.write(Event.POWER, self.boot)
 
     def _stored(self) -> tuple[Rules, int]:
+        """Return the rule set of the flash memory and its CRC; with 0 the one that the rover was made with."""
         text = text_of(self._flash.user)
-        try:
-            return (self._parse(text.decode("ascii")), crc_hqx(text, 0)) if text else (Cautious(), 0)
-        except ValueError:  # also of what is no ASCII
-            return Cautious(), 0
+        if text:
+            with contextlib.suppress(ValueError):  # also of what is no ASCII
+                return self._parse(text.decode("ascii")), crc_hqx(text, 0)
+        return RuleSet.parse(described_text("srv1", MADE_WITH)), 0
 
     @property
     def uptime_ms(self) -> int:
@@ -90,7 +90,18 @@ class Commander:
         self._watch_permit(at)
         if self._mode == "patrol":
             self._go_on(at)
+        elif self._mode == "hand" and self._epoch:
+            self._guard()
         self._write_motions()
+
+    def _guard(self) -> None:
+        """Do what the reflex does below every velocity: nothing drives ahead where infrared sees something too near."""
+        if self._too_near:
+            self._hardware.drive.halt_ahead()
+
+    @property
+    def _too_near(self) -> bool:
+        return self._hardware.infrared() < float(self._description["infrared"]["stop"])
 
     def _alone(self, at: float) -> bool:
         return at - self._patrol_said > float(self._description["motion"]["forget_s"])
@@ -132,7 +143,7 @@ class Commander:
                 value = hardware.infrared()
             case "sonar":
                 value = hardware.sonar()
-            case "volts":
+            case "battery":
                 value = hardware.battery()
             case "temperature":
                 value = sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE))
@@ -228,7 +239,8 @@ class Commander:
         at = self._clock.monotonic()
         if isinstance(command, Velocity):
             self._mode = "hand"
-            self._hardware.drive.velocity(command.linear, command.angular, self._epoch, self._now)
+            linear = 0.0 if command.linear > 0.0 and self._too_near else command.linear
+            self._hardware.drive.velocity(linear, command.angular, self._epoch, self._now)
         elif isinstance(command, Permit):
             self._permits.grant(command, at)
             self._log.write(Event.PERMIT, self._permits.left_ms(at))

@@ -42,3 +42,10 @@ class Drive(MotorBoard):
         left, right = linear - angular * self._half, linear + angular * self._half
         share = min(1.0, self._fastest / max(abs(left), abs(right), 1e-9))
         self._want((left * share, right * share), (linear, angular), epoch, now)
+
+    def halt_ahead(self) -> None:
+        """Drive on with the turn alone, until the velocity is forgotten or another comes."""
+        left, right = self._wanted
+        ahead = (left + right) / 2
+        if ahead > 0.0:
+            self._wanted = left - ahead, right - ahead

@@ -14,11 +14,12 @@ from robots.drivers.srv1.bounds import BOOT
 from robots.drivers.srv1.extension import Hold
 from robots.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
 from robots.drivers.srv1.protocol import Malformed
-from simulators.srv1.commander import Commander, Parse, no_rules
+from simulators.srv1.commander import Commander, Parse
 from simulators.srv1.drive import Note
 from simulators.srv1.flash import Flash
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.motors import Motors
+from simulators.srv1.rules import RuleSet
 from simulators.srv1.stock import AUTORUN, VERSION, Reset, Stock
 from simulators.srv1.uart import Interrupted, Stopped, Uart
 
@@ -41,7 +42,7 @@ class Firmware:
     def __init__(
         self, hardware: Hardware, send: Callable[[bytes], None], note: Note, clock: Timer = TIMER,
         lock: Lock | None = None, *, stock: bool = False, boot: int = 1, flash: Flash | None = None,
-        parse: Parse = no_rules, wake: Callable[[], None] = lambda: None,
+        parse: Parse = RuleSet.parse, wake: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
         self._hardware, self._sends, self._note, self._clock = hardware, send, note, clock
         self._said_until = 0.0  # when the newest answer was out

@@ -24,16 +24,6 @@ class Rules(Protocol):
         """Return the speed ahead (mm/s) for two readings, in thousandths of m, V, degrees Celsius and per cent."""
 
 
-class Cautious:
-    """The rule set that the rover was made with: half of what the nearer distance has above 0.15 m, at most 0.3 m/s."""
-
-    inputs = ("infrared", "sonar")
-
-    def speed_mm_s(self, infrared_mm: int, sonar_mm: int, /) -> int:
-        """See `Rules`."""
-        return min(300, max(0, min(infrared_mm, sonar_mm) - 150) // 2)
-
-
 class Patrol:
     """Velocities from distances. Not for several threads."""
 

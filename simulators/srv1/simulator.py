@@ -18,7 +18,6 @@ from simulators.common.kept import BOOTS
 from simulators.common.tcp import Listener, TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.srv1.cameras import Overhead, RoverCamera, jpeg, stage
-from simulators.srv1.commander import Parse, no_rules
 from simulators.srv1.drive import Drive, End
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.flash import Flash
@@ -39,12 +38,12 @@ END_S = 1.0  # within which it comes to rest at its end
 class Simulator:
     """All parts; it is the hardware that the firmware asks. `real` is the clock that all processes share.
 
-    `stock`: a firmware without our part. `radio`: the paper's radio in place of Wi-Fi. `parse`: see `Firmware`.
+    `stock`: a firmware without our part. `radio`: the paper's radio in place of Wi-Fi.
     """
 
     def __init__(
         self, folder: Path, seed: int = 1, clock: Timer = TIMER, wall: Wall = WALL, real: Timer = TIMER, *,
-        stock: bool = False, radio: bool = False, parse: Parse = no_rules,
+        stock: bool = False, radio: bool = False,
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock, self._wall, self._lock = folder, clock, wall, clock.lock()
@@ -62,7 +61,7 @@ class Simulator:
         note, to_tower = self.journal.note, Radio(self._to_tower) if radio else None
         self.firmware = Firmware(
             self, lambda data: self.link.say(data), note, clock, self._lock, stock=stock, boot=(kept.boot + 1) % BOOTS,
-            flash=self._flash, parse=parse, wake=self._woken.set,
+            flash=self._flash, wake=self._woken.set,
         )  # fmt: skip
         self.link = Link(self.firmware.receive, self.faults, note, clock, to_tower)
         self._network: Network | None = None

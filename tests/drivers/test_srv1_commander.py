@@ -5,11 +5,15 @@ from random import Random
 
 import pytest
 
+from robots.autonomy.fuzzy import PAPER, sugeno
+from robots.autonomy.fuzzy_text import parse as parse_text
+from robots.description import text_of
 from robots.drivers.srv1 import answers, protocol
 from robots.drivers.srv1.answers import Done, Event, Reason, Refused, Status
 from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity, encode
 from robots.drivers.srv1.framing import ANSWER, Frames
-from simulators.srv1.patrol import TURN_RAD_S, Cautious
+from simulators.srv1.commander import MADE_WITH
+from simulators.srv1.patrol import TURN_RAD_S
 from simulators.srv1.patrol import Patrol as Course
 from tests.drivers.srv1_wire import JPEG, Rig
 
@@ -175,7 +179,7 @@ def test_it_patrols_while_it_is_told_to_and_no_longer(rig):
     patrol(rig, 2.0)
     status = rig.ask(Ask())
     assert status.mode == "patrol"
-    assert status.linear == pytest.approx(0.3, abs=0.03)
+    assert status.linear == pytest.approx(sugeno(PAPER, rig.bench.infrared(), rig.bench.sonar()), abs=0.01)
     assert rig.rest() == "silence"
     assert rig.ask(Ask()).mode == "rest"
 
@@ -337,12 +341,8 @@ def test_power_off_ends_all_but_the_flash(rig):
     assert (status.x, status.y) == (1.0, 1.0)
 
 
-def test_the_rules_that_it_was_made_with_keep_away():
-    for infrared in range(0, 900, 50):
-        for sonar in range(0, 10_000, 500):
-            speed = Cautious().speed_mm_s(infrared, sonar)
-            assert 0 <= speed <= 300
-            assert not speed or min(infrared, sonar) > 150
+def test_the_rules_that_it_was_made_with_are_the_papers():
+    assert parse_text(text_of("srv1", MADE_WITH)) == PAPER
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,18 @@
 """The hall rover in virtual time: its owner, driver, firmware and hall; what it never does, and what survives what."""
 
 import random
-from math import dist, inf
+import shutil
+from hashlib import sha256
+from math import dist, inf, pi
 
 import pytest
+from django.conf import settings
 
 from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.motions import IN_THE_WAY
+from robots.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
 from tests.world.seeds import hunt, seeds
+from workers.commands.packages import NOT_STORED
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 REST_S = 0.25 + 0.3  # its watchdog, and the braking from its greatest speed
@@ -71,11 +75,22 @@ def test_a_stop_overtakes_each_of_its_motions(worlds, seed):
 
 
 def goes(portal):
+    """It was carried elsewhere while it was off: it looks around, finds out where it is, and goes."""
     portal.grant()
-    command = portal.final(sent(portal), 60)
+    dice, plant = random.Random(portal.world.seed), portal.rig.sim.world.plant
+    node = dice.choice(hall().nodes)
+    plant.put(*node.at, dice.uniform(-pi, pi))
+    portal.rig.power_cycle()
+    portal.until(lambda: portal.rig.count("power_on") > 1, 30, "another start")
+    portal.until(lambda: portal.rig.count("connected") > 1, 60, "another connection")
+    portal.world.sleep(5)
+    assert portal.owner.owned.driver.latest().pose == (), "nobody says that it is at home"
+    command = portal.final(sent(portal), 200)
     assert command.state == "completed", command.reason
-    x, y, _ = portal.rig.sim.world.plant.pose
+    x, y, _ = plant.pose
     assert dist((x, y), PLACE) < 0.25, "it is where it was sent"
+    shown = portal.owner.owned.driver.state()
+    assert dist(shown.pose[:2], (x, y)) <= max(0.05, shown.values["spread"]), "it is as sure as it says"
     assert portal.rig.sim.world.plant.contacts == (), "it touched nothing"
 
 
@@ -88,7 +103,7 @@ def blocked(portal):
     """A showcase was pushed into its way: it waits before it, gives up, and touches nothing."""
     portal.grant()
     portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
-    command = portal.final(portal.issue("go", x=6.0, y=2.3), 90)
+    command = portal.final(portal.issue("go", x=6.0, y=2.3), 200)
     assert (command.state, command.reason) == ("failed", IN_THE_WAY)
     assert portal.rig.sim.world.plant.contacts == ()
     nothing_moves(portal, 1)
@@ -97,6 +112,55 @@ def blocked(portal):
 @seeds(1, 5, 50)
 def test_it_waits_before_what_stands_in_its_way_and_gives_up(worlds, seed):
     hunt(worlds, seed, blocked)
+
+
+def driven_at_a_wall(portal):
+    """By hand, straight ahead, for as long as somebody holds the stick."""
+    portal.grant()
+    portal.controls.moment_s = inf
+    portal.rig.sim.world.plant.put(1.6, 6.0, pi / 2 + random.Random(portal.world.seed).uniform(-0.3, 0.3))
+    command = portal.hold_if_held(portal.issue("drive", forward=1.0, turn=0.0))
+    portal.in_motion()
+    portal.world.sleep(10)
+    plant = portal.rig.sim.world.plant
+    assert plant.contacts == (), "it touched the wall"
+    assert hall().depth - plant.pose[1] < 0.5, "it came near to it"
+    portal.controls.let_go()
+    portal.final(command)
+    refused = portal.hold_if_held(portal.issue("drive", forward=1.0, turn=0.0))
+    portal.world.sleep(1)
+    portal.controls.let_go()
+    assert portal.final(refused).reason == TOO_NEAR
+    back = portal.hold_if_held(portal.issue("drive", forward=-0.5, turn=0.0))
+    portal.in_motion()
+    portal.world.sleep(2)
+    portal.controls.let_go()
+    portal.final(back)
+    assert hall().depth - plant.pose[1] > 0.5, "it drove back"
+
+
+@seeds(1, 5, 50)
+def test_the_reflex_stops_whoever_drives_at_a_wall(worlds, seed):
+    hunt(worlds, seed, driven_at_a_wall)
+
+
+def turned_away(portal):
+    """It stands before a wall, as after a patrol, and is sent to where it came from: it turns, and goes."""
+    portal.grant()
+    portal.ready_again()
+    portal.rig.sim.world.plant.put(*hall().nodes[0].at, -pi / 2)
+    wall = portal.final(portal.issue("go", x=1.0, y=0.45), 200)
+    assert wall.state == "completed", wall.reason
+    portal.rig.sim.world.plant.put(1.0, 0.28, -pi / 2)
+    portal.world.sleep(1)
+    assert portal.owner.owned.driver.state().values["infrared"] < 0.2
+    command = portal.final(portal.issue("go", x=PLACE[0], y=PLACE[1]), 200)
+    assert command.state == "completed", command.reason
+
+
+@seeds(1, 5, 50)
+def test_it_turns_away_from_what_it_stands_before(worlds, seed):
+    hunt(worlds, seed, turned_away)
 
 
 def lost_connection(portal):
@@ -114,7 +178,7 @@ def lost_connection(portal):
     portal.until(lambda: not portal.row.reason, 60, "another connection")
     portal.controls.let_go()
     nothing_moves(portal, 2)
-    assert portal.final(sent(portal), 60).state == "completed"
+    assert portal.final(sent(portal), 200).state == "completed"
 
 
 @seeds(2, 20, 200)
@@ -165,17 +229,59 @@ def mission(portal):
     portal.grant()
     command = portal.final(portal.issue("mission", text=MISSION), 60)
     assert (command.state, command.result["sent"]) == ("completed", {"steps": 6})
+    assert command.result["package"] == sha256(MISSION.encode()).hexdigest()
     told = found(command)
     assert [one.text for one in told] == ["readings", "photograph", "Here begins the tour.", "readings"]
     assert {"temperature", "sonar"} <= set(told[0].values)
     assert told[1].frame.command == command
-    assert abs(told[1].pose[2] - told[0].pose[2]) > 1.3, "it was taken after the turn"
     assert Frame.objects.filter(command=command).count() == 1
 
 
 @seeds(1, 10, 100)
 def test_a_mission_stores_what_it_finds(worlds, seed):
     hunt(worlds, seed, mission)
+
+
+def killed_in_a_mission(portal):
+    """It ends as unknown, at the step where it was; nothing goes on by itself, and its package is gone."""
+    portal.grant()
+    folder = settings.VAR / "packages" / portal.slug
+    command = portal.issue("mission", text="read\nwait 2\nwait 100\n")
+    portal.until(lambda: found(command), 30, "the first readings")
+    portal.world.sleep(5)
+    assert [path.stem for path in folder.glob("*.json")] == [str(command.pk)]
+    portal.supervisor.worker.kill()
+    ended = portal.final(command)
+    assert ended.state == "unknown"
+    assert ended.reason.endswith("It was at step 3 of 3: wait 100."), ended.reason
+    portal.until(lambda: portal.owner, 30, "another owner")
+    nothing_moves(portal, 5)
+    assert not list(folder.glob("*.json"))
+
+
+@seeds(1, 10, 100)
+def test_a_mission_that_is_cut_off_says_where_it_was(worlds, seed):
+    hunt(worlds, seed, killed_in_a_mission)
+
+
+def no_room(portal):
+    """A machine that cannot store the package moves nothing, and says why."""
+    portal.grant()
+    folder = settings.VAR / "packages" / portal.slug
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.parent.mkdir(exist_ok=True)
+    folder.write_text("a file where a folder should be")
+    try:
+        command = portal.final(portal.issue("mission", text=MISSION))
+    finally:
+        folder.unlink()
+    assert (command.state, command.reason) == ("failed", NOT_STORED)
+    assert not portal.motions()
+
+
+@seeds(1, 3, 10)
+def test_a_mission_that_cannot_be_stored_moves_nothing(worlds, seed):
+    hunt(worlds, seed, no_room)
 
 
 def without_database(portal):

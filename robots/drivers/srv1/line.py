@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Iterator
-from pathlib import Path
 
 from robots.clock import TIMER, Limit, Timer
 from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, why
@@ -20,7 +19,8 @@ from robots.drivers.srv1.protocol import (
     PictureHeader,
     version_of,
 )
-from robots.drivers.stream import OpenStream, Stream, open_stream
+from robots.drivers.srv1.wire import Wire, open_wire
+from robots.drivers.stream import OpenStream, open_stream
 from robots.opening import why_not
 
 HELD = ANSWER + extension.Hold.letter.encode()
@@ -58,7 +58,7 @@ class RoverLine:
     ) -> None:  # fmt: skip
         self._address, self.epoch, self._trace = address, epoch, trace
         self._clock, self._opened = clock, opened
-        self._stream: Stream | None = None
+        self._stream: Wire | None = None
         self._lock = clock.lock()  # one question, one answer
         self._writing = clock.lock()  # a hold is sent even while an answer is awaited
         self._rest = bytearray()
@@ -78,7 +78,7 @@ class RoverLine:
         with self._lock:
             self._close()
             try:
-                self._stream = self._opened(*self._where(), ANSWER_S)
+                self._stream = open_wire(self._address, self._opened)
             except (OSError, ValueError) as error:
                 self._close()
                 raise LineGone(f"The rover cannot be reached: {why_not(error)}") from error
@@ -89,13 +89,6 @@ class RoverLine:
         if not isinstance(answer, Status):
             raise LineSilent("The rover does not say how it is.")
         return answer
-
-    def _where(self) -> tuple[str, int]:
-        text = self._address.removeprefix("socket://")
-        if text.startswith("/"):
-            text = Path(text).read_text().strip().removeprefix("socket://")
-        host, _, port = text.rpartition(":")
-        return host or "127.0.0.1", int(port)
 
     def close(self) -> None:
         """Close the connection."""
@@ -119,7 +112,7 @@ class RoverLine:
         with self._writing:
             stream, self._held = self._open_line(), True
             try:
-                stream.sendall(extension.HOLD)
+                stream.write(extension.HOLD)
             except (OSError, ValueError) as error:
                 raise LineGone(f"The connection to the rover broke: {why(error)}.") from error
         self._noted(">", extension.HOLD, "hold")
@@ -249,7 +242,7 @@ class RoverLine:
         Raises TimeoutError where that does not end.
         """
         with self._writing:
-            self._open_line().sendall(RESYNCHRONISE)
+            self._open_line().write(RESYNCHRONISE)
         limit, thrown = Limit(self._clock, ANSWER_S), 0
         with contextlib.suppress(TimeoutError):
             while thrown < MOST_NOISE and not limit.over:
@@ -274,9 +267,9 @@ class RoverLine:
         left = limit.left
         if left <= 0:
             raise TimeoutError
-        data = self._open_line().receive(65_536, left)
+        data = self._open_line().read(65_536, left)
         if not data:
-            raise ConnectionResetError("the rover closed the line")
+            raise TimeoutError
         self._rest += data
         if len(self._rest) > MOST_NOISE:
             raise ConnectionResetError("what the rover says has no end")
@@ -286,10 +279,10 @@ class RoverLine:
         with self._writing:
             if permit is not None:
                 permit()  # last before actuation
-            self._open_line().sendall(data)
+            self._open_line().write(data)
         self._noted(">", data, words)
 
-    def _open_line(self) -> Stream:
+    def _open_line(self) -> Wire:
         if self._stream is None:
             raise LineGone("The rover is not connected.")
         return self._stream

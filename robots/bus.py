@@ -4,10 +4,13 @@ The database is the truth; a message only makes a reader look sooner. Failures a
 are not raised. Where an event was lost, pages are told to read again: with the next message of that robot, or soon.
 """
 
+import json
 import logging
 import re
 from collections import Counter
+from collections.abc import Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import NamedTuple
 
 import redis
@@ -281,17 +284,31 @@ def grant_of_stop(data: bytes) -> int:
     return int(grant) if re.fullmatch(rb"[0-9]{1,18}", grant) else 0
 
 
-def send_keep_alive(slug: str, command: int, held: bool) -> bool:
-    """Tell the owner that the controls of a command, named by its key, are still held, or were released."""
-    return _publish(held_channel(slug), b"held %d %d" % (command, held))
+class KeepAlive(NamedTuple):
+    """The controls of a command (its key) are still `held`, or were released; `args`: newer values of it."""
+
+    command: int
+    held: bool
+    args: dict[str, int | float] = {}
 
 
-def read_keep_alive(data: bytes) -> tuple[int, bool]:
-    """Return (command, held) of a keep-alive. Raises ValueError, also for one of an earlier version."""
-    found = re.fullmatch(rb"held ([0-9]{1,18}) ([01])", data)
+def send_keep_alive(
+    slug: str, command: int, held: bool, args: Mapping[str, int | float] = MappingProxyType({})
+) -> bool:
+    """Tell the owner that the controls of a command are still held, or were released."""
+    values = b" " + json.dumps(dict(args)).encode() if args else b""
+    return _publish(held_channel(slug), b"held %d %d%b" % (command, held, values))
+
+
+def read_keep_alive(data: bytes) -> KeepAlive:
+    """Return what a keep-alive says. Raises ValueError, also for one of an earlier version."""
+    found = re.fullmatch(rb"held ([0-9]{1,18}) ([01])(?: (\{[ -~]{1,3000}\}))?", data)
     if found is None:
         raise ValueError("not a keep-alive")
-    return int(found[1]), found[2] == b"1"
+    args = json.loads(found[3]) if found[3] else {}
+    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in args.values()):
+        raise ValueError("not a keep-alive: its values are numbers")
+    return KeepAlive(int(found[1]), found[2] == b"1", args)
 
 
 def watch(slug: str, what: str = "frames") -> bool:

@@ -29,6 +29,7 @@ class Control:
         self._owned, self._lease, self._motion, self._beside = owned, lease, motion, beside
         self._connection, self._regain, self._handover, self._pictures = connection, regain, handover, pictures
         self._findings, self._looked = findings, 0.0
+        self.moves_until = 0.0  # a robot that was not asked yet may move until then, by an earlier owner's word
 
     def loop(self) -> None:
         """Run until the owner ends."""
@@ -51,7 +52,7 @@ class Control:
                     owned.renew_driver()
                 self._connection.later(0.0)
             self._pictures.configure(owned.robot)
-            if unfinished:
+            if unfinished and (self._connection.connected or owned.clock.monotonic() >= self.moves_until):
                 self._motion.tidy()
             if not self._connection.connected:
                 with lane.taking(AWAY_S), self._beside.lane.paused(PAUSE_S):

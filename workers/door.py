@@ -157,6 +157,12 @@ class GuardedSession(Session):
         with self._door.open(HardwareFault):
             return session.picture(view, seconds)
 
+    def rests_within(self) -> float | None:
+        """Return within how many seconds the robot rests without a word. Raises HardwareFault."""
+        session = self._made()
+        with self._door.open(HardwareFault):
+            return session.rests_within()
+
     def latest(self) -> RobotState | None:
         """Return the newest state that was kept, without asking the hardware."""
         session = self._session

@@ -36,6 +36,8 @@ class OwnedRobot:
         self.running = False
         self._lease, self._trace, self._streams, self._session = lease, trace, streams, session
         self.now = lease.now  # the database's time
+        self.time_left: Callable[[], float] = lambda: 0.0  # see `Session`; the gate's
+        self.steered: Callable[[], dict[str, Any]] = dict  # see `Session`; the dead-man timer's
         self._remembering, self._remembered = clock.lock(), -math.inf
         self.driver: Session = self._open_session()
 
@@ -49,7 +51,8 @@ class OwnedRobot:
 
         def make() -> Session:
             made = self._session(robot.driver, robot.wire_address, robot.driver_settings(epoch), self._frame)
-            made.on_packet = self._streams.take
+            made.on_packet, made.on_time_left = self._streams.take, lambda: self.time_left()
+            made.on_steered = lambda: self.steered()
             return made
 
         return GuardedSession(make)

@@ -20,6 +20,7 @@ from robots.clock import SYSTEM, Clock
 from robots.grants import newest_grant
 from robots.messages import Notice
 from robots.models import Robot
+from robots.services.stopping import rests_within
 from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
 from workers.commands.claim import Commands, abandon
@@ -85,6 +86,7 @@ class Owner:
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams, machine.session)
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
+        self.owned.time_left, self.owned.steered = lambda: self.lane.gate.time_left, lambda: self.deadman.steered
         self.pictures = Pictures(robot, stamps, self.owned.picture, machine.camera)
         self.heartbeat = Heartbeat(self.owned, run / f"{slug}.heartbeat")
         self._wire_safety(on_lost or end_at_once)
@@ -146,10 +148,7 @@ class Owner:
         self.grants.know_newest(newest_grant(robot))
         begin("renew", self._renew)  # a line that opens slowly must not cost the lease
         self.stopping.begin()
-        interrupted = abandon(robot, owned.now(), self.packages)
-        self.connection.begin()
-        if interrupted:
-            bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
+        self._end_interrupted()
         begin("watch", self.watch.loop)
         begin("heartbeat", self.heartbeat.loop)
         begin("listen", self.listener.loop)
@@ -162,6 +161,23 @@ class Owner:
         begin("state", self.states.loop)
         for camera in self.pictures.cameras:
             begin(f"camera {camera.name}", partial(send_live, owned, self.pictures, self._brownout, camera.index))
+
+    def _end_interrupted(self) -> None:
+        """Connect, and end what an earlier owner has begun.
+
+        A robot that may go on by itself counts as moving until it has been asked: what it was doing ends after that,
+        or, where it cannot be reached, once it rests by itself.
+        """
+        owned, robot = self.owned, self.owned.robot
+        within, rest_s = rests_within(robot), robot.spec().rest_s
+        alone = within is not None and rest_s is not None and within > rest_s
+        self.control.moves_until = owned.clock.monotonic() + (within or 0.0) if alone else 0.0
+        interrupted = [] if alone else abandon(robot, owned.now(), self.packages)
+        self.connection.begin()
+        if alone and self.connection.connected:
+            interrupted = abandon(robot, owned.now(), self.packages)
+        if interrupted:
+            bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
 
     def _renew(self) -> None:
         self.lease.keep(lambda: self.owned.running)

@@ -4,7 +4,8 @@ import { say } from "./parts.ts";
 
 /** What a held motion needs from the page. */
 export interface KeepAlive {
-  keep(seq: number): void;
+  /** `args`: newer values of a motion that is steered. */
+  keep(seq: number, args?: Record<string, number>): void;
   release(seq: number): void;
   /** Whether that command has ended. */
   ended(seq: number): boolean;

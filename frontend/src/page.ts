@@ -156,7 +156,7 @@ export class RobotPage {
 
   /** The part of a held motion that is the same for every control. */
   readonly keepAlive: KeepAlive = {
-    keep: (seq) => this.live.send({ t: "keep", seq }),
+    keep: (seq, args) => this.live.send({ t: "keep", seq, ...(args ? { args } : {}) }),
     release: (seq) => this.live.send({ t: "released", seq }),
     ended: (seq) => this.ladder.ended(this.seqGrant, seq),
     refused: (why, again = () => why) => this.refuse(again),

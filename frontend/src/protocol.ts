@@ -55,7 +55,7 @@ export interface Snapshot {
   still: Still | null; before: Still | null; commands: CommandInfo[]; log: LogInfo[];
 }
 export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean; whole: boolean; label: string; help: string }
-export interface CommandSpec { kind: string; label: string; lane: "motion" | "config"; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
+export interface CommandSpec { kind: string; label: string; lane: "motion" | "config"; arguments: ArgumentInfo[]; held: boolean; steered: boolean; replaceable: boolean }
 /** A value beside the joints, as a battery's charge: its unit and its usual range. */
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 export interface StreamInfo { name: string; media: string }

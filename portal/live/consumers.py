@@ -235,7 +235,7 @@ class RobotConsumer(Viewing):
         if not held:
             self._pressed = self._holding = 0
         if command:
-            await self._keep(command, held)
+            await self._keep(command, held, message.args if isinstance(message, Keep) else {})
 
     async def _written(self, message: Command, command: int) -> None:
         """Keep the held motion that this page began; its command, 0 if none was written, is known only now.
@@ -248,8 +248,8 @@ class RobotConsumer(Viewing):
         if command and not (pressed and SYSTEM.monotonic() - self._pressed_at > HEARD_S):
             await self._keep(command, held=pressed)
 
-    async def _keep(self, command: int, held: bool) -> None:
-        await URGENT.run(bus.send_keep_alive, self.slug, command, held)
+    async def _keep(self, command: int, held: bool, args: dict[str, int | float] | None = None) -> None:
+        await URGENT.run(bus.send_keep_alive, self.slug, command, held, args or {})
 
     async def _serve(self) -> None:
         """Carry out queued requests in order."""

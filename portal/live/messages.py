@@ -23,6 +23,9 @@ Integer = Annotated[int, Meta(ge=-GREATEST, le=GREATEST)]
 Arguments = Annotated[dict[Name, bool | Integer | float | Text | None], Meta(max_length=32)]
 
 
+Numbers = Annotated[dict[Name, Integer | float], Meta(max_length=8)]
+
+
 class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="t"):
     """Base class of messages; `t` on the wire names the type."""
 
@@ -68,9 +71,10 @@ class Ping(Message, frozen=True, tag="ping"):
 
 
 class Keep(Message, frozen=True, tag="keep"):
-    """The controls of the held motion `seq` are still held."""
+    """The controls of the held motion `seq` are still held; `args` are newer values of it, where it is steered."""
 
     seq: Sequence
+    args: Numbers = {}
 
 
 class Released(Message, frozen=True, tag="released"):

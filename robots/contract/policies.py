@@ -4,7 +4,9 @@ A robot is held when its grant ends and when the connection is lost. A kind of c
 a `Bound`; whatever it says, nothing moves past the end of the open grant.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -22,13 +24,14 @@ class Bound:
 
     `area` are ranges of what its state tells; `speed` is the greatest velocity of any joint (rad/s, m/s) and of the
     body (m/s), `turn` the greatest rate at which the body turns (rad/s). What the state does not tell counts as
-    outside.
+    outside. With `setting`, what staff have set under that name takes the place of `seconds`; 0 there: it is held.
     """
 
     seconds: float
     area: tuple[Range, ...] = ()
     speed: float | None = None
     turn: float | None = None
+    setting: str = ""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,17 @@ class Policies:
 
     on_link_lost: Bound | None = None
     on_grant_end: Bound | None = None
+
+    def by(self, settings: Mapping[str, Any]) -> "Policies":
+        """Return what applies to a robot with these settings."""
+        return Policies(_by(self.on_link_lost, settings), _by(self.on_grant_end, settings))
+
+
+def _by(bound: Bound | None, settings: Mapping[str, Any]) -> Bound | None:
+    if bound is None or bound.setting not in settings:
+        return bound
+    seconds = float(settings[bound.setting])
+    return replace(bound, seconds=seconds) if seconds > 0 else None
 
 
 HOLD = Policies()

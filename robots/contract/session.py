@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from robots.clock import TIMER, Timer
@@ -79,7 +80,9 @@ class Session(ABC):
 
     clock: Timer = TIMER  # for limits and states; tests may let time pass faster
     _latest: RobotState | None = None
-    on_packet: OnPacket | None = None  # the owner's, where there is one
+    on_packet: OnPacket | None = None  # the owner's, where there is one; these, too
+    on_time_left: Callable[[], float] | None = None
+    on_steered: Callable[[], JSON] | None = None
 
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         self.address, self.settings, self.trace = address, settings, trace
@@ -125,6 +128,28 @@ class Session(ABC):
         permit()
         self.close()
         return self.connect()
+
+    def time_left(self) -> float:
+        """Return for how long (s) the running command may still move, as far as its owner knows now; `inf`: no end.
+
+        That is until its grant ends, or sooner where the live link is lost. Whoever lets a robot move without being
+        told to again and again (a permit, a trajectory) lets that end sooner, with the time in which it brakes.
+        """
+        return inf if self.on_time_left is None else self.on_time_left()
+
+    def steered(self, args: JSON) -> JSON:
+        """Return the newest values of the held command that runs, which began with `args`: those of its controls now.
+
+        For kinds with `steered`; they were checked as the command's own. Ask again and again: it asks memory only.
+        """
+        return {**args, **(self.on_steered() if self.on_steered is not None else {})}
+
+    def rests_within(self) -> float | None:
+        """Return within how many seconds the robot rests if no word reaches it from now on; None: its spec's `rest_s`.
+
+        For a robot that was allowed to go on by itself for a time. It asks memory only; any thread.
+        """
+        return None
 
     def picture(self, view: str, seconds: float) -> bytes | None:
         """Return the first JPEG or PNG of a camera that was taken from now on, None if none is in so many seconds.

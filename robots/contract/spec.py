@@ -84,6 +84,7 @@ class CommandKind:
     moves: bool = True
     still_after: bool = True  # a new stable picture belongs to its end, where there is a camera
     held: bool = False  # it begins and goes on only while keep-alives arrive
+    steered: bool = False  # while it is held, keep-alives may carry newer values: `Session.steered`
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
     policies: Policies = HOLD  # at the end of its grant and without a connection
 
@@ -202,6 +203,15 @@ class Spec:
         """Return what staff have set of the robot's own settings, by name."""
         found = ((setting.name, _usable(setting, kept.get(setting.name))) for setting in self.all_of(Setting))
         return {name: value for name, value in found if value is not None}
+
+    def rests_within(self, kind: str, kept: Mapping[str, Any]) -> float | None:
+        """Return within how many seconds it rests without a word if that kind of command ran; None: nobody knows.
+
+        `kept` are the robot's settings. A motion that may go on without the live link may do so without its owner.
+        """
+        found = self.command(kind)
+        alone = found.policies.by(self.for_driver(kept)).on_link_lost if found else None
+        return self.rest_s if self.rest_s is None or alone is None else self.rest_s + alone.seconds
 
     def stills(self, kept: Mapping[str, Any]) -> Stills | None:
         """Return how pictures at rest are taken, with what staff have set; None where the spec does not say."""
@@ -331,6 +341,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         yield "has no time limit"
     if command.held and ANYONE in command.asked_by:
         yield "may be asked for as a job, and nobody holds the controls of a job,"
+    if command.steered and not (command.held and all(not a.text for a in command.arguments)):
+        yield "is steered, and is not held, or takes texts,"
     if command.lane == "config":
         yield from _wrong_in_setting(command)
     yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)
@@ -347,6 +359,10 @@ def _wrong_bounds(command: CommandKind, spec: "Spec", told: set[str]) -> Iterato
         if not 0 < bound.seconds <= command.limit_s:
             yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
         yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
+        if bound.setting:
+            setting = next((one for one in spec.all_of(Setting) if one.name == bound.setting), None)
+            if setting is None or setting.kind != "number" or not 0 <= setting.low <= setting.high <= command.limit_s:
+                yield f"is bounded by {bound.setting!r}, which is no setting from 0 s to its time limit,"
         if bound.turn is not None and not turns:
             yield "bounds how fast it turns, and has no pose with an angle,"
 

@@ -15,7 +15,7 @@ from robots.contract.procedures import PICTURE
 from robots.grants import cancel_queued, lease_of, open_grant, owner_alive
 from robots.messages import Changed
 from robots.models import Command, Lease, Robot
-from robots.states import Lane
+from robots.states import COMMAND_RUNNING, Lane
 
 NEWEST = Coalesce(Subquery(Command.objects.filter(robot=OuterRef("pk")).order_by("-id").values("pk")[:1]), 0)
 NOT_THEIRS = "Only the operator and staff can stop this robot."
@@ -103,11 +103,22 @@ def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
     return StopShown(False, robot.stopped_at, rests_by, overdue)
 
 
-def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:
+def rests_within(robot: Robot) -> float | None:
+    """Return within how many seconds the robot rests that nobody has asked yet, and no word reaches; None: not known.
+
+    What runs by the rows may have been allowed to go on by itself. Until somebody has asked it, it counts as moving.
+    """
     try:
-        rest_s = robot.spec().rest_s
+        spec = robot.spec()
     except LookupError:
         return None
+    running = Command.objects.filter(robot=robot, lane=Lane.MOTION, state__in=COMMAND_RUNNING)
+    kinds = [*running.values_list("kind", flat=True), ""]
+    return None if spec.rest_s is None else max(spec.rests_within(kind, robot.settings) or 0.0 for kind in kinds)
+
+
+def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:
+    rest_s = rests_within(robot)
     known = [at for at in (robot.stopped_at, lease and lease.expires_at) if at]
     return max(known) + timedelta(seconds=rest_s) if known and rest_s is not None else None
 

@@ -11,7 +11,7 @@ from robots.clock import Timer
 from robots.description import load
 from robots.description import text_of as described_text
 from robots.drivers.srv1 import sensors
-from robots.drivers.srv1.answers import ENDS, Answer, Done, Event, Reason, Refused, Status
+from robots.drivers.srv1.answers import ENDS, Answer, Done, Reason, Refused, Status
 from robots.drivers.srv1.extension import (
     LATE_MS,
     Activate,
@@ -23,6 +23,7 @@ from robots.drivers.srv1.extension import (
     Permit,
     Velocity,
 )  # fmt: skip
+from robots.drivers.srv1.journal import Event
 from robots.drivers.srv1.sensors import Channel
 from simulators.srv1.drive import End, Note
 from simulators.srv1.flash import Flash, text_of
@@ -56,7 +57,11 @@ class Commander:
         self._began = self._ticked = self._heard = self._clock.monotonic()
         self._now = 0.0  # the motor board's
         self._epoch, self._mode, self._patrol_said = 0, "rest", 0.0
-        self._course, self._permits, self._log = Course(), Permits(), Logbook(lambda: self.uptime_ms)
+        self._course, self._permits, self._log = (
+            Course(),
+            Permits(),
+            Logbook(lambda: self.uptime_ms, lambda: (self._odometry.x, self._odometry.y)),
+        )
         self._odometry = Odometry(hardware.encoders(), hardware.compass())
         self._rules, self._crc = self._stored()
         self._motion, self._reflexes, self._moving = hardware.drive.motion, 0, False
@@ -93,6 +98,7 @@ class Commander:
         elif self._mode == "hand" and self._epoch:
             self._guard()
         self._write_motions()
+        self._log.follow(self._mode == "patrol", at - self._patrol_said, self._hardware.drive.motion)
 
     def _guard(self) -> None:
         """Do what the reflex does below every velocity: nothing drives ahead where infrared sees something too near."""
@@ -107,7 +113,7 @@ class Commander:
         return at - self._patrol_said > float(self._description["motion"]["forget_s"])
 
     def _watch_permit(self, at: float) -> None:
-        why = self._permits.violation(self._odometry, at)
+        why = self._permits.violation(self._odometry, self.uptime_ms)
         if why is None:
             return
         self._log.write(why, self._hardware.drive.motion)
@@ -225,15 +231,15 @@ class Commander:
         if self._hardware.drive.holding:
             return Reason.HOLDING
         if isinstance(command, Permit):
-            fits = self._permits.takes(command) and command.speed <= motion["speed"]
+            fits = self._permits.takes(command, self.uptime_ms) and command.speed <= motion["speed"]
             return None if fits else Reason.BOUNDS
-        if isinstance(command, Velocity):
-            if not 0 <= self.uptime_ms - command.stamp <= LATE_MS:
-                self._note("late", seconds=round((self.uptime_ms - command.stamp) / 1000, 3))
-                return Reason.LATE
-            if not (abs(command.linear) <= motion["speed"] and abs(command.angular) <= motion["turn"]):
-                return Reason.BOUNDS
-        return None
+        if not 0 <= self.uptime_ms - command.stamp <= LATE_MS:
+            self._note("late", seconds=round((self.uptime_ms - command.stamp) / 1000, 3))
+            return Reason.LATE
+        if isinstance(command, Patrol):
+            return None
+        fits = abs(command.linear) <= motion["speed"] and abs(command.angular) <= motion["turn"]
+        return None if fits else Reason.BOUNDS
 
     def _do(self, command: Velocity | Patrol | Permit) -> None:
         at = self._clock.monotonic()
@@ -242,9 +248,12 @@ class Commander:
             linear = 0.0 if command.linear > 0.0 and self._too_near else command.linear
             self._hardware.drive.velocity(linear, command.angular, self._epoch, self._now)
         elif isinstance(command, Permit):
-            self._permits.grant(command, at)
-            self._log.write(Event.PERMIT, self._permits.left_ms(at))
-            self._note("permit", seconds=command.seconds, speed=command.speed, area=list(command.area))
+            renewed = self._permits.runs
+            self._permits.grant(command, self.uptime_ms)
+            left_ms = self._permits.left_ms(self.uptime_ms)
+            if not (renewed and left_ms):
+                self._log.write(Event.PERMIT, left_ms)
+            self._note("permit", seconds=left_ms / 1000, speed=command.speed, area=list(command.area))
         else:
             self._patrol_said = at
             if self._mode != "patrol":
@@ -277,5 +286,5 @@ class Commander:
             hardware.battery(), sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE)),
             sensors.share(hardware.analogue(Channel.HUMIDITY)), sensors.share(hardware.analogue(Channel.LIGHT)),
             sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._crc,
-            self._permits.left_ms(self._clock.monotonic()), self._log.newest, self.uptime_ms, asked,
+            self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, asked,
         )  # fmt: skip

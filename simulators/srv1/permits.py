@@ -1,29 +1,28 @@
 """The permit by which the rover may drive without its owner: an area, a speed, and an end."""
 
 from robots.description import load
-from robots.drivers.srv1.answers import Event
 from robots.drivers.srv1.extension import Permit
+from robots.drivers.srv1.journal import Event
 from simulators.srv1.odometry import Odometry
 
 FASTER, FASTER_M_S = 1.1, 0.03  # what the encoders' steps make of a speed that is kept
-NONE = Permit(0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))
+NONE = Permit(0, 0, 0.0, (0.0, 0.0, 0.0, 0.0))
 
 
 class Permits:
-    """The present permit, if there is one; `now` in s, on any clock. Not for several threads."""
+    """The present permit, if there is one; `now` is the uptime in ms. Not for several threads."""
 
     def __init__(self) -> None:
-        self._longest = float(load("srv1")["line"]["permit_s"])
-        self._until = 0.0
+        self._longest = float(load("srv1")["line"]["longest_permit_s"]) * 1000
         self.permit = NONE
 
-    def takes(self, permit: Permit) -> bool:
+    def takes(self, permit: Permit, now: int) -> bool:
         """Return whether the rover takes a permit for that long."""
-        return permit.seconds <= self._longest
+        return permit.until_ms - now <= self._longest
 
-    def grant(self, permit: Permit, now: float) -> None:
-        """Replace the present permit; one for 0 s ends it."""
-        self.permit, self._until = (permit, now + permit.seconds) if permit.seconds else (NONE, now)
+    def grant(self, permit: Permit, now: int) -> None:
+        """Replace the present permit; one whose end is past ends it."""
+        self.permit = permit if permit.until_ms > now else NONE
 
     def end(self) -> None:
         """End the permit."""
@@ -34,16 +33,16 @@ class Permits:
         """Return whether there is a permit."""
         return self.permit is not NONE
 
-    def left_ms(self, now: float) -> int:
+    def left_ms(self, now: int) -> int:
         """Return for how many ms more it is good."""
-        return max(0, round((self._until - now) * 1000)) if self.runs else 0
+        return max(0, self.permit.until_ms - now) if self.runs else 0
 
-    def violation(self, place: Odometry, now: float) -> Event | None:
+    def violation(self, place: Odometry, now: int) -> Event | None:
         """Return what the present permit does not cover any more: its time, the place, the speed."""
         x0, y0, x1, y1 = self.permit.area
         if not self.runs:
             return None
-        if now >= self._until:
+        if now >= self.permit.until_ms:
             return Event.EXPIRED
         if not (x0 <= place.x <= x1 and y0 <= place.y <= y1):
             return Event.LEFT

@@ -9,9 +9,10 @@ from robots.autonomy.fuzzy import PAPER, sugeno
 from robots.autonomy.fuzzy_text import parse as parse_text
 from robots.description import text_of
 from robots.drivers.srv1 import answers, protocol
-from robots.drivers.srv1.answers import Done, Event, Reason, Refused, Status
+from robots.drivers.srv1.answers import Done, Reason, Refused, Status
 from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity, encode
 from robots.drivers.srv1.framing import ANSWER, Frames
+from robots.drivers.srv1.journal import Event
 from simulators.srv1.commander import MADE_WITH
 from simulators.srv1.patrol import TURN_RAD_S
 from simulators.srv1.patrol import Patrol as Course
@@ -71,7 +72,11 @@ def drive(rig, seconds, linear=0.2, angular=0.0, epoch=7):
 
 def patrol(rig, seconds, epoch=7):
     for _ in range(round(seconds / 0.1)):
-        rig.ask(Patrol(epoch), 0.1)
+        rig.ask(Patrol(epoch, stamp(rig)), 0.1)
+
+
+def permit(rig, seconds, speed=0.2, area=HALL, epoch=7):
+    return Permit(epoch, stamp(rig) + round(1000 * seconds), speed, area)
 
 
 def events(rig):
@@ -168,7 +173,7 @@ def test_while_it_is_held_nothing_drives_it(rig):
     drive(rig, 1.0)
     rig.say(HOLD, 0.02)
     assert rig.ask(Velocity(7, 0.2, 0.0, rig.firmware.commander.uptime_ms), 0.02) == Refused("v", Reason.HOLDING)
-    assert rig.ask(Patrol(7), 0.02) == Refused("g", Reason.HOLDING)
+    assert rig.ask(Patrol(7, stamp(rig)), 0.02) == Refused("g", Reason.HOLDING)
     rig.say(b"M\x3c\x3c\x00", 0.02)
     assert rig.rest() == "held"
     assert rig.count("motion") == 1
@@ -229,66 +234,6 @@ def activate(rig, text):
     rig.firmware.flash.text()
     rig.say(HOLD)
     return rig.ask(Activate(crc_hqx(text, 0)))
-
-
-def test_a_permit_lets_it_go_on_alone_until_its_end(rig):
-    rig.ask(Claim(7))
-    assert rig.ask(Permit(7, 30.0, 0.4, HALL)) == Refused("p", Reason.BOUNDS), "longer than it takes"
-    assert rig.ask(Permit(6, 5.0, 0.4, HALL)) == Refused("p", Reason.EPOCH)
-    assert isinstance(rig.ask(Permit(7, 5.0, 0.2, HALL)), Done)
-    rig.ask(Patrol(7))
-    rig.pass_s(4.0)
-    status = rig.ask(Ask())
-    assert status.mode == "patrol"
-    assert status.linear == pytest.approx(0.2, abs=0.03), "not faster than permitted"
-    assert 0 < status.permit_ms < 1000
-    assert rig.rest() == "permit"
-    assert rig.ask(Ask()).permit_ms == 0
-    assert Event.EXPIRED in events(rig)
-
-
-def test_at_the_end_of_a_permit_an_owner_that_is_heard_is_not_stopped(rig):
-    rig.ask(Claim(7))
-    rig.ask(Permit(7, 1.0, 0.2, HALL))
-    patrol(rig, 3.0)
-    assert rig.bench.drive.moving
-    assert rig.count("motion") == 1
-
-
-@pytest.mark.parametrize(
-    ("area", "speed", "event"), [((0.0, 0.0, 1.5, 8.0), 0.4, Event.LEFT), (HALL, 0.05, Event.FAST)]
-)
-def test_a_permit_ends_outside_its_area_and_above_its_speed(rig, area, speed, event):
-    rig.ask(Claim(7))
-    drive(rig, 1.0, 0.3)
-    rig.ask(Permit(7, 20.0, speed, area))
-    if event is Event.LEFT:
-        rig.ask(Patrol(7))
-        rig.pass_s(4.0)
-        assert 1.5 < rig.bench.x < 1.6
-    assert rig.rest() == "permit"
-    assert event in events(rig)
-    assert rig.ask(Ask()).end == "permit"
-
-
-@pytest.mark.parametrize("ends", ["hold", "claim", "letters"])
-def test_what_ends_a_permit_before_its_time(rig, ends):
-    rig.ask(Claim(7))
-    rig.ask(Permit(7, 20.0, 0.2, HALL))
-    rig.ask(Patrol(7))
-    rig.pass_s(1.0)
-    rig.say({"hold": HOLD, "claim": encode(Claim(8)), "letters": protocol.motion(1, 1, 0.01)}[ends])
-    assert rig.rest() == {"hold": "held", "claim": "replaced", "letters": "done"}[ends]
-    assert rig.ask(Ask()).permit_ms == 0
-
-
-def test_the_same_owner_comes_back_during_its_permit(rig):
-    rig.ask(Claim(7))
-    rig.ask(Permit(7, 20.0, 0.2, HALL))
-    rig.ask(Patrol(7))
-    rig.pass_s(3.0)
-    assert rig.ask(Claim(7)).mode == "patrol"
-    assert rig.count("motion") == 1
 
 
 def test_rules_come_by_xmodem_and_stay_in_flash(rig):
@@ -368,7 +313,7 @@ def test_holding_at_rest_is_answered_and_holds_nothing(rig):
 COMMANDS = [
     encode(command)
     for command in (
-        Claim(7), Ask(), Hold(), Patrol(7), Velocity(7, 0.1, 0.2, 0), Permit(7, 5.0, 0.2, HALL), Activate(5), Journal(0),
+        Claim(7), Ask(), Hold(), Patrol(7, 0), Velocity(7, 0.1, 0.2, 0), Permit(7, 5000, 0.2, HALL), Activate(5), Journal(0),
     )
 ]  # fmt: skip
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.drivers.srv1 import answers, bounds, extension
-from robots.drivers.srv1.answers import Done, Entries, Entry, Event, Reason, Refused, Status
+from robots.drivers.srv1.answers import Done, Reason, Refused, Status
 from robots.drivers.srv1.extension import (
     HOLD,
     Activate,
@@ -20,6 +20,7 @@ from robots.drivers.srv1.extension import (
     Velocity,
 )  # fmt: skip
 from robots.drivers.srv1.framing import ANSWER, COMMAND, LONGEST_ANSWER, LONGEST_COMMAND, Frame, Frames
+from robots.drivers.srv1.journal import Entries, Entry, Event
 from robots.drivers.srv1.protocol import Malformed
 
 
@@ -38,17 +39,24 @@ def areas(draw):
 
 
 COMMANDS = st.one_of(
-    st.builds(Claim, within(bounds.EPOCH)), st.just(Hold()), st.just(Ask()), st.builds(Patrol, within(bounds.EPOCH)),
+    st.builds(Claim, within(bounds.EPOCH)), st.just(Hold()), st.just(Ask()),
+    st.builds(Patrol, within(bounds.EPOCH), within(bounds.UPTIME_MS)),
     st.builds(
         Velocity, within(bounds.EPOCH), scaled(bounds.MM_S), scaled(bounds.MRAD_S), within(bounds.UPTIME_MS)
     ),
     st.builds(
-        Permit, within(bounds.EPOCH), scaled(bounds.PERMIT_MS), st.integers(0, 2000).map(lambda n: n / 1000), areas()
+        Permit, within(bounds.EPOCH), within(bounds.UPTIME_MS), st.integers(0, 2000).map(lambda n: n / 1000), areas()
     ),
     st.builds(Activate, within(bounds.CRC)), st.builds(Journal, within(bounds.NUMBER)),
 )  # fmt: skip
 ENTRIES = st.builds(
-    Entry, within(bounds.NUMBER), within(bounds.UPTIME_MS), st.sampled_from(Event), within(bounds.NUMBER)
+    Entry,
+    within(bounds.NUMBER),
+    within(bounds.UPTIME_MS),
+    st.sampled_from(Event),
+    within(bounds.NUMBER),
+    scaled(bounds.MM),
+    scaled(bounds.MM),
 )
 STATUSES = st.builds(
     Status, within(bounds.BOOT), within(bounds.EPOCH), within(bounds.NUMBER), st.booleans(), st.booleans(),
@@ -154,7 +162,7 @@ def test_a_payload_that_says_nothing_is_refused_with_a_sentence(letter, payload)
     [
         Claim(-1), Claim(2**53), Velocity(1, 1e308, 0.0, 0), Velocity(1, float("nan"), 0.0, 0),
         Velocity(1, float("inf"), 0.0, 0), Velocity(1, 0.0, 11.0, 0), Velocity(1, 0.0, 0.0, -1),
-        Permit(1, 601.0, 0.1, (0, 0, 1, 1)), Permit(1, 1.0, 0.1, (0, 0, float("nan"), 1)), Activate(65536), Journal(-1),
+        Permit(1, 2**40 + 1, 0.1, (0, 0, 1, 1)), Permit(1, 1000, 0.1, (0, 0, float("nan"), 1)), Activate(65536), Journal(-1),
     ],
 )  # fmt: skip
 def test_a_number_that_is_out_of_bounds_cannot_be_said(command):

@@ -271,7 +271,7 @@ def test_on_patrol_it_drives_far_and_touches_nothing(rig):
     rig.client.ask(Claim(1))
     touched = set()
     for _ in range(300):
-        rig.client.ask(Patrol(1))
+        rig.client.ask(Patrol(1, rig.client.ask(Ask()).uptime_ms))
         touched.update(rig.sim.world.plant.contacts)
     assert rig.sim.world.driven > 2.5
     assert not touched

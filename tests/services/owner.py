@@ -26,6 +26,9 @@ class Arm:
 
     state = latest
 
+    def rests_within(self):
+        return None
+
     def check(self, kind, args, pose=None):
         return None
 

@@ -150,3 +150,51 @@ def test_words_of_controls_are_forgotten():
         timer.hear(seq, seq % 2 == 0)
         clock.sleep(1.0)
     assert len(timer._waiting) + len(timer._let_go) < 2 * START_S
+
+
+def steered(judge=lambda args: all(abs(value) <= 1 for value in args.values())):
+    clock = FakeClock()
+    timer = DeadManTimer(clock)
+    timer.hear(SEQ, True)
+    timer.start(command(), judge)
+    return clock, timer
+
+
+NUMBERS = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-1, 1)
+
+
+@given(st.lists(st.tuples(st.sampled_from("xy"), NUMBERS, st.floats(0.0, 0.3), st.sampled_from((SEQ, SEQ + 1)))))
+def test_the_latest_value_wins_and_one_that_is_refused_counts_for_nothing(told):
+    clock, timer = steered()
+    newest, heard, lost = {}, 0.0, False
+    begun = clock.monotonic()
+    for name, value, pause, which in told:
+        clock.sleep(pause)
+        now = clock.monotonic() - begun
+        if abs(now - heard - SILENT_S) < 1e-6:
+            return  # at the very edge either is right
+        timer.hear(which, True, {name: value})
+        lost = lost or now - heard > SILENT_S
+        if which == SEQ and abs(value) <= 1 and not lost:
+            newest[name], heard = value, now
+        assert timer.steered == newest
+        assert timer.ended == ("lost" if lost else "")
+
+
+def test_values_of_a_motion_that_is_not_steered_count_for_nothing():
+    clock, timer = taken()
+    clock.sleep(SILENT_S - 0.01)
+    timer.hear(SEQ, True, {"x": 0.5})
+    assert timer.steered == {}
+    clock.sleep(0.02)
+    assert timer.ended == "lost"
+
+
+def test_the_next_motion_begins_at_its_own_values():
+    _, timer = steered()
+    timer.hear(SEQ, True, {"x": 0.5})
+    timer.end()
+    assert timer.steered == {}
+    timer.hear(SEQ + 1, True)
+    timer.start(command(SEQ + 1), lambda args: True)
+    assert timer.steered == {}

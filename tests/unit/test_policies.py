@@ -1,5 +1,6 @@
 """Whatever a kind of command declares, its robot is held by the end of the bound and of the grant, if not sooner."""
 
+from dataclasses import replace
 from math import inf, nan
 
 import pytest
@@ -112,3 +113,13 @@ def test_a_motion_that_draws_near_the_end_of_its_grant_has_to_be_inside():
     fast, slow = Known({"x": 1.0}, (1.0,)), Known({"x": 1.0}, (0.1,))
     assert [why_held(policies, now, None, 60.0, fast) for now in (54.9, 55.0, 60.0)] == ["", "grant", "grant"]
     assert [why_held(policies, now, None, 60.0, slow) for now in (54.9, 55.0, 60.0)] == ["", "", "grant"]
+
+
+@given(BOUNDS, st.floats(0.0, 1e6))
+def test_a_setting_takes_the_place_of_the_seconds_and_0_is_to_be_held(bound, seconds):
+    named = Policies(on_link_lost=replace(bound, setting="alone_s"))
+    assert named.by({}).on_link_lost is named.on_link_lost
+    assert Policies(on_link_lost=bound).by({"alone_s": seconds}).on_link_lost is bound
+    found = named.by({"alone_s": seconds}).on_link_lost
+    assert (found.seconds if found else 0.0) == seconds
+    assert found is None or found.area is bound.area

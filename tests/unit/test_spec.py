@@ -42,6 +42,11 @@ def alone(seconds, name="wheel"):
     return Policies(on_link_lost=Bound(seconds, (Range(name, 0.0, 1.0),)))
 
 
+def by_setting(name):
+    return Policies(on_link_lost=Bound(5.0, setting=name))
+
+
+LONG = Setting("long_s", "Alone", unit="s", low=0.0, high=15.5, default=5.0)
 TURNS = replace(GO, policies=Policies(on_grant_end=Bound(1.0, turn=0.5)))
 
 
@@ -96,6 +101,9 @@ TURNS = replace(GO, policies=Policies(on_grant_end=Bound(1.0, turn=0.5)))
         ({"commands": (GO, replace(PACE, shown={"pace": "pace"}))}, "shows a value as 'pace', which no state tells"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
+        ({"commands": (replace(GO, policies=by_setting("fast")), PACE)}, "is bounded by 'fast', which is no setting"),
+        ({"commands": (replace(GO, policies=by_setting("long_s")), PACE), "capabilities": (LONG,)},
+         "is bounded by 'long_s', which is no setting from 0 s to its time limit, in its command 'go'"),
         ({"commands": (TURNS, PACE)}, "bounds how fast it turns, and has no pose with an angle, in its command 'go'"),
         ({"commands": (TURNS, PACE), "pose": Pose(("x", "y"))}, "bounds how fast it turns, and has no pose with an angle"),
         ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "has policies although it is held"),
@@ -218,3 +226,15 @@ def test_a_spec_is_refused_exactly_where_a_name_stands_twice_or_is_missing(kinds
 @pytest.mark.parametrize("name", ["mercury", "pa10"])
 def test_the_standing_robots_are_sound(name):
     assert spec_of(name).commands
+
+
+@pytest.mark.parametrize(
+    ("kind", "kept", "seconds"),
+    [("go", {}, 6.0), ("go", {"long_s": 9}, 10.0), ("go", {"long_s": 0}, 1.0), ("pace", {}, 1.0), ("none", {}, 1.0)],
+)
+def test_a_robot_that_may_go_on_by_itself_rests_later(kind, kept, seconds):
+    alone_s = replace(LONG, high=15.0)
+    commands = (replace(GO, policies=by_setting("long_s")), PACE)
+    cart = replace(SOUND, commands=commands, capabilities=(alone_s,), rest_s=1.0)
+    assert cart.rests_within(kind, kept) == seconds
+    assert replace(cart, rest_s=None).rests_within(kind, kept) is None

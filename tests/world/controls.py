@@ -27,6 +27,7 @@ class Controls:
 
     def __init__(self, world: World) -> None:
         self._world, self._held, self.last = world, [], 0.0
+        self.args: dict[str, float] = {}  # newer values that they carry
         self._begun = False
 
     def hold(self, command: Command) -> Command:
@@ -53,5 +54,5 @@ class Controls:
                 if since == inf and state_of(command) == "acknowledged":
                     since = now
                 self.last = now
-                bus.send_keep_alive(command.robot.slug, command.pk, now - since < self.moment_s)
+                bus.send_keep_alive(command.robot.slug, command.pk, now - since < self.moment_s, self.args)
             self._world.sleep(EVERY_S)

@@ -1,11 +1,14 @@
 """Motions that their permit ends early: held motions, and motions that a newer target replaces."""
 
 import logging
+from functools import partial
+from typing import Any
 
 from django.db import Error, close_old_connections
 
 from robots.contract.errors import ControlsReleased, Held, Replaced
 from robots.contract.session import OnStage, Outcome, Permit
+from robots.contract.values import check
 from robots.models import Command
 from workers.commands import claim
 from workers.owned import OwnedRobot
@@ -41,6 +44,19 @@ def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permi
     return permit
 
 
+def _may_be_steered(owned: OwnedRobot, command: Command, args: dict[str, Any]) -> bool:
+    """Tell whether a keep-alive may carry these values: those of the command's own, checked alike."""
+    robot = owned.robot
+    kind = robot.spec().command(command.kind)
+    if kind is None or not kind.steered:
+        return False
+    try:
+        check(robot.driver, command.kind, {**command.args, **args}, robot.driver_settings(), owned.driver.latest())
+    except Exception:  # noqa: BLE001 - a package's own check; stops are heard in this thread
+        return False
+    return True
+
+
 def held_motion(
     owned: OwnedRobot, deadman: DeadManTimer, command: Command, claimed: Permit, on_stage: OnStage
 ) -> tuple[Outcome, str]:
@@ -54,7 +70,7 @@ def held_motion(
         claimed()
         deadman.check()
 
-    deadman.start(command)
+    deadman.start(command, partial(_may_be_steered, owned, command))
     begun = False
     try:
         permit()  # a driver may do more than ask before it moves

@@ -199,7 +199,7 @@ class Runner:
             if by_staff is not None:
                 return self._procedure(command, by_staff)
             raise BadRequest(f"This robot has no command called {command.kind}.")
-        self._lane.gate.policies = spec.policies
+        self._lane.gate.policies = spec.policies.by(owned.robot.spec().for_driver(owned.robot.settings))
         if spec.moves:
             self._pictures.still_id = 0
 

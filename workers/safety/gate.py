@@ -112,6 +112,15 @@ class Gate:
         return self.begin_by is None
 
     @property
+    def time_left(self) -> float:
+        """Return for how long (s) the command that runs may still move, as far as is known now."""
+        now, until, lost_at = self.clock.monotonic(), self.grants.until(self.grant_id), self.link.lost_at
+        alone = self.policies.on_link_lost
+        if lost_at is not None:
+            until = min(until, lost_at + (alone.seconds if alone is not None else 0.0))
+        return max(0.0, until - now) if self.lease.valid and not self.latch.latched else 0.0
+
+    @property
     def grant_over(self) -> bool:
         """Return whether the grant that may pass has ended."""
         return self.grants.over(self.grant_id)

@@ -1,5 +1,6 @@
 """The stop: holds the hardware and latches on disk; the row follows."""
 
+import contextlib
 import logging
 import threading
 from datetime import datetime, timedelta
@@ -12,7 +13,7 @@ from robots.contract.session import RobotState
 from robots.messages import Changed
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
-from robots.services.stopping import NEWEST
+from robots.services.stopping import NEWEST, rests_within
 from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.safety.memory import StopLatch
@@ -33,6 +34,7 @@ class Stop:
         self._releases: int | None = None  # number of releases in the row when it was last read
         self._at_rest = False  # the robot confirmed the hold of the latched stop
         self._rests_by: datetime | None = None  # the latest time of rest of an unconfirmed stop
+        self._unasked_until = 0.0  # it may move until then (monotonic, s) by what an earlier owner allowed
         self._heard: RobotState | None = None  # the newest state when the hold was not confirmed
         self._trouble = ""  # an unconfirmed stop that is not yet stored as an incident
         self.due = threading.Event()  # the row alone says that the robot is stopped; `_due_releases` are the row's
@@ -46,6 +48,7 @@ class Stop:
         """
         row, latch = self._row(), self._latch
         self._releases = row.releases
+        self._unasked_until = self._owned.clock.monotonic() + (rests_within(self._owned.robot) or 0.0)
         if row.stop_latched and not latch.latched:
             latch.forbid(row.releases)
             latch.keep()
@@ -54,8 +57,15 @@ class Stop:
 
     def _latest(self) -> datetime | None:
         """Return by when the robot rests to which nothing more is sent; None if its spec does not tell."""
-        rest_s = self._owned.robot.spec().rest_s
-        return None if rest_s is None else self._owned.now() + timedelta(seconds=rest_s)
+        owned = self._owned
+        seconds = owned.robot.spec().rest_s
+        if seconds is None:
+            return None
+        with contextlib.suppress(RobotError):
+            seconds = max(seconds, owned.driver.rests_within() or 0.0)
+        if owned.driver.latest() is None:
+            seconds = max(seconds, self._unasked_until - owned.clock.monotonic())
+        return owned.now() + timedelta(seconds=seconds)
 
     def _row(self) -> Robot:
         row = _ROW.first(robot=self._owned.robot.pk)

@@ -5,3 +5,5 @@ export { type Graph, GraphMap, type Mark, type Spot } from "../widgets/graph_map
 export { JobPanel } from "../widgets/job_panel.ts";
 export { landmarks, whereabouts } from "../widgets/plane.ts";
 export { SpotList } from "../widgets/spot_list.ts";
+export { Stick, type StickBy } from "../widgets/stick.ts";
+export type { Push } from "../widgets/stick_rules.ts";

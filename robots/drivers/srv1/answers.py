@@ -8,11 +8,11 @@ from robots.drivers.srv1 import bounds
 from robots.drivers.srv1.bounds import Bounds, numbers, written
 from robots.drivers.srv1.extension import COMMANDS, Ask, Claim, Hold, Journal
 from robots.drivers.srv1.framing import ANSWER, LONGEST_ANSWER, Frame
+from robots.drivers.srv1.journal import Entries
 from robots.drivers.srv1.protocol import Malformed
 
 ENDS = ("none", "done", "silence", "held", "lost", "replaced", "permit")  # of a motion
 MODES = ("rest", "hand", "patrol")
-MOST_ENTRIES = 24  # in one answer; fewer, where they are long
 REFUSED = "!"
 
 
@@ -140,62 +140,6 @@ class Refused:
     def encode(self) -> Frame:
         """Return the frame. Raises Malformed."""
         return Frame(self.asked, REFUSED + self.reason)
-
-
-class Event(StrEnum):
-    """What an entry of the journal tells; `value` is the number of the motion where nothing else is said."""
-
-    POWER = "power"  # value: the boot
-    MOTION = "motion"
-    REST = "rest"  # value: the place in ENDS
-    CLAIM = "claim"  # value: the epoch, its lowest 31 bits
-    PATROL = "patrol"
-    REFLEX = "reflex"  # something is nearer than `infrared.stop`
-    PERMIT = "permit"  # value: its ms
-    EXPIRED = "expired"  # the permit's time is over
-    LEFT = "left"  # the permit's area
-    FAST = "fast"  # faster than the permit's speed
-    RULES = "rules"  # value: the CRC
-
-
-EVENTS = tuple(Event)
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One line of the journal."""
-
-    number: int
-    uptime_ms: int
-    event: Event
-    value: int
-
-
-_ENTRY = (bounds.NUMBER, bounds.UPTIME_MS, Bounds(0, len(EVENTS) - 1), bounds.NUMBER)
-
-
-@dataclass(frozen=True)
-class Entries:
-    """Entries of the journal, oldest first, as many as an answer has room for; what it has forgotten is left out."""
-
-    entries: tuple[Entry, ...]
-
-    def encode(self) -> Frame:
-        """Return the frame. Raises Malformed."""
-        return Frame(Journal.letter, ";".join(_written(entry) for entry in self.entries))
-
-    @classmethod
-    def decode(cls, payload: str) -> "Entries":
-        """Return what a payload says. Raises Malformed."""
-        parts = payload.split(";", MOST_ENTRIES) if payload else []
-        if len(parts) > MOST_ENTRIES:
-            raise Malformed("there are too many entries in an answer")
-        read = (numbers(part, _ENTRY) for part in parts)
-        return cls(tuple(Entry(number, at, EVENTS[event], value) for number, at, event, value in read))
-
-
-def _written(entry: Entry) -> str:
-    return written((entry.number, entry.uptime_ms, EVENTS.index(entry.event), entry.value), _ENTRY)
 
 
 Answer = Status | Done | Refused | Entries

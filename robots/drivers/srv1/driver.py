@@ -7,11 +7,14 @@ from pathlib import Path
 from robots.contract.errors import HardwareFault, RobotError
 from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import check, number
+from robots.description import load
+from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.touring import go_to, tour
+from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.wheels import Wheels
 from robots.drivers.stream import open_stream
 
@@ -28,7 +31,11 @@ class Driver(Session):
         super().__init__(address, settings, trace)
         line = RoverLine(address, int(settings.get("epoch") or 1), trace, self.clock, self.opened)
         folder = settings.get("folder")
-        self.wheels = Wheels(line, self.keep, self.clock, Path(folder) / "whereabouts.json" if folder else None)
+        alone_s = float(settings.get("permit_s", load("srv1")["line"]["permit_s"]))
+        alone = Alone(line, alone_s, self.time_left, self.clock)
+        file = Path(folder) / "whereabouts.json" if folder else None
+        unseen = Unseen(line, lambda data: self.stream("unseen", data))
+        self.wheels = Wheels(line, alone, unseen, self.keep, self.clock, file)
         self._motions = Motions(self.wheels)
         self._locating = Locating(self._motions)
 
@@ -52,7 +59,12 @@ class Driver(Session):
             on_stage(Progress(words))
 
         def drive() -> JSON:
-            motions.drive(number(args, "forward"), number(args, "turn"), permit, began)
+            def wanted() -> tuple[float, float]:
+                newest = self.steered(args)
+                check("srv1", kind, newest, self.settings, None)
+                return number(newest, "forward"), number(newest, "turn")
+
+            motions.drive(wanted, permit, began)
             return {}
 
         def go() -> JSON:
@@ -71,7 +83,7 @@ class Driver(Session):
             if not self.wheels.where.is_known:
                 tell("looks where it is")
                 locating.look(permit, began)  # whether it finds it or not, it goes on
-            return {"metres": round(motions.patrol(until - self.clock.monotonic(), permit, began), 2)}
+            return {"metres": round(motions.patrol(until - self.clock.monotonic(), permit, began, tell), 2)}
 
         def look() -> JSON:
             locating.find(permit, began, tell)
@@ -88,6 +100,10 @@ class Driver(Session):
             return Outcome(sent, self.wheels.rest(REST_S))
         return Outcome(sent, self.latest())
 
+    def rests_within(self) -> float | None:
+        """Return within how many seconds it rests where it has a permit."""
+        return self.wheels.alone.rests_within or None
+
     def picture(self, view: str, seconds: float) -> bytes | None:
         """Return the next picture of the rover's camera, None where it has none or the line is lost."""
         try:
@@ -103,7 +119,7 @@ class Driver(Session):
 
     def close(self) -> None:
         """Close the connection; the rover rests."""
-        self.wheels.line.close()
+        self.wheels.close()
 
 
 def _once(on_stage: OnStage) -> Callable[[], None]:

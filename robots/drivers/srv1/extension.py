@@ -7,11 +7,11 @@ where it is read; what is out of its bounds is `Malformed`.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robots.drivers.srv1.bounds import CRC, EPOCH, MM, MM_S, MRAD_S, NUMBER, PERMIT_MS, UPTIME_MS, numbers, written
+from robots.drivers.srv1.bounds import CRC, EPOCH, MM, MM_S, MRAD_S, NUMBER, UPTIME_MS, numbers, written
 from robots.drivers.srv1.framing import COMMAND, Frame
 from robots.drivers.srv1.protocol import Malformed
 
-LATE_MS = 500  # a velocity that answers to an older status is refused
+LATE_MS = 500  # a velocity or patrol that answers to an older status is refused
 
 
 def _whole(value: float, unit: float) -> int:
@@ -99,48 +99,53 @@ class Ask:
 
 @dataclass(frozen=True)
 class Permit:
-    """It may drive by itself, without its owner: so many seconds, not faster (m/s), inside `area`. Answered by `Done`.
+    """It may drive by itself, without its owner: until then, not faster (m/s), inside `area`. Answered by `Done`.
 
-    `area`: x0, y0, x1, y1 (m) in the coordinates of its odometry. 0 s ends a permit.
+    `until_ms` is by its own `uptime_ms`, so that a permit that comes late ends no later; one whose end is past ends
+    the permit that runs. `area`: x0, y0, x1, y1 (m) in the coordinates of its odometry.
     """
 
     letter: ClassVar[str] = "p"
     epoch: int
-    seconds: float
+    until_ms: int
     speed: float
     area: tuple[float, float, float, float]
 
-    _bounds: ClassVar = (EPOCH, PERMIT_MS, MM_S, MM, MM, MM, MM)
+    _bounds: ClassVar = (EPOCH, UPTIME_MS, MM_S, MM, MM, MM, MM)
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        scaled = (_whole(v, 1e-3) for v in (self.seconds, self.speed, *self.area))
-        return Frame(self.letter, written((self.epoch, *scaled), self._bounds))
+        scaled = (_whole(v, 1e-3) for v in (self.speed, *self.area))
+        return Frame(self.letter, written((self.epoch, self.until_ms, *scaled), self._bounds))
 
     @classmethod
     def decode(cls, payload: str) -> "Permit":
         """See `Claim`."""
-        epoch, milliseconds, speed, x0, y0, x1, y1 = numbers(payload, cls._bounds)
+        epoch, until_ms, speed, x0, y0, x1, y1 = numbers(payload, cls._bounds)
         if speed < 0 or x0 > x1 or y0 > y1:
             raise Malformed("a permit has a speed that is not negative, and an area with its lower corner first")
-        return cls(epoch, milliseconds / 1000, speed / 1000, (x0 / 1000, y0 / 1000, x1 / 1000, y1 / 1000))
+        return cls(epoch, until_ms, speed / 1000, (x0 / 1000, y0 / 1000, x1 / 1000, y1 / 1000))
 
 
 @dataclass(frozen=True)
 class Patrol:
-    """Drive by the rules in force; to be said again within 0.25 s unless a permit runs. Answered by `Done`."""
+    """Drive by the rules in force; to be said again within 0.25 s unless a permit runs. Answered by `Done`.
+
+    `stamp`: as of a `Velocity`.
+    """
 
     letter: ClassVar[str] = "g"
     epoch: int
+    stamp: int
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        return Frame(self.letter, written((self.epoch,), (EPOCH,)))
+        return Frame(self.letter, written((self.epoch, self.stamp), (EPOCH, UPTIME_MS)))
 
     @classmethod
     def decode(cls, payload: str) -> "Patrol":
         """See `Claim`."""
-        return cls(*numbers(payload, (EPOCH,)))
+        return cls(*numbers(payload, (EPOCH, UPTIME_MS)))
 
 
 @dataclass(frozen=True)

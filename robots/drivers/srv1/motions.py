@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import hypot, remainder, tau
 
 from robots.clock import Timer
-from robots.contract.errors import ControlsReleased, GaveUp
+from robots.contract.errors import ControlsReleased, GaveUp, LineGone, LineSilent
 from robots.contract.session import Permit
 from robots.description import load
 from robots.drivers.srv1.answers import Status
@@ -16,6 +16,7 @@ from robots.drivers.srv1.wheels import Wheels
 BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
 MARGIN_M = 0.03  # before the reflex, where it counts as blocked
 NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
+UNHEARD = "out of reach: it drives on by itself, and rests within {:.0f} s if it is not reached"
 STUCK_S = 6.0  # told to move, and no farther in so long
 STUCK = "The rover does not move: it stands against something. Staff or its driver have to free it."
 TOO_NEAR = "Something is too near ahead: the rover only turns, and drives back."
@@ -57,20 +58,22 @@ class Motions:
         self._stop = float(described["infrared"]["stop"])
         self._clock = wheels.clock
 
-    def drive(self, forward: float, turn: float, permit: Permit, began: Began) -> None:
-        """Drive with these shares (-1 to 1) of the greatest velocities until `permit` ends it.
+    def drive(self, wanted: Callable[[], tuple[float, float]], permit: Permit, began: Began) -> None:
+        """Drive with shares (-1 to 1) of the greatest velocities, ahead and turning, until `permit` ends it.
 
-        Raises GaveUp if the rover never began.
+        `wanted` is asked again and again. Raises GaveUp if the rover never began.
         """
-        linear = forward * float(self._motion["most_speed"])
-        angular = turn * float(self._motion["turn"]) / 2
-        before, sent = self.wheels.ask(), False
+        most, fastest_turn = float(self._motion["most_speed"]), float(self._motion["turn"]) / 2
+        before, linear, sent = self.wheels.ask(), 0.0, False
 
         def act(free: Permit) -> None:
-            nonlocal sent
+            nonlocal linear, sent
             while True:
-                self.wheels.drive(linear, angular, self.wheels.ask(), free)
-                sent = True
+                status = self.wheels.ask()
+                forward, turn = wanted()
+                linear = forward * most
+                self.wheels.drive(linear, turn * fastest_turn, status, free)
+                sent = sent or (forward, turn) != (0.0, 0.0)
                 began()
                 self.wheels.pause()
 
@@ -78,7 +81,7 @@ class Motions:
             self.wheels.during(permit, Mode.HAND, act)
         except ControlsReleased:
             status = self.wheels.ask()
-            if sent and (linear or angular) and status.motion == before.motion:
+            if sent and status.motion == before.motion:
                 raise GaveUp(TOO_NEAR if linear > 0 and status.infrared < self._stop else NEVER_BEGAN) from None
             raise
 
@@ -147,16 +150,25 @@ class Motions:
 
         self.wheels.during(permit, Mode.TURNING, act)
 
-    def patrol(self, seconds: float, permit: Permit, began: Began) -> float:
-        """Let the rover drive by its rules for so long (s); return how far it came (m)."""
+    def patrol(self, seconds: float, permit: Permit, began: Began, tell: Callable[[str], None]) -> float:
+        """Let the rover drive by its rules for so long (s); return how far it came (m).
+
+        Where its line is lost it drives on by its permit meanwhile, which `tell` is told.
+        """
         until, before = self._clock.monotonic() + seconds, self.wheels.where.driven
 
         def act(free: Permit) -> None:
             while self._clock.monotonic() < until:
-                self.wheels.patrol(free)
+                try:
+                    self.wheels.patrol(self.wheels.ask(), free)
+                except (LineGone, LineSilent):
+                    if not self.wheels.alone.left:
+                        raise
+                    tell(UNHEARD.format(self.wheels.alone.rests_within))
+                    self.wheels.find_again(free)
+                    continue
                 began()
                 self.wheels.pause()
-                self.wheels.ask()
 
         self.wheels.during(permit, Mode.PATROL, act)
         return self.wheels.where.driven - before

@@ -12,6 +12,7 @@ from robots.contract.capabilities import (
     PrivacyMasks,
     Programs,
     Reset,
+    Setting,
     Share,
     Statistics,
     Times,
@@ -20,6 +21,7 @@ from robots.contract.capabilities import (
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
+from robots.contract.streams import Stream
 from robots.description import load
 from robots.drivers.srv1.missions import LIMIT_S, LONGEST
 from robots.drivers.srv1.modes import Mode
@@ -46,6 +48,7 @@ def spec() -> Spec:
     """Return the spec, from the description."""
     description = load("srv1")
     hall, battery = description["hall"], description["battery"]
+    permitted = Policies(on_link_lost=_permitted(description))
     ranges = [(name, description[name]) for name in ("infrared", "sonar")]
     return Spec(
         name=description["name"],
@@ -62,16 +65,22 @@ def spec() -> Spec:
             Scalar("light", "%", 0.0, 100.0),
             Scalar("presence", "", 0.0, 1.0),
         ),
+        streams=(Stream("unseen", "application/json"),),
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
             Programs("mission", "mission"), Preview("robots.drivers.srv1.preview:foresee"),
             FloorPlan("robots.drivers.srv1.floor:plan"), JobMovies(("go",)), PrivacyMasks(),
+            Setting(
+                "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],
+                default=description["line"]["permit_s"],
+                help="On patrol, for at most so long while nothing reaches it. 0: it rests at once.",
+            ),
         ),
         commands=(
             CommandKind(
                 "drive", "Drive by hand", (Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)),
-                limit_s=HAND_LONGEST_S, still_after=False, held=True,
+                limit_s=HAND_LONGEST_S, still_after=False, held=True, steered=True,
             ),
             CommandKind(
                 "go", "Go to a place",
@@ -88,23 +97,23 @@ def spec() -> Spec:
             ),
             CommandKind(
                 "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
-                policies=Policies(on_link_lost=_permitted(description)),
+                policies=permitted,
             ),
             CommandKind(
                 "mission", "Mission", (Argument("text", "", 1, LONGEST, text=True, label="steps, one a line"),),
-                limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False,
+                limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False, policies=permitted,
             ),
         ),
     )  # fmt: skip
 
 
-def _permitted(description: dict[str, Any]) -> Bound | None:
-    """Return inside what the rover may go on by itself while nobody reaches it; None where it may not."""
-    hall, seconds = description["hall"], float(description["line"]["permit_s"])
-    if not seconds:
-        return None
-    area = Range("x", 0.0, hall["width"]), Range("y", 0.0, hall["depth"])
-    return Bound(seconds, area, speed=1.1 * description["motion"]["most_speed"], turn=description["motion"]["turn"])
+def _permitted(description: dict[str, Any]) -> Bound:
+    """Return inside what the rover may go on by itself while nobody reaches it."""
+    hall, motion = description["hall"], description["motion"]
+    return Bound(
+        float(description["line"]["permit_s"]), (Range("x", 0.0, hall["width"]), Range("y", 0.0, hall["depth"])),
+        speed=1.1 * motion["most_speed"], turn=motion["turn"], setting="permit_s",
+    )  # fmt: skip
 
 
 def _scales(hall: dict[str, Any]) -> dict[str, Scale]:

@@ -70,7 +70,7 @@ def _do(
     elif step.verb == "wait":
         motions.wait(step.numbers[0], permit)
     elif step.verb == "patrol":
-        motions.patrol(step.numbers[0], permit, began)
+        motions.patrol(step.numbers[0], permit, began, tell)
     elif step.verb == "look":
 
         def looked(number: int, status: Status) -> None:

@@ -5,17 +5,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robots.clock import TIMER, Timer
-from robots.contract.errors import ControllerRestarted, HardwareFault, LineSilent
+from robots.contract.errors import ControllerRestarted, HardwareFault, LineGone, LineSilent
 from robots.contract.session import Permit, RobotState
 from robots.drivers.permits import until_held
 from robots.drivers.srv1 import extension
+from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.line import NotNow, RoverLine
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
 LOST_S = 0.25  # without an answer for so long, a velocity is lost
+RESTARTED = "The rover was started again and does not know its owner; connect again."
+OUT_OF_REACH = "The rover was out of reach for so long that it has come to rest by itself."
 WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
 
 
@@ -23,33 +27,52 @@ class Wheels:
     """Sends velocities for one command at a time, and makes states. `keep` gets each new state."""
 
     def __init__(
-        self, line: RoverLine, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER, file: Path | None = None
-    ) -> None:
-        self.line, self._keep, self.clock = line, keep, clock
+        self, line: RoverLine, alone: Alone, unseen: Unseen, keep: Callable[[RobotState], RobotState],
+        clock: Timer = TIMER, file: Path | None = None,
+    ) -> None:  # fmt: skip
+        self.line, self.alone, self._unseen, self._keep, self.clock = line, alone, unseen, keep, clock
         self.where = Whereabouts(file)
         self.mode = Mode.RESTING
         self._boot: int | None = None
         self.holds = 0  # of other threads
+        self._closed = True  # by its owner: nothing is opened again by itself
         self.status: Status | None = None  # the newest
         self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
         """Open the line and ask the rover. Raises LineGone, LineSilent, LineBusy."""
+        self._closed = False
         status = self.line.open()
         self._boot = status.boot
-        return self.take(status)
+        state = self.take(status)
+        self._catch_up()
+        return state
+
+    def _catch_up(self) -> None:
+        """Read what the rover did while it was not heard."""
+        where = self.where
+        self._unseen.catch_up((lambda status: where.pose(status)[:2]) if where.is_known else None)
+
+    def close(self) -> None:
+        """Close the line; a rover that may drive by itself is held before, where it can be reached."""
+        self._closed = True
+        if self.alone.rests_within:
+            with contextlib.suppress(LineGone):
+                self.line.hold()
+        self.line.close()
 
     def ask(self) -> Status:
         """Ask the rover, and keep its state. Raises LineGone, LineSilent, ControllerRestarted."""
         status = self.line.status()
         self.take(status)
         if status.boot != self._boot or status.epoch != self.line.epoch:
-            raise ControllerRestarted("The rover was started again and does not know its owner; connect again.")
+            raise ControllerRestarted(RESTARTED)
         return status
 
     def take(self, status: Status) -> RobotState:
         """Keep what a status says, as a state."""
         self.where.take(status)
+        self._unseen.heard(status)
         self.status = status
         said = WORDS[status.mode]
         restarted = status.boot != self._boot
@@ -78,10 +101,40 @@ class Wheels:
             act(free)
         finally:
             self.mode = Mode.RESTING
-            if self.line.is_open:
+            if self.alone.rests_within:
+                self._settle()
+            elif self.line.is_open:
                 self.line.hold()
             if self.status is not None:
                 self.where.keep(self.status)
+
+    def _settle(self) -> None:
+        """Hold until the rover says that it rests, or its permit is surely over: sooner no command of it has ended."""
+        while self.alone.rests_within and not self._closed:
+            with contextlib.suppress(HardwareFault):
+                if not self.line.is_open:
+                    self.take(self.line.open())
+                self.line.hold()
+                self.rest(STEP_S)
+                self._catch_up()
+            self.pause()
+
+    def find_again(self, permit: Permit) -> None:
+        """Connect again, for as long as the rover drives on by its permit.
+
+        Raises LineGone after that, ControllerRestarted, and what `permit` raises.
+        """
+        while self.alone.left and not self._closed:
+            permit()
+            with contextlib.suppress(LineGone, LineSilent):
+                status = self.line.open()
+                self.take(status)
+                if status.boot != self._boot:
+                    raise ControllerRestarted(RESTARTED)
+                self._catch_up()
+                return
+            self.pause()
+        raise LineGone(OUT_OF_REACH)
 
     def drive(self, linear: float, angular: float, status: Status, permit: Permit) -> None:
         """Send a velocity (m/s, rad/s) that answers to this status; one that comes too late does nothing.
@@ -90,9 +143,14 @@ class Wheels:
         """
         self._say(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit)
 
-    def patrol(self, permit: Permit) -> None:
-        """Let the rover drive by its rules for the next moment. Raises what `RoverLine.ask` raises."""
-        self._say(extension.Patrol(self.line.epoch), permit)
+    def patrol(self, status: Status, permit: Permit) -> None:
+        """Let the rover drive by its rules for the next moment, and for a while without a word.
+
+        Raises what else `RoverLine.ask` raises.
+        """
+        with contextlib.suppress(NotNow, LineSilent):
+            self.alone.renew(status, self.where.pose(status), self.where.spread, permit)
+        self._say(extension.Patrol(self.line.epoch, status.uptime_ms), permit)
 
     def _say(self, command: extension.Command, permit: Permit) -> None:
         """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""
@@ -107,8 +165,10 @@ class Wheels:
         """Ask until the rover rests. Raises HardwareFault where it does not in so many seconds."""
         until = self.clock.monotonic() + seconds
         while True:
-            state = self.take(self.line.status())
-            if not state.moving:
+            status = self.line.status()
+            state = self.take(status)
+            if not state.moving and not status.permit_ms:
+                self.alone.ended()
                 return state
             if self.clock.monotonic() > until:
                 raise HardwareFault("The rover did not come to rest after a hold.")

@@ -10,11 +10,14 @@ from typing import Any
 from robots.drivers.srv1.answers import Status
 from robots.files import replace_text
 
+STILL_M = 0.05  # so far is no way
 UNKNOWN_M = 10.0  # the spread of a place that is not known
 KNOWN_M = 1.0  # beyond this spread a place is called unknown
 LOST_M = 0.15  # by so much it is less sure if it has driven unseen
 OF_WAY, OF_TURN = 0.02, 0.03  # m lost for each metre driven, and for each radian turned: four wheels slip
-JUMP_M = 1.0  # odometry that changes by more between two answers has begun anew
+JUMP_M = 1.0  # odometry that changes by more between two answers has begun anew,
+FASTEST_M_S = 0.5  # or by more than it could drive meanwhile, where it was not heard for a while
+UNSEEN_S = 2.0  # then it has turned as nobody knows
 LARGEST = 2000  # bytes of what is stored
 
 
@@ -90,12 +93,13 @@ class Whereabouts:
 
     def _add(self, last: Status, status: Status) -> None:
         way = hypot(status.x - last.x, status.y - last.y)
-        if way > JUMP_M:
+        seconds = (status.uptime_ms - last.uptime_ms) / 1000
+        if seconds < 0 or way > JUMP_M + FASTEST_M_S * seconds:
             self._anchor, self._squared = None, UNKNOWN_M**2
             return
         self.driven += way
         turn = abs(remainder(status.heading - last.heading, tau))
-        lost = OF_WAY * way + OF_TURN * turn
+        lost = OF_WAY * way + OF_TURN * turn + (LOST_M if seconds > UNSEEN_S and way > STILL_M else 0.0)
         self._squared += lost * (0.6 * self.spread + lost)  # partly the same error again, as a compass that is off
 
     def keep(self, status: Status) -> None:

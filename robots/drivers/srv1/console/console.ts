@@ -1,14 +1,26 @@
 /** The console of a rover in a hall: camera, map, readings; driven by hand or sent to a place. */
-import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, Jog, RobotPage, type StatePacket, stick } from "/static/farhand/v1/console.js";
+import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, Jog, RobotPage, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
 import { HallInDepth } from "./hall_in_depth.ts";
+import { HistoryPart, type Reading } from "./history_part.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";
+import { StickPart } from "./stick_part.ts";
+import { UnseenPart } from "./unseen_part.ts";
 
 const GO = "go";
 const TURN_RAD = Math.PI / 2;
+const HISTORY: readonly Reading[] = [
+  { channel: "infrared", name: "Ahead, by infrared", words: (v) => `${(100 * v).toFixed(0)} cm`, least: 0.2 },
+  { channel: "sonar", name: "Ahead, by sonar", words: (v) => `${v.toFixed(2)} m`, least: 1 },
+  { channel: "spread", name: "Sure of its place", words: (v) => `within ${(100 * v).toFixed(0)} cm`, least: 0.1 },
+  { channel: "battery", name: "Battery", words: (v) => `${v.toFixed(2)} V`, least: 0.5 },
+  { channel: "temperature", name: "Temperature", words: (v) => `${v.toFixed(1)} °C`, least: 2 },
+  { channel: "humidity", name: "Humidity", words: (v) => `${v.toFixed(0)} %`, least: 10 },
+  { channel: "light", name: "Light", words: (v) => `${v.toFixed(0)} %`, least: 20 },
+];
 const HOW = "Click on the floor of the map, or choose a place here.";
 type Values = Record<string, number | string>;
 const description = facts as typeof facts & Description & Judged & { hall: { home: Pose } };
@@ -22,6 +34,9 @@ class HallConsole extends Basics<RobotPage> {
     plan: (corners, good) => [this.map, this.deep].forEach((view) => view.plan(corners, good)),
     ghost: (at) => [this.map, this.deep].forEach((view) => view.ghost(at)),
   });
+  private unseen = new UnseenPart(byId<SVGSVGElement>("hall"), this.map.first);
+  private stick = new StickPart(page, description, byId("drive"));
+  private history = new HistoryPart(page, HISTORY, byId("readings"));
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
@@ -37,10 +52,7 @@ class HallConsole extends Basics<RobotPage> {
     new Jog<Record<string, number>>(byId("drive"), {
       read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
       arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },
-      stick: (pad) => {
-        const pushed = stick(pad);
-        return pushed && direction(pushed[1], -pushed[0]);
-      },
+      stick: () => null, // the stick beside it takes gamepads, by degrees
       whyNot: () => page.whyNot("drive"),
       begin: (wanted) => page.issue("drive", wanted),
       ...page.keepAlive,
@@ -85,6 +97,12 @@ class HallConsole extends Basics<RobotPage> {
     this.deep.show(known ? [x, y, heading] : null);
     this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
     readings();
+    this.stick.state();
+    this.history.draw(packet.atMs);
+  }
+
+  stream(name: string, packet: StreamPacket): void {
+    if (name === "unseen") this.unseen.take(packet);
   }
 
   override command(c: CommandInfo): void {
@@ -111,6 +129,7 @@ class HallConsole extends Basics<RobotPage> {
     byId("drive").hidden = !page.operating;
     for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
       allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
+    this.stick.enable(this.whyNot("drive", f));
     for (const [name, kind] of [["patrol", "patrol"], ["look", "look"], ["left", "turn"], ["right", "turn"]] as const)
       allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
   }

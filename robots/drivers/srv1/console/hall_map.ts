@@ -8,7 +8,7 @@ export interface Hall { width: number; depth: number; case: Case[]; exhibit: Exh
 export interface Description {
   hall: Hall;
   body: { length: number; width: number; height: number };
-  infrared: { from: [number, number, number]; far: number };
+  infrared: { from: [number, number, number]; far: number; stop: number };
   sonar: { from: [number, number, number]; far: number; half_cone: number };
 }
 /** Where the rover is (m, m, rad), how sure it is of that (m), and what its sensors read (m). */
@@ -62,6 +62,11 @@ export class HallMap {
       const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
       onPick(point.x, -point.y);
     });
+  }
+
+  /** What lies above the ways that were driven. */
+  get first(): SVGElement {
+    return this.cone;
   }
 
   /** Draw the rover where it thinks that it is; null while that is not known. */

@@ -1,0 +1,159 @@
+/** A stick on the screen for a held motion that is steered: up is speed, to the side is steering. */
+import { gamepads, Pads } from "../gamepad.ts";
+import { KEEP_MS } from "../jog.ts";
+import type { RobotPage } from "../page.ts";
+import { allow } from "../parts.ts";
+import { byKeys, byPad, byPointer, isStickKey, lagging, type Push, REST } from "./stick_rules.ts";
+
+const TICK_MS = 40;
+const AGAIN_MS = 250; // a gamepad that stays pushed begins nothing sooner
+export type StickBy = "pointer" | "touch" | "key" | "pad" | "";
+
+export class Stick {
+  readonly element = document.createElement("div");
+  /** What holds it now; empty while nothing does. */
+  by: StickBy = "";
+  /** With how much force its knob resists being pushed ahead, 0 to 1. */
+  resistance = 0;
+  private knob = document.createElement("span");
+  private seq = 0;
+  private wanted: Push = REST;
+  private at: Push = REST;
+  private keys = new Set<string>();
+  private pads = new Pads();
+  private kept = 0;
+  private last = 0;
+  private ticked = 0;
+
+  /** `args` are the values of the command for a push: x to the right, y up, each from -1 to 1. */
+  constructor(private page: RobotPage, private kind: string, private args: (push: Push) => Record<string, number>, label = "Stick") {
+    this.element.className = "stick";
+    this.element.tabIndex = 0;
+    this.element.setAttribute("role", "application");
+    this.element.setAttribute("aria-label", `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`);
+    this.element.setAttribute("aria-describedby", "why");
+    this.knob.className = "stick-knob";
+    this.element.append(this.knob);
+    this.listen();
+    setInterval(() => this.tick(), TICK_MS);
+  }
+
+  /** Where its knob is. */
+  get push(): Push {
+    return this.at;
+  }
+
+  /** Show that it works, or that it does not; a motion that is held goes on. */
+  enable(why: string): void {
+    allow(this.element, this.seq ? "" : why);
+  }
+
+  private listen(): void {
+    const { element } = this;
+    element.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      event.preventDefault();
+      element.focus({ preventScroll: true });
+      try {
+        element.setPointerCapture(event.pointerId);
+      } catch {
+        return; // it was released already
+      }
+      this.wanted = this.pointed(event);
+      this.begin(event.pointerType === "touch" ? "touch" : "pointer");
+    });
+    element.addEventListener("pointermove", (event) => {
+      if (this.pointing) this.wanted = this.pointed(event);
+    });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
+      element.addEventListener(name, () => this.pointing && this.end());
+    element.addEventListener("contextmenu", (event) => event.preventDefault());
+    element.addEventListener("keydown", (event) => this.key(event, true));
+    element.addEventListener("keyup", (event) => this.key(event, false));
+    element.addEventListener("focusout", () => this.by === "key" && this.end());
+    for (const name of ["blur", "pagehide"]) addEventListener(name, () => this.end());
+    document.addEventListener("visibilitychange", () => document.hidden && this.end());
+  }
+
+  private get pointing(): boolean {
+    return this.by === "pointer" || this.by === "touch";
+  }
+
+  private pointed(event: PointerEvent): Push {
+    const box = this.element.getBoundingClientRect();
+    return byPointer(event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2, Math.min(box.width, box.height) / 2);
+  }
+
+  private key(event: KeyboardEvent, down: boolean): void {
+    if (event.key !== "Shift" && !isStickKey(event.key)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key !== "Shift") event.preventDefault();
+    event.stopPropagation();
+    if (!down) this.keys.delete(event.key);
+    else if (event.key !== "Shift") this.keys.add(event.key);
+    const push = byKeys(this.keys, event.shiftKey);
+    if (!push) return void (this.by === "key" && this.end());
+    if (this.by === "" && down && !event.repeat) {
+      this.wanted = push;
+      this.begin("key");
+    } else if (this.by === "key") this.wanted = push;
+  }
+
+  private feelPad(): void {
+    const away = document.hidden || this.element.closest("[hidden]") !== null;
+    if (away) this.pads.forget();
+    const push = this.pads.read(away ? [] : gamepads()).map(byPad).find((one) => one !== null) ?? null;
+    if (this.by === "pad" && !push) this.end();
+    else if (this.by === "pad" && push) this.wanted = push;
+    else if (push && !this.by && document.hasFocus() && performance.now() - this.last > AGAIN_MS) {
+      this.wanted = push;
+      this.begin("pad");
+    }
+  }
+
+  private begin(by: StickBy): void {
+    if (this.seq) return;
+    this.last = performance.now();
+    const again = (): string => this.page.whyNot(this.kind), why = again();
+    if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
+    if (why) return this.page.keepAlive.refused(why, again);
+    this.by = by;
+    this.at = lagging(REST, this.wanted, this.pointing ? this.resistance : 0, 0);
+    this.kept = this.ticked = performance.now();
+    this.seq = this.page.issue(this.kind, this.args(this.at));
+    this.element.classList.add("held");
+  }
+
+  private tick(): void {
+    this.feelPad();
+    const now = performance.now();
+    if (this.seq) {
+      this.at = lagging(this.at, this.wanted, this.pointing ? this.resistance : 0, (now - this.ticked) / 1000);
+      if (this.page.keepAlive.ended(this.seq)) this.end();
+      else if (now - this.kept >= KEEP_MS - TICK_MS / 2) {
+        this.kept = now;
+        this.page.keepAlive.keep(this.seq, this.args(this.at));
+      }
+    }
+    this.ticked = now;
+    this.draw();
+  }
+
+  private draw(): void {
+    const [x, y] = this.at;
+    this.knob.style.setProperty("--x", x.toFixed(3));
+    this.knob.style.setProperty("--y", (-y).toFixed(3));
+  }
+
+  /** Let go. */
+  end(): void {
+    this.keys.clear();
+    if (!this.seq) return;
+    if (this.by === "pad") this.pads.forget();
+    this.page.keepAlive.release(this.seq);
+    [this.seq, this.by, this.wanted, this.at] = [0, "", REST, REST];
+    this.last = performance.now();
+    this.element.classList.remove("held");
+    this.draw();
+  }
+}

@@ -1,0 +1,28 @@
+/** With how much force what is ahead pushes back, by what the rover's sensors read; and how that is felt. */
+
+export interface Ranges { infrared: { stop: number; far: number } }
+/** What a gamepad's motors get, as `playEffect` takes it. */
+export interface Rumble { duration: number; strongMagnitude: number; weakMagnitude: number }
+
+const SONAR_FAR_M = 1.5, SONAR_NEAR_M = 0.3; // between them its force grows
+const SONAR_MOST = 0.6; // it may look past what infrared sees, so it alone is never the whole force
+const LEAST = 0.05; // less is not felt
+export const EVERY_MS = 200; // between two effects; each lasts until the next
+
+/** From 0, nothing is near, to 1, the reflex. `ahead`: how far the stick is pushed ahead; who drives back feels nothing. */
+export function force(infrared: number | undefined, sonar: number | undefined, ahead: number, { infrared: { stop, far } }: Ranges): number {
+  if (!(ahead > 0)) return 0;
+  const near = (value: number | undefined, from: number, to: number): number =>
+    value === undefined || !Number.isFinite(value) || !(from > to) ? 0 : Math.max(0, Math.min(1, (from - value) / (from - to))) ** 2;
+  return Math.max(near(infrared, far, stop), SONAR_MOST * near(sonar, SONAR_FAR_M, SONAR_NEAR_M));
+}
+
+/** What a gamepad does; null for nothing. */
+export function rumble(level: number): Rumble | null {
+  return level > LEAST ? { duration: EVERY_MS, strongMagnitude: Math.min(1, level), weakMagnitude: Math.min(1, 0.3 + 0.7 * level) } : null;
+}
+
+/** For how long (ms) a phone vibrates of the time until the next effect; 0 for not at all. */
+export function buzz(level: number): number {
+  return level > LEAST ? Math.round(15 + 0.6 * EVERY_MS * Math.min(1, level)) : 0;
+}

@@ -1,0 +1,29 @@
+/** The way that the rover drove unseen: dashed on the map, in the legend and in words below it. */
+import { byId, say, set, shape, type StreamPacket } from "/static/farhand/v1/console.js";
+import { readUnseen, unseenWords } from "./unseen.ts";
+
+export class UnseenPart {
+  private ways: SVGPathElement;
+  private words = document.createElement("p");
+
+  constructor(map: SVGSVGElement, before: SVGElement | null) {
+    this.ways = shape(map, "path", { class: "unseen", d: "" });
+    if (before) map.insertBefore(this.ways, before);
+    const item = document.createElement("li");
+    Object.assign(item, { className: "is-unseen", textContent: "driven unseen" });
+    const legend = byId("hall").parentElement?.querySelector(".legend");
+    legend?.append(item);
+    Object.assign(this.words, { className: "hint", hidden: true });
+    this.words.setAttribute("role", "status");
+    legend?.after(this.words);
+  }
+
+  take({ data, atMs }: StreamPacket): void {
+    const told = readUnseen(data);
+    if (!told) return;
+    set(this.ways, { d: told.ways.map((way) => way.map(([x, y], i) => `${i ? "L" : "M"} ${x.toFixed(3)} ${(-y).toFixed(3)}`).join(" ")).join(" ") });
+    const words = unseenWords(told, atMs, (ms) => new Date(ms).toLocaleTimeString("en-GB"));
+    this.words.hidden = !words.length;
+    say(this.words, words.join(" "));
+  }
+}

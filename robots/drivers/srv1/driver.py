@@ -8,6 +8,7 @@ from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, Ro
 from robots.contract.values import check, number
 from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.motions import Motions
+from robots.drivers.srv1.sending import put_in_force
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.touring import tour
 from robots.drivers.srv1.wheels import Wheels
@@ -43,6 +44,9 @@ class Driver(Session):
         """Run one command to its end."""
         check("srv1", kind, args, self.settings, self.latest())
         began, motions = _once(on_stage), self._motions
+        if kind == "rules":
+            crc = put_in_force(str(args["text"]), self.wheels, permit, began)
+            return Outcome({"crc": crc}, self.latest())
 
         def drive() -> JSON:
             motions.drive(number(args, "forward"), number(args, "turn"), permit, began)

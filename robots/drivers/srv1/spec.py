@@ -3,6 +3,7 @@
 from math import pi
 from typing import Any
 
+from robots.autonomy.fuzzy_text import LONGEST as LONGEST_RULES
 from robots.contract.capabilities import Check, Idle, Preview, Programs, Reset, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
@@ -10,13 +11,15 @@ from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spe
 from robots.description import load
 from robots.drivers.srv1.missions import LIMIT_S, LONGEST
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.rules import paper
 
 SLICE_S = 60.0
 GO_S = 240.0  # the longest way through the hall at the lowest speed of the rules is shorter
 HAND_LONGEST_S = 120.0
 TURN_S = 20.0
+RULES_S = 30.0  # three uploads, by radio
 MOST = 65_535  # of a CRC-16
-BY_TURN, BY_ALL = frozenset({TURN}), frozenset({TURN, ANYONE})
+BY_TURN, BY_DRIVER, BY_ALL = frozenset({TURN}), frozenset({TURN, STAFF}), frozenset({TURN, ANYONE})
 STATISTICS = Statistics(
     rows=(
         Total("Driven, by odometry", "driven"),
@@ -47,6 +50,7 @@ def spec() -> Spec:
             Scalar("humidity", "%", 0.0, 100.0),
             Scalar("light", "%", 0.0, 100.0),
             Scalar("presence", "", 0.0, 1.0),
+            Scalar("rules", "", 0.0, MOST),
         ),
         scales=_scales(hall),
         capabilities=(
@@ -69,12 +73,17 @@ def spec() -> Spec:
                 limit_s=TURN_S, still_after=False,
             ),
             CommandKind(
-                "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
+                "patrol", "Patrol", limit_s=SLICE_S, asked_by=BY_DRIVER, still_after=False,
                 policies=Policies(on_link_lost=_permitted(description)),
             ),
             CommandKind(
                 "mission", "Mission", (Argument("text", "", 1, LONGEST, text=True, label="steps, one a line"),),
                 limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False,
+            ),
+            CommandKind(
+                "rules", "Rules of the patrol", (Argument("text", "", 1, LONGEST_RULES, text=True, label="rule set"),),
+                limit_s=RULES_S, lane="config", asked_by=BY_DRIVER, default={"text": paper()}, moves=False,
+                still_after=False,
             ),
         ),
     )  # fmt: skip
@@ -96,4 +105,5 @@ def _scales(hall: dict[str, Any]) -> dict[str, Scale]:
         "infrared": Scale(0.0, 1.0, 0.005), "sonar": Scale(0.0, 12.0, 0.01), "spread": Scale(0.0, 10.0, 0.01),
         "driven": Scale(0.0, 1e6, 0.01), "battery": Scale(0.0, 10.0, 0.01), "temperature": Scale(-20.0, 60.0, 0.1),
         "humidity": Scale(0.0, 100.0, 0.1), "light": Scale(0.0, 100.0, 0.1), "presence": Scale(0.0, 1.0, 1.0),
+        "rules": Scale(0.0, MOST, 1.0),
     }  # fmt: skip

@@ -119,9 +119,9 @@ def slowed(portal):
 
 def asked(portal, text=HALF):
     """Ask for a rule set, and wait until its upload is under way."""
-    line = portal.owner.owned.driver.wheels.line
+    before = portal.rig.blocks
     command = portal.issue("rules", text=text)
-    portal.until(lambda: line._receives, 5, "an upload")
+    portal.until(lambda: portal.rig.blocks > before, 5, "an upload")
     portal.world.sleep(random.Random(portal.world.seed).random() * 0.2)
     return command
 
@@ -133,7 +133,8 @@ def stopped(portal):
     command = asked(portal)
     took = portal.stop()
     assert took <= REST_S, f"at rest {took:.3f} s after the stop"
-    assert portal.final(command, 30).state in ("cancelled", "completed")
+    assert portal.final(command, 30).state in ("rejected", "cancelled", "completed")
+    assert in_force(portal) == (crc_of(HALF) if command.state == "completed" else 0)
     assert portal.final(patrol).state == "cancelled"
     portal.rig.clear_faults()
     portal.world.sleep(1)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 from robots.contract.errors import ControllerRefused, GaveUp, LineSilent
 from robots.contract.session import Permit
-from robots.drivers.permits import until_held
 from robots.drivers.srv1.extension import Activate
 from robots.drivers.srv1.rules import crc_of
 from robots.drivers.srv1.wheels import Wheels
@@ -16,18 +15,18 @@ NOT_WHOLE = "The rules did not reach the rover whole; those that were in force s
 def put_in_force(text: str, wheels: Wheels, permit: Permit, began: Callable[[], None]) -> int:
     """Return the CRC of the set, which the rover drives by from its next tick on; `text` is a rule set.
 
-    Raises Held after a hold by another thread, what `permit` and the line raise; GaveUp where the rover answers but
-    does not get or take the text.
+    A hold by another thread ends an upload, which is begun again where `permit` allows it. Raises what `permit` and the
+    line raise; GaveUp where the rover answers but does not get or take the text.
     """
-    free, data, crc = until_held(permit, lambda: wheels.holds), text.encode("ascii"), crc_of(text)
+    data, crc = text.encode("ascii"), crc_of(text)
     for _ in range(TRIES):
-        free()
+        permit()
         try:
-            wheels.line.upload(data, free)
+            wheels.line.upload(data, permit)
             began()
-            wheels.line.ask(Activate(crc), permit=free)
+            wheels.line.ask(Activate(crc), permit=permit)
         except LineSilent:
-            free()
+            continue
         except ControllerRefused as error:
             raise GaveUp(str(error)) from error
         else:

@@ -3,18 +3,21 @@ import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, 
 import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
+import type { Made } from "./rules_check.ts";
+import { RulesPanel } from "./rules_panel.ts";
 
 const GO = "go";
 const TURN_RAD = Math.PI / 2;
 const HOW = "Click on the floor of the map, or choose a place here.";
 type Values = Record<string, number | string>;
-const description = facts as typeof facts & Description;
+const description = facts as typeof facts & Description & Made;
 const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
   private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.send(round(x), round(y)));
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
+  private rules = new RulesPanel(page, description);
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
 
   constructor() {
@@ -65,6 +68,7 @@ class HallConsole extends Basics<RobotPage> {
     const known = x !== undefined && y !== undefined && heading !== undefined;
     this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
     readings();
+    this.rules.state();
   }
 
   override command(c: CommandInfo): void {
@@ -84,6 +88,7 @@ class HallConsole extends Basics<RobotPage> {
 
   override draw(f: Facts): void {
     this.jobs.draw();
+    this.rules.draw();
     const why = this.whyNotSend();
     for (const [button] of this.places) allow(button, why);
     byId("drive").hidden = !page.operating;

@@ -6,13 +6,19 @@ export interface Variable { name: string; unit: string; labels: string[]; peaks:
 /** `table[first][second]` is the number of a term of the output; -1 where a pair has no rule. */
 export interface RuleSet { method: Method; inputs: [Variable, Variable]; output: Variable; table: number[][] }
 
-/** Return the speed for two readings; NaN where a pair that counts has no rule. */
-export function speed(rules: RuleSet, first: number, second: number): number {
+/** Return the pairs that count for two readings, at most four, with how much each fires. */
+export function firing(rules: RuleSet, first: number, second: number): [i: number, j: number, weight: number][] {
   const [i, s] = place(rules.inputs[0].peaks, first), [j, t] = place(rules.inputs[1].peaks, second);
-  const fired: [weight: number, term: number][] = [];
+  const found: [number, number, number][] = [];
   for (const [m, a] of [[i, 1 - s], [i + 1, s]] as const)
     for (const [n, b] of [[j, 1 - t], [j + 1, t]] as const)
-      if (Math.min(a, b) > 0) fired.push([Math.min(a, b), rules.table[m]?.[n] ?? -1]);
+      if (Math.min(a, b) > 0) found.push([m, n, Math.min(a, b)]);
+  return found;
+}
+
+/** Return the speed for two readings; NaN where a pair that counts has no rule. */
+export function speed(rules: RuleSet, first: number, second: number): number {
+  const fired = firing(rules, first, second).map(([i, j, weight]): [number, number] => [weight, rules.table[i]?.[j] ?? -1]);
   if (fired.some(([, term]) => term < 0)) return NaN;
   return rules.method === "mamdani" ? centroid(rules.output.peaks, fired) : mean(rules.output.peaks, fired);
 }
@@ -53,6 +59,6 @@ function union(falling: number, rising: number): [number, number] {
 function place(peaks: readonly number[], reading: number): [number, number] {
   if (!(reading > peaks[0]!)) return [0, 0];
   if (reading >= peaks[TERMS - 1]!) return [TERMS - 2, 1];
-  const n = peaks.findLastIndex((peak) => peak <= reading);
+  const n = peaks.filter((peak) => peak <= reading).length - 1;
   return [n, (reading - peaks[n]!) / (peaks[n + 1]! - peaks[n]!)];
 }

@@ -7,19 +7,23 @@ import resource
 import signal
 import socket
 import sys
+from collections.abc import Coroutine
+from contextlib import suppress
+from typing import Any
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
 import uvicorn
 from django.conf import settings
 
+from portal.broadcast.answers import Application
 from portal.limits.protocols import Http
 from portal.limits.sockets import Ws
 
 MESSAGE = 16_384  # bytes of a socket's message; the application accepts half of that
 
 
-def config(host: str, port: int, app: str = "portal.asgi:application") -> uvicorn.Config:
+def config(host: str, port: int, app: str | Application = "portal.asgi:application") -> uvicorn.Config:
     """Return the settings of the web server.
 
     Without trusted proxies no headers of proxies are read; uvicorn's default would trust 127.0.0.1.
@@ -43,6 +47,18 @@ class Server(uvicorn.Server):
             from portal.uptime import tell_on  # noqa: PLC0415 - after Django's setup, which came with the application
 
             self._telling = asyncio.create_task(tell_on())
+
+
+async def beside(served: uvicorn.Config, work: Coroutine[Any, Any, None]) -> None:
+    """Serve while this work goes on, until stopped. Raises what ends the work."""
+    server = uvicorn.Server(served)
+    serving, working = asyncio.create_task(server.serve()), asyncio.create_task(work)
+    await asyncio.wait((serving, working), return_when=asyncio.FIRST_COMPLETED)
+    server.should_exit = True
+    working.cancel()
+    await serving
+    with suppress(asyncio.CancelledError):
+        await working
 
 
 def main() -> None:

@@ -201,6 +201,7 @@ ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
 ACCOUNT_USERNAME_VALIDATORS = "accounts.handles.VALIDATORS"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
+BROADCAST_KEY = env.str("FARHAND_BROADCAST_KEY", "")  # of the movie of the day; origin and edges have the same
 SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # what mails call the site
 # attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
 # or the mail address that is written to

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from robots.description import load
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, toward, turning
-from robots.drivers.srv1.whereabouts import MOST_M, Whereabouts
+from robots.drivers.srv1.whereabouts import UNKNOWN_M, Whereabouts
 
 STEP_S, FAR_M, STOP_M, BRAKING = 0.1, 0.80, 0.15, 1.6
 AT = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
@@ -61,10 +61,12 @@ def test_the_numbers_of_the_description_are_the_ones_that_were_judged():
 
 @given(st.lists(st.tuples(st.floats(0, 0.05), st.floats(-0.2, 0.2)), min_size=1, max_size=60))
 def test_it_gets_less_sure_with_each_metre_and_each_turn(steps):
-    """The spread never shrinks by itself; the way is summed up; a new start begins at home."""
+    """The spread never shrinks by itself; the way is summed up; the pose follows the odometry from where it was found."""
     where, status, way = Whereabouts(), REST, 0.0
     where.take(status)
-    before = where.spread
+    assert not where.is_known, "nobody has looked"
+    where.found((5.0, 4.0, 1.0), 0.05, status)
+    before, x, y, bent = where.spread, 5.0, 4.0, 1.0
     for ahead, turn in steps:
         heading = remainder(status.heading + turn, tau)
         status = replace(
@@ -72,17 +74,43 @@ def test_it_gets_less_sure_with_each_metre_and_each_turn(steps):
         )
         where.take(status)
         way += ahead
-        assert before <= where.spread <= MOST_M
+        x, y = x + ahead * cos(heading + bent), y + ahead * sin(heading + bent)
+        assert before <= where.spread <= UNKNOWN_M
         before = where.spread
     assert abs(where.driven - way) < 1e-6
+    assert hypot(where.pose(status)[0] - x, where.pose(status)[1] - y) < 1e-6
     where.take(replace(REST, boot=2))
-    assert where.spread < 0.1
+    assert not where.is_known, "it was switched on again, and may stand anywhere"
 
 
-def test_an_owner_that_did_not_see_the_rover_drive_is_not_sure():
-    """It has driven under another owner: half a metre; odometry that jumps is no way."""
+def test_what_is_known_outlives_the_owner_and_not_the_rover(tmp_path):
+    """The next owner knows the place, less surely if the rover has moved unseen; another start, or rubbish, nothing."""
+    file = tmp_path / "whereabouts.json"
+    first = Whereabouts(file)
+    first.take(REST)
+    first.found((5.0, 4.0, 1.0), 0.05, REST)
+    for status, most in ((REST, 0.051), (replace(REST, motion=7, x=1.5), 0.3)):
+        again = Whereabouts(file)
+        again.take(status)
+        assert again.is_known
+        assert 0.05 <= again.spread <= most
+    moved = Whereabouts(file)
+    moved.take(replace(REST, x=2.0, motion=3))
+    assert moved.pose(replace(REST, x=2.0))[:2] == (5.0 + cos(1.0), 4.0 + sin(1.0))
+    other = Whereabouts(file)
+    other.take(replace(REST, boot=2))
+    assert not other.is_known
+    for rubbish in ("", "{", "[]", '{"odometry": [NaN, 0, 0]}', '{"spread": 1e999}', "9" * 5000):
+        file.write_text(rubbish)
+        again = Whereabouts(file)
+        again.take(REST)
+        assert not again.is_known
+
+
+def test_odometry_that_jumps_is_no_way():
+    """It has begun anew: the place is not known any more."""
     where = Whereabouts()
-    where.take(replace(REST, motion=7))
-    assert where.spread >= 0.5
-    where.take(replace(REST, motion=7, x=9.0))
-    assert where.driven == 0.0
+    where.take(REST)
+    where.found((5.0, 4.0, 1.0), 0.05, REST)
+    where.take(replace(REST, x=9.0))
+    assert (where.driven, where.is_known) == (0.0, False)

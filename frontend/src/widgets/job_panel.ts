@@ -6,8 +6,18 @@ import type { JobInfo } from "../protocol.ts";
 import { byId } from "../svg.ts";
 import { standing, SUSPENDED, waitWords } from "../words.ts";
 
-/** What a job of this robot is called, where its values say that it leads, and how people ask for one. */
-export interface Words { kind: string; noun: string; how: string; where(values: Record<string, number | string>): string }
+/** What a kind of job is called, and what it is when it is done, without it "reached". */
+export interface Named { noun: string; done?: string }
+/**
+ * What a job of this robot is called, where its values say that it leads, and how people ask for one; other kinds of
+ * jobs in the same list.
+ */
+export interface Words extends Named {
+  kind: string;
+  how: string;
+  where(values: Record<string, number | string>, kind: string): string;
+  others?: Record<string, Named>;
+}
 
 export class JobPanel {
   /** The open jobs in the order in which they will be served, and whether they are the viewer's. */
@@ -39,17 +49,25 @@ export class JobPanel {
     return this.asking ? `Your ${this.words.noun} is on its way to the portal.` : "";
   }
 
-  /** Ask for a job, and tell at once what became of it. */
-  async ask(values: Record<string, number>): Promise<void> {
-    if (this.whyNot()) return this.page.refuse(() => this.whyNot());
+  /** Ask for a job, and tell at once what became of it; `program`: the id of a saved program. True if it waits now. */
+  async ask(values: Record<string, number | string>, kind = this.words.kind, program = 0): Promise<boolean> {
+    if (this.whyNot()) {
+      this.page.refuse(() => this.whyNot());
+      return false;
+    }
     this.page.settle();
     this.asking = true;
     this.page.draw();
-    const refused = await this.jobs.ask(this.words.kind, values);
+    const refused = await this.jobs.ask(kind, values, program);
     this.asking = false;
     if (refused) this.page.refuse(() => refused);
     else this.fresh = this.jobs.own[0]?.id ?? 0;
     this.page.draw();
+    return !refused;
+  }
+
+  private named(kind: string): Named {
+    return this.words.others?.[kind] ?? this.words;
   }
 
   private async cancel(): Promise<void> {
@@ -61,7 +79,7 @@ export class JobPanel {
 
   /** One's own jobs were read: say how those ended that were open. */
   private follow(): void {
-    for (const job of this.jobs.own) if (!job.open && this.followed.has(job.id)) this.page.notice(ended(job, this.words.noun), "info");
+    for (const job of this.jobs.own) if (!job.open && this.followed.has(job.id)) this.page.notice(ended(job, this.named(job.kind)), "info");
     this.followed = new Set(this.jobs.own.filter(({ open }) => open).map(({ id }) => id));
     this.draw();
   }
@@ -79,7 +97,7 @@ export class JobPanel {
       this.heard = s.jobs;
       this.jobs.heard(s.jobs);
     }
-    this.open = s.jobs.filter(({ kind }) => kind === this.words.kind).map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
+    this.open = s.jobs.filter(({ kind }) => kind === this.words.kind || this.words.others?.[kind]).map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
     const job = this.current();
     const about = this.about(job);
     say(byId("asked"), about);
@@ -94,32 +112,34 @@ export class JobPanel {
   }
 
   private tellBegun(): void {
-    for (const { job: { id, state }, own } of this.open) {
+    for (const { job: { id, kind, state }, own } of this.open) {
       if (own && state === "waiting") this.waiting.add(id);
-      else if (own && this.waiting.delete(id)) this.page.notice(this.begun(), "info");
+      else if (own && this.waiting.delete(id)) this.page.notice(this.begun(kind), "info");
     }
   }
 
-  private begun(): string {
-    return `The robot is on its way to your ${this.words.noun}.`;
+  private begun(kind: string): string {
+    const { noun, done } = this.named(kind);
+    return done ? `The robot carries out your ${noun}.` : `The robot is on its way to your ${noun}.`;
   }
 
   private about(job: OwnJob | undefined): string {
-    const { noun, how } = this.words;
+    const { how } = this.words, { noun } = this.named(job?.kind ?? this.words.kind);
     const s = this.page.snapshot!;
     if (!job) return s.me.can.ask ? `${how} You need not wait here: the ${noun}'s own page tells how it ended.` : this.whyNot();
-    if (!job.open) return `${ended(job, noun)} You can ask for another.`;
+    if (!job.open) return `${ended(job, this.named(job.kind))} You can ask for another.`;
     const told = this.open.find(({ job: { id } }) => id === job.id)?.job;
     if (!told) return `Your ${noun} was taken.${s.suspended ? ` ${SUSPENDED}` : ""}`;
-    if (told.state === "running") return this.begun();
+    if (told.state === "running") return this.begun(job.kind);
     const why = [job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean);
     return [standing(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
   }
 
   private actions(job: OwnJob | undefined): Part[] {
     if (!job) return [];
-    const page: Part = { tag: "a", href: job.url, text: `Page of your ${this.words.noun}` };
-    return job.open ? [{ tag: "button", do: "cancel", text: `Cancel my ${this.words.noun}` }, page] : [page];
+    const { noun } = this.named(job.kind);
+    const page: Part = { tag: "a", href: job.url, text: `Page of your ${noun}` };
+    return job.open ? [{ tag: "button", do: "cancel", text: `Cancel my ${noun}` }, page] : [page];
   }
 
   private list(): void {
@@ -129,7 +149,7 @@ export class JobPanel {
       row.className = own ? "own" : "";
       const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
       const parts: Part[] = [
-        { tag: "b", text: String(job.ahead) }, { tag: "span", text: `${this.words.where(job.args)}: ${state}${own ? " (yours)" : ""}` },
+        { tag: "b", text: String(job.ahead) }, { tag: "span", text: `${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}` },
       ];
       show(row, parts);
       return row;
@@ -139,10 +159,10 @@ export class JobPanel {
   }
 }
 
-function ended(job: OwnJob, noun: string): string {
+function ended(job: OwnJob, { noun, done = "reached" }: Named): string {
   const words: Record<string, string> = {
-    done: `Your ${noun} was reached.`, cancelled: `Your ${noun} was cancelled.`, failed: `Your ${noun} was not reached.`,
-    unknown: `Nobody knows whether your ${noun} was reached.`,
+    done: `Your ${noun} was ${done}.`, cancelled: `Your ${noun} was cancelled.`, failed: `Your ${noun} was not ${done}.`,
+    unknown: `Nobody knows whether your ${noun} was ${done}.`,
   };
   const why = job.reason && job.reason !== "Cancelled." ? ` ${job.reason}` : "";
   return `${words[job.state] ?? job.label}${why}`;

@@ -2,15 +2,17 @@
 
 import contextlib
 from collections.abc import Callable
+from pathlib import Path
 
 from robots.contract.errors import HardwareFault, RobotError
 from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.drivers.srv1.line import RoverLine
+from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
 from robots.drivers.srv1.sending import put_in_force
 from robots.drivers.srv1.spec import SLICE_S
-from robots.drivers.srv1.touring import tour
+from robots.drivers.srv1.touring import go_to, tour
 from robots.drivers.srv1.wheels import Wheels
 from robots.drivers.stream import open_stream
 
@@ -26,8 +28,10 @@ class Driver(Session):
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         line = RoverLine(address, int(settings.get("epoch") or 1), trace, self.clock, self.opened)
-        self.wheels = Wheels(line, self.keep, self.clock)
+        folder = settings.get("folder")
+        self.wheels = Wheels(line, self.keep, self.clock, Path(folder) / "whereabouts.json" if folder else None)
         self._motions = Motions(self.wheels)
+        self._locating = Locating(self._motions)
 
     def connect(self) -> RobotState:
         """Open the line and claim the rover."""
@@ -43,10 +47,13 @@ class Driver(Session):
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
         check("srv1", kind, args, self.settings, self.latest())
-        began, motions = _once(on_stage), self._motions
+        began, motions, locating = _once(on_stage), self._motions, self._locating
         if kind == "rules":
             crc = put_in_force(str(args["text"]), self.wheels, permit, began)
             return Outcome({"crc": crc}, self.latest())
+
+        def tell(words: str) -> None:
+            on_stage(Progress(words))
 
         def drive() -> JSON:
             motions.drive(number(args, "forward"), number(args, "turn"), permit, began)
@@ -56,20 +63,29 @@ class Driver(Session):
             def left(metres: float, share: float) -> None:
                 on_stage(Progress(f"{metres:.1f} m to go", share))
 
-            return {"metres": round(motions.go((number(args, "x"), number(args, "y")), permit, began, left), 2)}
+            place = number(args, "x"), number(args, "y")
+            return {"metres": round(go_to(place, motions, locating, permit, began, left, tell), 2)}
 
         def turn() -> JSON:
             motions.turn(number(args, "angle"), permit, began)
             return {}
 
         def patrol() -> JSON:
-            return {"metres": round(motions.patrol(SLICE_S - EARLY_S, permit, began), 2)}
+            until = self.clock.monotonic() + SLICE_S - EARLY_S
+            if not self.wheels.where.is_known:
+                tell("looks where it is")
+                locating.look(permit, began)  # whether it finds it or not, it goes on
+            return {"metres": round(motions.patrol(until - self.clock.monotonic(), permit, began), 2)}
+
+        def look() -> JSON:
+            locating.find(permit, began, tell)
+            return {"spread": round(self.wheels.where.spread, 2)}
 
         def mission() -> JSON:
-            return tour(str(args["text"]), motions, permit, began, on_stage)
+            return tour(str(args["text"]), motions, locating, permit, began, on_stage)
 
         does: dict[str, Callable[[], JSON]] = {
-            "drive": drive, "go": go, "turn": turn, "patrol": patrol, "mission": mission
+            "drive": drive, "go": go, "turn": turn, "patrol": patrol, "look": look, "mission": mission
         }  # fmt: skip
         sent = {name: value for name, value in args.items() if name != "text"} | does[kind]()
         with contextlib.suppress(RobotError):  # it was done; whether the rover answers now is another matter

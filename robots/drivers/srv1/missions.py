@@ -27,7 +27,6 @@ _MISSION, _MOTION = load("srv1")["mission"], load("srv1")["motion"]
 LONGEST, MOST_STEPS, LONGEST_LINE = int(_MISSION["longest"]), int(_MISSION["most_steps"]), 160
 LIMIT_S = float(_MISSION["limit_s"])
 MOST_WAIT_S, MOST_PATROL_S = 120.0, 120.0
-SCAN_TURNS = 18  # of 20 degrees (section 7.2)
 SPEED_M_S, TURN_RAD_S = float(_MISSION["speed"]), float(_MISSION["turn"])
 FASTEST_M_S, FASTEST_RAD_S = float(_MOTION["most_speed"]), float(_MOTION["turn"])
 SETTLE_S, PICTURE_S, LOOK_S = (float(_MISSION[name]) for name in ("settle_s", "picture_s", "look_s"))

@@ -1,8 +1,9 @@
 """What the rover does from rest to rest: by hand, to a place, in place, on patrol. Each ends with a hold."""
 
 from collections.abc import Callable
-from math import remainder, tau
+from math import hypot, remainder, tau
 
+from robots.clock import Timer
 from robots.contract.errors import ControlsReleased, GaveUp
 from robots.contract.session import Permit
 from robots.description import load
@@ -15,10 +16,36 @@ from robots.drivers.srv1.wheels import Wheels
 BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
 MARGIN_M = 0.03  # before the reflex, where it counts as blocked
 NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
+STUCK_S = 6.0  # told to move, and no farther in so long
+STUCK = "The rover does not move: it stands against something. Staff or its driver have to free it."
 TOO_NEAR = "Something is too near ahead: the rover only turns, and drives back."
 IN_THE_WAY = f"Something stands in the rover's way. It waited {BLOCKED_S:.0f} s."
 Began = Callable[[], None]  # called when the rover has understood; only its first call counts
 Left = Callable[[float, float], None]  # called with the metres that are left of a way, and the share that is done
+
+
+class Progressing:
+    """Notices that the rover is told to move and does not: it stands against something that no sensor sees."""
+
+    def __init__(self, clock: Timer) -> None:
+        self._clock = clock
+        self.rests()
+
+    def rests(self) -> None:
+        """Begin anew: it is not told to move."""
+        self._since: float = self._clock.monotonic()
+        self._from: Pose | None = None
+
+    def check(self, pose: Pose) -> None:
+        """Take where it is. Raises GaveUp if it has not come from there for long."""
+        if self._from is None or _has_moved(self._from, pose):
+            self._since, self._from = self._clock.monotonic(), pose
+        elif self._clock.monotonic() - self._since > STUCK_S:
+            raise GaveUp(STUCK)
+
+
+def _has_moved(was: Pose, pose: Pose) -> bool:
+    return hypot(pose[0] - was[0], pose[1] - was[1]) > 0.03 or abs(remainder(pose[2] - was[2], tau)) > 0.1
 
 
 class Motions:
@@ -60,8 +87,7 @@ class Motions:
 
         Raises OutOfWorkspace; GaveUp where something stands in the way.
         """
-        status = self.wheels.ask()
-        begin: Place = (status.x, status.y)
+        begin = self._pose(self.wheels.ask())[:2]
         corners = way(begin, goal)
         whole = length(begin, corners)
 
@@ -79,35 +105,33 @@ class Motions:
         self, begin: Place, end: Place, passes: bool, permit: Permit, began: Began, corners: list[Place],
         whole: float, left: Left,
     ) -> None:  # fmt: skip
-        """Drive along one line of a way."""
+        """Drive along one line of a way. Raises GaveUp where something stands in it for long."""
         fastest, braking = float(self._motion["most_speed"]), float(self._motion["braking"])
+        free_at, progress = self._clock.monotonic(), Progressing(self._clock)
         while True:
-            status = self._unblocked(permit)
-            pose = _pose(status)
+            status = self.wheels.ask()
+            pose = self._pose(status)
             if is_reached(pose, begin, end, passes):
                 return
-            v, w = toward(pose, begin, end, fastest, status.infrared, self._stop, braking)
-            self.wheels.drive(v, w, status, permit)
-            began()
+            v, w = toward(pose, begin, end, fastest, status.infrared, self._stop + MARGIN_M, braking)
+            if v or w:
+                free_at, self.wheels.mode = self._clock.monotonic(), Mode.GOING
+                progress.check(pose)
+                self.wheels.drive(v, w, status, permit)
+                began()
+            else:
+                self.wheels.mode = Mode.WAITING
+                progress.rests()
+                permit()
+                if self._clock.monotonic() - free_at > BLOCKED_S:
+                    raise GaveUp(IN_THE_WAY)
             metres = length((pose[0], pose[1]), corners)
             left(metres, min(max(1.0 - metres / max(whole, 0.1), 0.0), 1.0))
             self.wheels.pause()
 
-    def _unblocked(self, permit: Permit) -> Status:
-        """Return the newest status once the way ahead is free. Raises GaveUp after a while."""
-        since = self._clock.monotonic()
-        while (status := self.wheels.ask()).infrared <= self._stop + MARGIN_M:
-            self.wheels.mode = Mode.WAITING
-            permit()
-            if self._clock.monotonic() - since > BLOCKED_S:
-                raise GaveUp(IN_THE_WAY)
-            self.wheels.pause()
-        self.wheels.mode = Mode.GOING
-        return status
-
     def turn(self, angle: float, permit: Permit, began: Began) -> None:
         """Turn in place by so much (rad, to the left), by the odometry."""
-        last, todo = self.wheels.ask(), angle
+        last, todo, progress = self.wheels.ask(), angle, Progressing(self._clock)
 
         def act(free: Permit) -> None:
             nonlocal last, todo
@@ -116,6 +140,7 @@ class Motions:
                 began()
                 self.wheels.pause()
                 status = self.wheels.ask()
+                progress.check((status.x, status.y, status.heading))
                 todo -= remainder(status.heading - last.heading, tau)
                 last = status
             began()
@@ -144,6 +169,5 @@ class Motions:
             self.wheels.ask()
             self.wheels.pause()
 
-
-def _pose(status: Status) -> Pose:
-    return status.x, status.y, status.heading
+    def _pose(self, status: Status) -> Pose:
+        return self.wheels.where.pose(status)

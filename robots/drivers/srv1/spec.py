@@ -14,10 +14,11 @@ from robots.drivers.srv1.modes import Mode
 from robots.drivers.srv1.rules import paper
 
 SLICE_S = 60.0
-GO_S = 240.0  # the longest way through the hall at the lowest speed of the rules is shorter
+GO_S = 300.0  # two looks around, and the longest way through the hall slowly
 HAND_LONGEST_S = 120.0
 TURN_S = 20.0
 RULES_S = 30.0  # three uploads, by radio
+LOOK_S = 120.0  # three times around
 MOST = 65_535  # of a CRC-16
 BY_TURN, BY_DRIVER, BY_ALL = frozenset({TURN}), frozenset({TURN, STAFF}), frozenset({TURN, ANYONE})
 STATISTICS = Statistics(
@@ -71,6 +72,9 @@ def spec() -> Spec:
             CommandKind(
                 "turn", "Turn in place", (Argument("angle", "rad", -pi, pi, label="to the left"),),
                 limit_s=TURN_S, still_after=False,
+            ),
+            CommandKind(
+                "look", "Look where it is", limit_s=LOOK_S, asked_by=BY_DRIVER, still_after=False,
             ),
             CommandKind(
                 "patrol", "Patrol", limit_s=SLICE_S, asked_by=BY_DRIVER, still_after=False,

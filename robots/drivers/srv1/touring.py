@@ -1,18 +1,38 @@
 """Carries out a mission, a step after the other, and tells what each has found."""
 
 from collections.abc import Callable
-from math import tau
 
+from robots.autonomy.grid import TURNS
 from robots.contract.errors import RobotError
 from robots.contract.session import JSON, Noted, OnStage, Permit, Progress
 from robots.drivers.permits import until_held
-from robots.drivers.srv1.missions import SCAN_TURNS, Step, parse
-from robots.drivers.srv1.motions import Began, Motions
+from robots.drivers.srv1.answers import Status
+from robots.drivers.srv1.locating import Locating
+from robots.drivers.srv1.missions import Step, parse
+from robots.drivers.srv1.motions import Began, Left, Motions
+from robots.drivers.srv1.ways import Place
 
 READINGS = ("temperature", "humidity", "light", "presence", "infrared", "sonar")
 
 
-def tour(text: str, motions: Motions, permit: Permit, began: Began, on_stage: OnStage) -> JSON:
+def go_to(
+    place: Place, motions: Motions, locating: Locating, permit: Permit, began: Began, left: Left,
+    tell: Callable[[str], None],
+) -> float:  # fmt: skip
+    """Go to a place: look where it is before, and again there, wherever it is not sure (section 7.2).
+
+    Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
+    """
+    if locating.is_unsure:
+        locating.find(permit, began, tell)
+    metres = motions.go(place, permit, began, left)
+    if locating.is_unsure:
+        locating.find(permit, began, tell)
+        metres += motions.go(place, permit, began, left)
+    return metres
+
+
+def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began: Began, on_stage: OnStage) -> JSON:
     """Carry out the mission; return how many steps it had.
 
     Raises what its steps raise, with the step's number and words before the sentence.
@@ -29,19 +49,22 @@ def tour(text: str, motions: Motions, permit: Permit, began: Began, on_stage: On
 
         tell()
         try:
-            _do(step, motions, free, tell, on_stage)
+            _do(step, motions, locating, free, tell, on_stage)
         except RobotError as error:
             error.args = (f"Step {number} of {len(steps)}, {step}: {error}",)
             raise
     return {"steps": len(steps)}
 
 
-def _do(step: Step, motions: Motions, permit: Permit, tell: Callable[[str], None], on_stage: OnStage) -> None:
+def _do(
+    step: Step, motions: Motions, locating: Locating, permit: Permit, tell: Callable[[str], None], on_stage: OnStage
+) -> None:
     def began() -> None:
         """A mission has begun once."""
 
     if step.verb == "go":
-        motions.go((step.numbers[0], step.numbers[1]), permit, began, lambda metres, _: tell(f"{metres:.1f} m to go"))
+        place = step.numbers[0], step.numbers[1]
+        go_to(place, motions, locating, permit, began, lambda metres, _: tell(f"{metres:.1f} m to go"), tell)
     elif step.verb == "turn":
         motions.turn(step.numbers[0], permit, began)
     elif step.verb == "wait":
@@ -49,9 +72,11 @@ def _do(step: Step, motions: Motions, permit: Permit, tell: Callable[[str], None
     elif step.verb == "patrol":
         motions.patrol(step.numbers[0], permit, began)
     elif step.verb == "look":
-        for number in range(SCAN_TURNS):
-            motions.turn(tau / SCAN_TURNS, permit, began)
-            on_stage(Noted(f"look {number + 1} of {SCAN_TURNS}", _readings(motions, ("infrared", "sonar"))))
+
+        def looked(number: int, status: Status) -> None:
+            on_stage(Noted(f"look {number} of {TURNS}", {"infrared": status.infrared, "sonar": status.sonar}))
+
+        locating.look(permit, began, looked)
     elif step.verb == "photograph":
         permit()
         on_stage(Noted("photograph", photograph=True))

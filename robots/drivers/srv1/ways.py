@@ -12,6 +12,7 @@ from robots.drivers.srv1.hall import Hall, hall
 
 Place = tuple[float, float]
 STEP_M = 0.05  # between two points of a line whose room is looked at
+CORNER_M = 0.001  # that a corner counts as longer
 ROOM_M = float(load("srv1")["mission"]["room"])
 
 
@@ -60,11 +61,12 @@ def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
 
 def length(begin: Place, way: Sequence[Place]) -> float:
     """Return how long a way is (m)."""
-    return sum(_apart(a, b) for a, b in zip([begin, *way], way, strict=False))
+    return sum(hypot(a[0] - b[0], a[1] - b[1]) for a, b in zip([begin, *way], way, strict=False))
 
 
 def _apart(a: Place, b: Place) -> float:
-    return max(hypot(a[0] - b[0], a[1] - b[1]), 1e-6)  # a link of length 0 is none in a sparse matrix
+    """Return how far two places are apart, and a millimetre, by which a way with fewer corners is shorter."""
+    return hypot(a[0] - b[0], a[1] - b[1]) + CORNER_M
 
 
 def _nearest(begin: Place, places: Sequence[Place]) -> int:

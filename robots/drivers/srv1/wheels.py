@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable
+from pathlib import Path
 
 from robots.clock import TIMER, Timer
 from robots.contract.errors import ControllerRestarted, HardwareFault, LineSilent
@@ -22,12 +23,15 @@ WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
 class Wheels:
     """Sends velocities for one command at a time, and makes states. `keep` gets each new state."""
 
-    def __init__(self, line: RoverLine, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER) -> None:
+    def __init__(
+        self, line: RoverLine, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER, file: Path | None = None
+    ) -> None:
         self.line, self._keep, self.clock = line, keep, clock
-        self.where = Whereabouts()
+        self.where = Whereabouts(file)
         self.mode = Mode.RESTING
         self._boot: int | None = None
         self.holds = 0  # of other threads
+        self.status: Status | None = None  # the newest
         self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
@@ -47,11 +51,13 @@ class Wheels:
     def take(self, status: Status) -> RobotState:
         """Keep what a status says, as a state."""
         self.where.take(status)
+        self.status = status
         said = WORDS[status.mode]
         restarted = status.boot != self._boot
         self.newest = self._keep(
             RobotState(
-                self.clock.monotonic(), (), (status.x, status.y, status.heading), status.moving, not restarted,
+                self.clock.monotonic(), (), self.where.pose(status) if self.where.is_known else (), status.moving,
+                not restarted,
                 "The rover was started again." if restarted else "",
                 mode=self.mode if self.mode is not Mode.RESTING else said,
                 twist=(status.linear, 0.0, status.angular),
@@ -75,6 +81,8 @@ class Wheels:
             self.mode = Mode.RESTING
             if self.line.is_open:
                 self.line.hold()
+            if self.status is not None:
+                self.where.keep(self.status)
 
     def drive(self, linear: float, angular: float, status: Status, permit: Permit) -> None:
         """Send a velocity (m/s, rad/s) that answers to this status; one that comes too late does nothing.

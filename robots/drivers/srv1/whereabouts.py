@@ -1,42 +1,133 @@
-"""How far the rover has driven, and how sure it is of its place: dead reckoning loses it slowly. m, rad."""
+"""Where the rover is in the hall, and how sure that is: by the last grid scan, then by dead reckoning. m, rad."""
 
-from math import hypot, remainder, sqrt, tau
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from math import cos, hypot, isfinite, remainder, sin, sqrt, tau
+from pathlib import Path
+from typing import Any
 
 from robots.drivers.srv1.answers import Status
+from robots.files import replace_text
 
-FRESH_M, FOUND_M = 0.03, 0.5  # where it was just started at home; where its owner has not seen how it came there
+UNKNOWN_M = 10.0  # the spread of a place that is not known
+KNOWN_M = 1.0  # beyond this spread a place is called unknown
+LOST_M = 0.15  # by so much it is less sure if it has driven unseen
 OF_WAY, OF_TURN = 0.02, 0.03  # m lost for each metre driven, and for each radian turned: four wheels slip
-MOST_M = 10.0
 JUMP_M = 1.0  # odometry that changes by more between two answers has begun anew
+LARGEST = 2000  # bytes of what is stored
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """Where the rover was at a moment: by its odometry since start number `boot`, and in the hall."""
+
+    boot: int
+    odometry: tuple[float, float, float]
+    hall: tuple[float, float, float]
+    spread: float
+    motion: int
 
 
 class Whereabouts:
-    """Sums up the way from one status to the next. `spread` is the radius (m) in which the rover is, nine times of ten.
+    """Takes each status. What is known of a start of the rover outlives its owner, in `file`.
 
-    What slips is random, so squares of errors are added. A new start of the rover begins at home again.
+    `spread` is the radius (m) in which it is, 95 times of 100. What slips is random, so squares of errors are added.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, file: Path | None = None) -> None:
         self.driven = 0.0
-        self._squared = FOUND_M**2
+        self._file, self._anchor = file, _stored(file)
+        self._squared = UNKNOWN_M**2
         self._last: Status | None = None
 
     @property
     def spread(self) -> float:
         """Return the radius (m)."""
-        return min(sqrt(self._squared), MOST_M)
+        return min(sqrt(self._squared), UNKNOWN_M)
+
+    @property
+    def is_known(self) -> bool:
+        """Tell whether the place may be shown."""
+        return self._anchor is not None and self.spread <= KNOWN_M
+
+    def pose(self, status: Status) -> tuple[float, float, float]:
+        """Return the pose in the hall (m, m, rad); that of the odometry while nothing is known."""
+        if self._anchor is None:
+            return status.x, status.y, status.heading
+        x, y, heading = self._anchor.hall
+        turn = remainder(heading - self._anchor.odometry[2], tau)
+        dx, dy = status.x - self._anchor.odometry[0], status.y - self._anchor.odometry[1]
+        return (
+            x + dx * cos(turn) - dy * sin(turn), y + dx * sin(turn) + dy * cos(turn),
+            remainder(status.heading + turn, tau),
+        )  # fmt: skip
+
+    def found(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
+        """Take over where a scan has found the rover, as of this status."""
+        self._anchor = Anchor(status.boot, (status.x, status.y, status.heading), pose, spread, status.motion)
+        self._squared = spread**2
+        self.keep(status)
 
     def take(self, status: Status) -> None:
         """Take the next status."""
         last, self._last = self._last, status
-        if last is None or last.boot != status.boot:
-            self._squared = (FRESH_M if status.motion == 0 else FOUND_M) ** 2
+        if last is None:
+            self._begin(status)
+        elif last.boot != status.boot:
+            self._anchor, self._squared = None, UNKNOWN_M**2
+        else:
+            self._add(last, status)
+
+    def _begin(self, status: Status) -> None:
+        anchor = self._anchor
+        if anchor is None or anchor.boot != status.boot:
+            self._anchor, self._squared = None, UNKNOWN_M**2
             return
+        way = hypot(status.x - anchor.odometry[0], status.y - anchor.odometry[1])
+        unseen = LOST_M + OF_WAY * way if status.motion != anchor.motion else 0.0
+        self._squared = (anchor.spread + unseen) ** 2
+
+    def _add(self, last: Status, status: Status) -> None:
         way = hypot(status.x - last.x, status.y - last.y)
         if way > JUMP_M:
-            self._squared = FOUND_M**2
+            self._anchor, self._squared = None, UNKNOWN_M**2
             return
         self.driven += way
         turn = abs(remainder(status.heading - last.heading, tau))
         lost = OF_WAY * way + OF_TURN * turn
-        self._squared += lost * (2 * self.spread * 0.3 + lost)  # partly the same error again, as a compass that is off
+        self._squared += lost * (0.6 * self.spread + lost)  # partly the same error again, as a compass that is off
+
+    def keep(self, status: Status) -> None:
+        """Store what is known, for the next owner; a disk that is full costs a scan later."""
+        if self._file is None or self._anchor is None or not self.is_known:
+            return
+        here = (status.x, status.y, status.heading)
+        known = Anchor(status.boot, here, self.pose(status), self.spread, status.motion)
+        try:
+            replace_text(self._file, json.dumps(asdict(known)))
+        except OSError:
+            return
+
+
+def _stored(file: Path | None) -> Anchor | None:
+    """Return what an owner before has stored; None where there is none, or it cannot be read."""
+    if file is None:
+        return None
+    try:
+        with file.open("rb") as opened:
+            told: Mapping[str, Any] = json.loads(opened.read(LARGEST))
+        odometry, hall = (_three(told[name]) for name in ("odometry", "hall"))
+        spread = float(told["spread"])
+        if not isfinite(spread):
+            return None
+        return Anchor(int(told["boot"]), odometry, hall, spread, int(told["motion"]))
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+
+
+def _three(values: Any) -> tuple[float, float, float]:
+    x, y, heading = map(float, values)
+    if not all(map(isfinite, (x, y, heading))):
+        raise ValueError("a pose is finite")
+    return x, y, heading

@@ -3,6 +3,8 @@ import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, 
 import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
+import type { Judged, Pose } from "./mission_judge.ts";
+import { MISSION, Missions } from "./missions.ts";
 import type { Made } from "./rules_check.ts";
 import { RulesPanel } from "./rules_panel.ts";
 
@@ -10,11 +12,15 @@ const GO = "go";
 const TURN_RAD = Math.PI / 2;
 const HOW = "Click on the floor of the map, or choose a place here.";
 type Values = Record<string, number | string>;
-const description = facts as typeof facts & Description & Made;
+const description = facts as typeof facts & Description & Judged & Made & { hall: { home: Pose } };
 const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
-  private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.send(round(x), round(y)));
+  private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.picked(round(x), round(y)));
+  private missions = new Missions(page, {
+    description, here, plan: (corners, good) => this.map.plan(corners, good), ghost: (at) => this.map.ghost(at),
+    send: (text, saved) => this.sendMission(text, saved),
+  });
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
   private rules = new RulesPanel(page, description);
@@ -23,9 +29,9 @@ class HallConsole extends Basics<RobotPage> {
   constructor() {
     super(page);
     const token = byId<HTMLInputElement>("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
-    this.jobs = new JobPanel(page, token, { kind: GO, noun: "place", how: HOW, where }, () => this.mark());
+    this.jobs = new JobPanel(page, token, { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } }, () => this.mark());
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
-    page.on("patrol", () => page.command("patrol"));
+    for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
     page.on("left", () => page.command("turn", { angle: TURN_RAD }));
     page.on("right", () => page.command("turn", { angle: -TURN_RAD }));
     new Jog<Record<string, number>>(byId("drive"), {
@@ -44,10 +50,20 @@ class HallConsole extends Basics<RobotPage> {
   private listPlace(name: string, x: number, y: number): void {
     const item = document.createElement("li"), button = document.createElement("button");
     Object.assign(button, { type: "button", className: "button", textContent: name });
-    button.addEventListener("click", () => this.send(x, y));
+    button.addEventListener("click", () => this.picked(x, y, name));
     item.append(button);
     byId("places").append(item);
     this.places.push([button, name]);
+  }
+
+  /** A place was chosen: it is a step of the mission that is being written, or the rover is sent there. */
+  private picked(x: number, y: number, name = ""): void {
+    if (!this.missions.clicked(x, y, name)) this.send(x, y);
+  }
+
+  private sendMission(text: string, saved: number): void {
+    if (page.operating) page.command(MISSION, { text });
+    else void this.jobs.ask(saved ? {} : { text }, MISSION, saved);
   }
 
   /** Whoever drives sends the rover at once; everybody else asks for it as a job. */
@@ -82,7 +98,7 @@ class HallConsole extends Basics<RobotPage> {
 
   /** The mark is where the rover is on its way to. */
   private mark(): void {
-    const args = this.jobs?.open.find(({ job: { state } }) => state === "running")?.job.args;
+    const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
     this.map.mark(this.sent ?? (args ? [Number(args["x"]), Number(args["y"])] : null));
   }
 
@@ -91,10 +107,12 @@ class HallConsole extends Basics<RobotPage> {
     this.rules.draw();
     const why = this.whyNotSend();
     for (const [button] of this.places) allow(button, why);
+    this.missions.draw();
+    allow(byId("mission-send"), (page.operating ? page.whyNot(MISSION) : this.jobs.whyNot()) || this.missions.whyNot());
     byId("drive").hidden = !page.operating;
     for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
       allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
-    for (const [name, kind] of [["patrol", "patrol"], ["left", "turn"], ["right", "turn"]] as const)
+    for (const [name, kind] of [["patrol", "patrol"], ["look", "look"], ["left", "turn"], ["right", "turn"]] as const)
       allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
   }
 }
@@ -107,8 +125,15 @@ function round(metres: number): number {
   return Math.round(metres * 100) / 100;
 }
 
+/** Where the rover is; at home while that is not known. */
+function here(): Pose {
+  const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
+  return x === undefined || y === undefined || heading === undefined ? description.hall.home : [x, y, heading];
+}
+
 /** A place in words: its name where it has one. */
-function where(args: Values): string {
+function where(args: Values, kind: string): string {
+  if (kind === MISSION) return "a mission";
   const [x, y] = [Number(args["x"]), Number(args["y"])];
   const node = description.hall.node.find(({ at }) => Math.hypot(at[0] - x, at[1] - y) < 0.05);
   return node?.name ?? `${x.toFixed(1)} m from the left, ${y.toFixed(1)} m from below`;
@@ -125,7 +150,7 @@ function readings(): void {
     ["Now", page.state?.mode || "not known"],
     ["Ahead, by infrared", told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : "nothing within 80 cm"))],
     ["Ahead, by sonar", told("sonar", (v) => `${v.toFixed(2)} m`)],
-    ["Sure of its place", told("spread", (v) => `within ${(100 * v).toFixed(0)} cm`)],
+    ["Sure of its place", told("spread", (v) => (v > 1 ? "not known: let it look around" : `within ${(100 * v).toFixed(0)} cm`))],
     ["Battery", told("battery", (v) => `${v.toFixed(2)} V`)],
     ["Temperature", told("temperature", (v) => `${v.toFixed(1)} °C`)],
     ["Humidity", told("humidity", (v) => `${v.toFixed(0)} %`)],

@@ -27,6 +27,8 @@ export class HallMap {
   private beam: SVGLineElement;
   private trail: SVGPolylineElement;
   private goal: SVGGElement;
+  private planned: SVGPolylineElement;
+  private shadow: SVGGElement;
   private points: Point[] = [];
 
   constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
@@ -46,15 +48,14 @@ export class HallMap {
       this.name(name, x, y);
     }
     for (const { at: [x, y] } of hall.node) shape(svg, "circle", { cx: x, cy: -y, r: 0.09, class: "node" });
+    this.planned = shape(svg, "polyline", { class: "planned", points: "" });
     this.goal = shape(svg, "g", { class: "goal", visibility: "hidden" });
     shape(this.goal, "path", { d: "M -0.16 -0.16 L 0.16 0.16 M -0.16 0.16 L 0.16 -0.16" });
+    this.shadow = shape(svg, "g", { class: "ghost", visibility: "hidden" });
+    this.body(this.shadow);
     this.sure = shape(svg, "circle", { class: "spread", r: 0, cx: 0, cy: 0 });
     this.rover = shape(svg, "g", { class: "rover", visibility: "hidden" });
-    const { length, width } = d.body;
-    for (const side of [-1, 1]) for (const end of [-1, 1])
-      shape(this.rover, "rect", { x: end * length * 0.3 - 0.06, y: side * width * 0.5 - 0.035, width: 0.12, height: 0.07, rx: 0.02, class: "wheel" });
-    shape(this.rover, "rect", { x: -length / 2, y: -width * 0.42, width: length, height: width * 0.84, rx: 0.05, class: "hull" });
-    shape(this.rover, "path", { d: `M ${length * 0.52} 0 L ${length * 0.12} ${-width * 0.26} L ${length * 0.12} ${width * 0.26} Z`, class: "nose" });
+    this.body(this.rover);
     svg.addEventListener("click", (event) => {
       const matrix = svg.getScreenCTM();
       if (!matrix) return;
@@ -68,13 +69,31 @@ export class HallMap {
     set(this.rover, { visibility: seen ? "visible" : "hidden" });
     if (!seen) return;
     const { x, y, heading, spread } = seen;
-    set(this.rover, { transform: `translate(${place(x)} ${place(-y)}) rotate(${((-heading * 180) / Math.PI).toFixed(1)})` });
+    set(this.rover, { transform: turned([x, y, heading]) });
     set(this.sure, { cx: place(x), cy: place(-y), r: place(Math.max(0, spread)) });
     this.drawSensors(seen);
     const last = this.points.at(-1);
     if (last && Math.hypot(last[0] - x, last[1] - y) < STEP_M) return;
     this.points = [...this.points.slice(1 - TRAIL), [x, y]];
     set(this.trail, { points: this.points.map(([a, b]) => `${place(a)},${place(-b)}`).join(" ") });
+  }
+
+  /** Draw the path of a mission: its corners; null for none. */
+  plan(corners: readonly (readonly [number, number, number])[] | null, good: boolean): void {
+    set(this.planned, { points: (corners ?? []).map(([x, y]) => `${place(x)},${place(-y)}`).join(" "), "data-good": String(good) });
+  }
+
+  /** Draw the ghost that tries a mission; null to take it away. */
+  ghost(at: readonly [number, number, number] | null): void {
+    set(this.shadow, { visibility: at ? "visible" : "hidden", ...(at ? { transform: turned(at) } : {}) });
+  }
+
+  private body(into: SVGGElement): void {
+    const { length, width } = this.d.body;
+    for (const side of [-1, 1]) for (const end of [-1, 1])
+      shape(into, "rect", { x: end * length * 0.3 - 0.06, y: side * width * 0.5 - 0.035, width: 0.12, height: 0.07, rx: 0.02, class: "wheel" });
+    shape(into, "rect", { x: -length / 2, y: -width * 0.42, width: length, height: width * 0.84, rx: 0.05, class: "hull" });
+    shape(into, "path", { d: `M ${length * 0.52} 0 L ${length * 0.12} ${-width * 0.26} L ${length * 0.12} ${width * 0.26} Z`, class: "nose" });
   }
 
   /** Mark where the rover is sent; null to take the mark away. */
@@ -106,6 +125,10 @@ export class HallMap {
   private name(words: string, x: number, y: number): void {
     shape(this.svg, "text", { x, y: -y, "font-size": LINE_PX / 60, class: "name" }).textContent = words;
   }
+}
+
+function turned([x, y, heading]: readonly [number, number, number]): string {
+  return `translate(${place(x)} ${place(-y)}) rotate(${((-heading * 180) / Math.PI).toFixed(1)})`;
 }
 
 function place(metres: number): string {

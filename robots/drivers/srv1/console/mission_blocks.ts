@@ -2,19 +2,18 @@
 import { Blockly, workspace } from "/static/farhand/v1/blocks.js";
 import type { Floor, Step } from "./mission_text.ts";
 
-const HERE = "-"; // a place that has no name
 const stacked = { previousStatement: null, nextStatement: null };
 const number = (name: string, low: number, high: number, value: number, precision = 0.1): object => ({
   type: "field_number", name, value, min: low, max: high, precision,
 });
 
 function define(floor: Floor): void {
-  const places = [...floor.node.map(({ name }) => [name, name]), ["a place", HERE]];
+  const places = floor.node.map(({ name }) => [name, name]);
   Blockly.common.defineBlocksWithJsonArray([
+    { ...stacked, type: "go", colour: 195, message0: "go to %1", args0: [{ type: "field_dropdown", name: "place", options: places }], tooltip: "Go to a place of the map." },
     {
-      ...stacked, type: "go", colour: 195, message0: "go to %1", args0: [{ type: "field_dropdown", name: "place", options: places }],
-      message1: "%1 m from the left, %2 m from below", args1: [number("x", 0, floor.width, 1, 0.01), number("y", 0, floor.depth, 1, 0.01)],
-      tooltip: "Go to a place of the map; the numbers count where it has no name.",
+      ...stacked, type: "spot", colour: 195, message0: "go to %1 m from the left, %2 m from below",
+      args0: [number("x", 0, floor.width, 1, 0.01), number("y", 0, floor.depth, 1, 0.01)], tooltip: "Go to any place of the hall.",
     },
     { ...stacked, type: "turn", colour: 195, message0: "turn %1 degrees to the left", args0: [number("degrees", -360, 360, 90, 1)], tooltip: "Turn in place." },
     { ...stacked, type: "look", colour: 25, message0: "look around", tooltip: "Turn once, and measure in 18 directions." },
@@ -33,7 +32,7 @@ export class MissionBlocks {
   constructor(box: HTMLElement, private floor: Floor, changed: (steps: Step[]) => void) {
     define(floor);
     const categories = [
-      { name: "Drive", colour: "195", types: ["go", "turn"] }, { name: "Find out", colour: "25", types: ["photograph", "read", "look"] },
+      { name: "Drive", colour: "195", types: ["go", "spot", "turn"] }, { name: "Find out", colour: "25", types: ["photograph", "read", "look"] },
       { name: "Wait", colour: "60", types: ["wait"] }, { name: "Patrol", colour: "130", types: ["patrol"] }, { name: "Say", colour: "290", types: ["say"] },
     ];
     this.workspace = workspace(box, categories, () => this.quiet || changed(this.steps()));
@@ -61,8 +60,9 @@ export class MissionBlocks {
     switch (block.type) {
       case "go": {
         const node = this.floor.node.find(({ name }) => name === block.getFieldValue("place"));
-        return { do: "go", name: node?.name ?? "", x: node?.at[0] ?? value("x"), y: node?.at[1] ?? value("y") };
+        return { do: "go", name: node?.name ?? "", x: node?.at[0] ?? 0, y: node?.at[1] ?? 0 };
       }
+      case "spot": return { do: "go", name: "", x: value("x"), y: value("y") };
       case "turn": return { do: "turn", degrees: value("degrees") };
       case "wait": case "patrol": return { do: block.type, seconds: value("seconds") };
       case "say": return { do: "say", words: String(block.getFieldValue("words")).trim() || "…" };
@@ -73,7 +73,7 @@ export class MissionBlocks {
 
 function block(step: Step): { type: string; fields?: Record<string, unknown> } {
   switch (step.do) {
-    case "go": return { type: "go", fields: { place: step.name || HERE, x: step.x, y: step.y } };
+    case "go": return step.name ? { type: "go", fields: { place: step.name } } : { type: "spot", fields: { x: step.x, y: step.y } };
     case "turn": return { type: "turn", fields: { degrees: step.degrees } };
     case "wait": case "patrol": return { type: step.do, fields: { seconds: step.seconds } };
     case "say": return { type: "say", fields: { words: step.words } };

@@ -1,0 +1,128 @@
+"""What an edge knows: the movie that is broadcast, the one before it, and what it has to fetch. No socket, no clock."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+
+from portal.broadcast import packets
+from portal.broadcast.assembly import MOST, Assembly, Gap
+from portal.broadcast.timetable import SECOND
+
+log = logging.getLogger(__name__)
+BEFORE_NS = SECOND // 20  # what is needed so soon and is not there was lost, or is late: half the origin's guard
+PAUSE_NS = SECOND // 20  # after a loss, at least: packets may overtake one another
+SPREAD_NS = SECOND  # edges that lose the same packet do not ask all at once
+AGAIN_NS = SECOND // 2  # what was not answered is asked for again
+PLACES = 100_000  # of gaps that are remembered
+LONGEST = 256 * 1024  # bytes of a request
+SILENCE_NS = 10 * SECOND  # after that, an origin whose clock was set back is believed
+RESTART = 100_000  # numbers that are skipped: another start of the origin, no loss
+
+
+class Edge:
+    """Takes datagrams; `random` gives numbers from 0 to below 1. All movies together have at most `most` bytes."""
+
+    def __init__(self, key: bytes, random: Callable[[], float], most: int = MOST) -> None:
+        self.key, self._random, self._most = key, random, most
+        self.current: Assembly | None = None
+        self.before: Assembly | None = None
+        self.heard = self.refused = self.lost = self.repaired = 0  # packets, packets, packets, bytes
+        self._number, self._heard_ns = 0, 0
+        self._ask_ns: dict[tuple[int, int], int] = {}  # when each gap may be asked for, by its segment and beginning
+
+    def hear(self, datagram: bytes, now_ns: int) -> None:
+        """Take whatever came to the group's address."""
+        packet = packets.decode(self.key, datagram)
+        if packet is None:
+            self.refused += 1
+            return
+        movie = self.current
+        if movie is None or packet.movie != movie.movie:
+            if movie is not None and packet.number <= self._number and now_ns - self._heard_ns < SILENCE_NS:
+                self.refused += 1  # somebody sends again what was sent once
+                return
+            movie = self._begin(packet, now_ns)
+        self._count(packet.number, now_ns)
+        try:
+            fits = movie.take(packet)
+        except ValueError as error:
+            self._drop(movie, error)
+            return
+        self.refused += not fits
+        if self.before is not None and self.before.size + movie.size > self._most:
+            self.before = None
+
+    def _begin(self, packet: packets.Packet, now_ns: int) -> Assembly:
+        if self.current is not None and self.current.index is not None:
+            self.before = self.current
+        self.current = Assembly(packet.movie, packet.wait_ds, now_ns, self._most)
+        self._ask_ns.clear()
+        self._number = 0
+        log.info("movie %08x begins", packet.movie)
+        return self.current
+
+    def _count(self, number: int, now_ns: int) -> None:
+        skipped = number - self._number - 1
+        if self._number and 0 < skipped < RESTART:
+            self.lost += skipped
+        if number > self._number or now_ns - self._heard_ns >= SILENCE_NS:
+            self._number = number
+        self.heard, self._heard_ns = self.heard + 1, now_ns
+
+    def _drop(self, movie: Assembly, error: ValueError) -> None:
+        log.warning("movie %08x has an index that is none: %s", movie.movie, error)
+        self.refused += 1
+        self.current = None
+
+    def find(self, movie: int) -> Assembly | None:
+        """Return a movie that people may still be watching."""
+        return next((one for one in (self.current, self.before) if one is not None and one.movie == movie), None)
+
+    def wanted(self, now_ns: int, most: int) -> list[Gap]:
+        """Return what to ask the origin for now, at most so many; what is not answered is asked for again."""
+        movie, asked = self.current, []
+        if movie is None or movie.whole or most <= 0:
+            return []
+        if len(self._ask_ns) > PLACES:
+            self._ask_ns.clear()
+        for gap in movie.gaps(now_ns, BEFORE_NS):
+            place = gap.segment, gap.begin
+            at = self._ask_ns.setdefault(place, now_ns + self._pause_ns(gap.due_ns - now_ns))
+            if at <= now_ns:
+                self._ask_ns[place] = now_ns + AGAIN_NS
+                asked.append(replace(gap, end=min(gap.end, gap.begin + LONGEST)))
+                if len(asked) >= most:
+                    break
+        return asked
+
+    def _pause_ns(self, left_ns: int) -> int:
+        """Return how long what was lost can wait, for others lost it, too, and packets may overtake one another."""
+        if left_ns <= BEFORE_NS:
+            return 0
+        least = min(PAUSE_NS, left_ns // 2)
+        return least + int(self._random() * (min(SPREAD_NS, left_ns // 2) - least))
+
+    def repair(self, movie: int, gap: Gap, data: bytes, size: int) -> None:
+        """Take what the origin answered: bytes from the gap's beginning on, of a segment of `size` bytes."""
+        current = self.current
+        if current is None or current.movie != movie:
+            return
+        try:
+            fits = current.repair(gap, data, size)
+        except ValueError as error:
+            self._drop(current, error)
+            return
+        self.repaired += len(data) if fits else 0
+        if fits:
+            self._ask_ns.pop((gap.segment, gap.begin), None)
+
+    def status(self) -> dict[str, object]:
+        """Return how it is with this edge, for people and monitors."""
+        movie = self.current
+        return {
+            "movie": None if movie is None else f"{movie.movie:08x}",
+            "shown": 0 if movie is None else movie.shown,
+            "segments": 0 if movie is None else movie.count,
+            "whole": movie is not None and movie.whole,
+            "packets": self.heard, "refused": self.refused, "lost": self.lost, "repaired_bytes": self.repaired,
+        }  # fmt: skip

@@ -1,0 +1,71 @@
+"""What an edge serves to browsers: the player, playlists, and segments that any cache may keep."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from portal.broadcast import playlist
+from portal.broadcast.answers import Answer, Headers, as_json, later, nothing, text
+from portal.broadcast.assembly import Assembly
+from portal.broadcast.edge import Edge
+from portal.broadcast.timetable import SECOND
+
+HERE = Path(__file__).parent
+PLAYER = {
+    "/": ("player.html", "text/html; charset=utf-8"), "/player.js": ("player.js", "text/javascript; charset=utf-8"),
+}  # fmt: skip
+NEVER_CHANGES = "public, max-age=3600, immutable"  # the address names the content; kept for an hour, as the movie is
+PLAYLIST = "application/vnd.apple.mpegurl"
+PLAYERS_NS = 2 * SECOND  # players look for new segments about once a second, and have to fetch them
+GROWING, WHOLE = "max-age=1", "max-age=10"
+POLICY = "default-src 'self'; media-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'"
+PLACE = re.compile(r"/([0-9a-f]{8})/(?:(movie\.m3u8)|(init\.mp4)|seg-([1-9][0-9]{0,3})\.m4s)")
+
+
+class Serving:
+    """Answers browsers from what the edge has."""
+
+    def __init__(self, edge: Edge, now_ns: Callable[[], int]) -> None:
+        self._edge, self._now_ns = edge, now_ns
+        self._player = {path: ((HERE / name).read_text(), kind) for path, (name, kind) in PLAYER.items()}
+
+    def answer(self, path: str, _: Headers) -> Answer:
+        """Answer a request."""
+        if path in self._player:
+            page = text(*self._player[path], "max-age=60")
+            return Answer(200, page.body, {**page.headers, "content-security-policy": POLICY})
+        if path == "/status.json":
+            return as_json(self._edge.status())
+        if path == "/index.m3u8":
+            return self._begin()
+        place = PLACE.fullmatch(path)
+        movie = self._edge.find(int(place[1], 16)) if place else None
+        if place is None or movie is None or movie.index is None:
+            return nothing()
+        if place[2]:
+            ended = movie is not self._edge.current
+            kept = WHOLE if ended or movie.shown == movie.count else GROWING
+            return text(playlist.media(movie, movie.index, ended), PLAYLIST, kept)
+        if place[3]:
+            return self._bytes(movie.index.init, "video/mp4")
+        return self._segment(movie, int(place[4]))
+
+    def _begin(self) -> Answer:
+        """Lead to the movie, from when on each of its segments will be there when players need it."""
+        movie = self._edge.current
+        ready = movie is not None and movie.shown > 0 and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS
+        if not ready:
+            movie = self._edge.before  # a new one begins: the one before is shown until then
+        if movie is None or movie.index is None or not movie.shown:
+            return later(1)
+        return text(playlist.multivariant(movie, movie.index), PLAYLIST, GROWING)
+
+    def _segment(self, movie: Assembly, number: int) -> Answer:
+        segment = movie.segments.get(number)
+        if segment is None or not segment.whole or number > movie.count:
+            return nothing()
+        return self._bytes(bytes(segment.data), "video/iso.segment")
+
+    @staticmethod
+    def _bytes(body: bytes, kind: str) -> Answer:
+        return Answer(200, body, {"content-type": kind, "cache-control": NEVER_CHANGES})

@@ -1,0 +1,46 @@
+"""Grid scanning (section 7.2): the rover pauses, scans in place and tells where it is on the stored map, then goes.
+
+Pure. The hall is cut into cells (`gridmap.range_map`), the belief is a histogram over x, y and heading
+(`gridmap.belief`), and the likeliest cells are refined to poses between them (`gridmap.refine`). The result says how
+sure it is, and is called unknown if it is not (`gridmap.estimate`).
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from robots.autonomy.gridmap.beacon import Beacon, with_beacon
+from robots.autonomy.gridmap.belief import Belief, Pose
+from robots.autonomy.gridmap.estimate import Estimate, by_beacon, by_cells, by_fits
+from robots.autonomy.gridmap.plan import Plan, RangeSensor
+from robots.autonomy.gridmap.range_map import RangeMap
+from robots.autonomy.gridmap.refine import fits
+from robots.autonomy.gridmap.scan import TURNS, Scan, scan_of
+
+__all__ = [
+    "SCANS", "TURNS", "Beacon", "Belief", "Estimate", "Fix", "Plan", "Pose", "RangeMap", "RangeSensor", "Scan",
+    "by_beacon", "by_cells", "locate", "next_step", "scan_of", "with_beacon",
+]  # fmt: skip
+
+CANDIDATES = 24  # cells that are refined
+SCANS = 3  # a first one, and twice again; then somebody is asked
+
+
+@dataclass(frozen=True)
+class Fix:
+    """An estimate, and the belief in cells after the scan, with which the next scan begins."""
+
+    estimate: Estimate
+    belief: Belief
+
+
+def locate(belief: Belief, scan: Scan, beacon: Beacon | None = None) -> Fix:
+    """Return where a rover is that has just scanned, as of the last reading; `belief` is what it knew before."""
+    before = belief if beacon is None else with_beacon(belief, beacon)
+    after = before.after_scan(scan)
+    found = fits(belief.ranges, after.peaks(CANDIDATES)[0], scan, beacon)
+    return Fix(by_fits(found, belief), after)
+
+
+def next_step(found: Estimate, scans: int) -> Literal["go", "scan", "ask"]:
+    """Return what to do after so many scans in turn: an unknown pose is scanned twice again, then somebody is asked."""
+    return "go" if found.is_known else "scan" if scans < SCANS else "ask"

@@ -1,0 +1,128 @@
+/** The mission card: steps as blocks, as text and by clicks on the map, judged at once, tried on a ghost, sent. */
+import { byId, FINAL, fill, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { ProgramDesk } from "/static/farhand/v1/programs.js";
+import { type Judged, type Judgement, judge, type Leg, type Pose } from "./mission_judge.ts";
+import { lineOf, parse, print, type Step } from "./mission_text.ts";
+
+export const MISSION = "mission";
+const GHOST_TIMES = 8; // so much faster than the rover
+const GHOST_MS = 50;
+
+/** What the card needs of the page around it. */
+export interface Around {
+  description: Judged;
+  /** Where the rover is, or would begin. */
+  here(): Pose;
+  /** Draw a path (its corners) and the ghost on it; null: none. */
+  plan(corners: readonly Pose[] | null, good: boolean): void;
+  ghost(at: Pose | null): void;
+  /** Send the mission: at once where this person drives, else as a job. */
+  send(text: string, saved: number): void;
+}
+
+export class Missions {
+  private desk: ProgramDesk<Step>;
+  private judged: { legs: Leg[]; said: Judgement[] } = { legs: [], said: [] };
+  private steps: readonly Step[] = [];
+  private playing = 0;
+  private clicks = byId<HTMLInputElement>("mission-clicks");
+
+  constructor(private page: RobotPage, private around: Around) {
+    const { hall } = around.description;
+    this.desk = new ProgramDesk<Step>(page, { parse: (text) => parse(text, hall), print }, "mission", {
+      blocks: async (box, changed) => new (await import("./mission_blocks.ts")).MissionBlocks(box, hall, changed),
+      changed: (steps) => this.judge(steps),
+      refused: () => this.judge([]),
+    });
+    page.on("try", () => this.play());
+    page.on("send", () => this.send());
+    const card = byId<HTMLDetailsElement>("mission");
+    card.addEventListener("toggle", () => {
+      if (card.open) void this.desk.open().then(() => this.judge(this.desk.steps));
+      else this.around.plan(null, true);
+      this.stopGhost();
+    });
+    for (const [name, step] of Object.entries<Step>({ photograph: { do: "photograph" }, read: { do: "read" }, look: { do: "look" }, wait: { do: "wait", seconds: 5 } }))
+      document.querySelector(`[data-add="${name}"]`)?.addEventListener("click", () => this.desk.add(step));
+  }
+
+  get open(): boolean {
+    return byId<HTMLDetailsElement>("mission").open;
+  }
+
+  /** A click on the map is a step of the mission; false if it is not. */
+  clicked(x: number, y: number, name = ""): boolean {
+    if (!this.open || !this.clicks.checked) return false;
+    this.desk.add({ do: "go", x, y, name });
+    return true;
+  }
+
+  /** Why it cannot be sent now, apart from what the page says; empty if it can. */
+  whyNot(): string {
+    if (!this.steps.length) return "Write a mission first: choose blocks, write lines, or click on the map.";
+    return this.judged.said.find(({ refuses }) => refuses)?.text ?? "";
+  }
+
+  private judge(steps: readonly Step[]): void {
+    this.steps = steps;
+    this.stopGhost();
+    this.judged = steps.length ? judge(this.around.description, steps, this.around.here()) : { legs: [], said: [] };
+    const { legs, said } = this.judged;
+    const bad = said.some(({ refuses }) => refuses), seconds = legs.reduce((sum, leg) => sum + leg.seconds, 0);
+    if (this.open) this.around.plan(legs.length ? legs.flatMap((leg) => leg.poses) : null, !bad);
+    const list = byId("mission-said");
+    list.replaceChildren(...said.map(({ text, at_s, refuses }) => {
+      const item = document.createElement("li");
+      item.className = refuses ? "bad" : "warning";
+      item.textContent = `${refuses ? "Will not run" : "Note"}, after ${clock(at_s)}: ${text}`;
+      return item;
+    }));
+    fill(byId<HTMLTableElement>("mission-steps").tBodies[0]!, legs.map((leg, i) => {
+      const before = legs.slice(0, i).reduce((sum, one) => sum + one.seconds, 0);
+      return [String(leg.step), lineOf(steps[leg.step - 1]!), clock(before)];
+    }));
+    if (steps.length && !bad) this.desk.tell(`${steps.length} step${steps.length === 1 ? "" : "s"}, about ${clock(seconds)}.`, "good");
+    this.page.draw();
+  }
+
+  /** Let the ghost drive the mission on the map. */
+  private play(): void {
+    this.stopGhost();
+    const poses = this.judged.legs.flatMap((leg) => leg.poses.map((pose, i) => ({ pose, seconds: i ? leg.seconds / Math.max(1, leg.poses.length - 1) : 0 })));
+    if (!poses.length) return;
+    const begun = performance.now();
+    this.playing = window.setInterval(() => {
+      let left = ((performance.now() - begun) / 1000) * GHOST_TIMES;
+      const next = poses.findIndex(({ seconds }) => (left -= seconds) < 0);
+      if (next < 0) return this.stopGhost();
+      const from = poses[Math.max(0, next - 1)]!.pose, { pose, seconds } = poses[next]!;
+      const share = seconds ? 1 + left / seconds : 1;
+      this.around.ghost([from[0] + (pose[0] - from[0]) * share, from[1] + (pose[1] - from[1]) * share, pose[2]]);
+    }, GHOST_MS);
+  }
+
+  private stopGhost(): void {
+    clearInterval(this.playing);
+    this.around.ghost(null);
+  }
+
+  private send(): void {
+    const why = this.whyNot();
+    if (why) return this.page.refuse(() => this.whyNot());
+    this.around.send(this.desk.text(), this.desk.unchanged);
+  }
+
+  draw(): void {
+    say(byId("mission-send"), this.page.operating ? "Run it now" : "Send it as a job");
+    this.desk.enable(this.page.live.lost ? "The connection is lost; what you write stays here." : "");
+    const running = this.page.snapshot?.commands.find(({ kind, state }) => kind === MISSION && !FINAL.has(state));
+    const told = running?.progress?.text;
+    if (told) this.desk.tell(`It runs: ${told}.`, "");
+  }
+}
+
+/** So many seconds as minutes and seconds. */
+export function clock(seconds: number): string {
+  const whole = Math.round(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
+}

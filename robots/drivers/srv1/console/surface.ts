@@ -2,7 +2,7 @@
 import { set, shape } from "/static/farhand/v1/console.js";
 import { type RuleSet, speed, type Variable } from "./fuzzy.ts";
 
-const CELLS = 32, SIDE = 240, LEFT = 64, TOP = 40, MOST_M_S = 0.5;
+const CELLS = 32, SIDE = 240, LEFT = 70, TOP = 44, MOST_M_S = 0.5;
 const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]] as const; // viridis, which the colour-blind can read
 
 export class Surface {
@@ -12,11 +12,11 @@ export class Surface {
   private rules: RuleSet | null = null;
 
   constructor(private svg: SVGSVGElement) {
-    set(svg, { viewBox: `0 0 ${LEFT + SIDE + 12} ${TOP + SIDE + 44}` });
+    set(svg, { viewBox: `0 0 ${LEFT + SIDE + 30} ${TOP + SIDE + 44}` });
     const step = SIDE / CELLS;
     for (let i = 0; i < CELLS; i++)
       this.cells.push(Array.from({ length: CELLS }, (_, j) =>
-        shape(svg, "rect", { x: LEFT + j * step, y: TOP + i * step, width: step + 0.4, height: step + 0.4, class: "cell" })));
+        shape(svg, "rect", { x: LEFT + j * step, y: TOP + i * step, width: step, height: step, class: "cell" })));
     this.ticks = shape(svg, "g", { class: "ticks" });
     this.dot = shape(svg, "g", { class: "now", visibility: "hidden" });
     shape(this.dot, "circle", { r: 6, cx: 0, cy: 0 });
@@ -34,10 +34,10 @@ export class Surface {
         if (!Number.isNaN(v)) all.push(v);
       }
     this.ticks.replaceChildren();
-    for (const [n, label] of first.labels.entries()) this.words(`${label} ${first.peaks[n]}`, LEFT - 6, TOP + SIDE * share(first, first.peaks[n]!), "end");
-    for (const [n, label] of second.labels.entries()) this.words(`${label} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 8, "middle");
-    this.words(`${first.name} (${first.unit}) ↓`, 0, TOP - 24, "start");
-    this.words(`${second.name} (${second.unit}) →`, LEFT + SIDE, TOP - 24, "end");
+    for (const [n, label] of first.labels.entries()) this.words(`${label} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
+    for (const [n, label] of second.labels.entries()) this.words(`${label} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
+    this.words(`${first.name} (${first.unit}) ↓`, 0, TOP - 30, "start");
+    this.words(`${second.name} (${second.unit}) →`, LEFT + SIDE, TOP - 30, "end");
     const slow = Math.min(...all), fast = Math.max(...all);
     set(this.svg, { "aria-label": `The speed over ${first.name} and ${second.name}: from ${cm(slow)} to ${cm(fast)} cm/s. The table has the same.` });
   }
@@ -57,7 +57,7 @@ export class Surface {
 
   private legend(): void {
     const y = TOP + SIDE + 12, step = SIDE / CELLS;
-    for (let n = 0; n < CELLS; n++) shape(this.svg, "rect", { x: LEFT + n * step, y, width: step + 0.4, height: 10, fill: colour((MOST_M_S * n) / (CELLS - 1)) });
+    for (let n = 0; n < CELLS; n++) shape(this.svg, "rect", { x: LEFT + n * step, y, width: step, height: 10, class: "cell", fill: colour((MOST_M_S * n) / (CELLS - 1)) });
     for (const [n, anchor] of [[0, "start"], [0.5, "middle"], [1, "end"]] as const)
       shape(this.svg, "text", { x: LEFT + SIDE * n, y: y + 22, "text-anchor": anchor }).textContent = `${100 * MOST_M_S * n}${n === 1 ? " cm/s" : ""}`;
   }

@@ -46,8 +46,10 @@ def next_turn(portal):
 def on_the_way(portal):
     """Patrol along the lower wall, and wait until the speed is the rules'."""
     portal.grant()
-    portal.rig.sim.world.plant.put(1.2, 0.6, 0.0)
     command = patrolling(portal)
+    mode = portal.rig.sim.firmware.commander.status
+    portal.until(lambda: mode().mode == "patrol", 60, "the end of a look around")
+    portal.rig.sim.world.plant.put(1.2, 0.6, 0.0)
     portal.world.sleep(1.5 + random.Random(portal.world.seed).random())
     return command
 

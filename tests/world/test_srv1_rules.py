@@ -2,10 +2,11 @@
 
 import random
 from math import dist, inf
+from types import SimpleNamespace
 
 import pytest
 
-from robots import services
+from robots import services, verbs
 from robots.contract.errors import BadRequest
 from robots.drivers.srv1 import flash
 from robots.drivers.srv1.rules import crc_of, paper
@@ -94,6 +95,29 @@ def test_rules_that_are_refused_change_nothing(worlds, seed):
     hunt(worlds, seed, refused)
 
 
+def by_staff(portal, text):
+    """Send a rule set as staff do: lock the robot out, take it for maintenance, send, and lift that."""
+    grant = services.open_grant(portal.robot)
+    services.end_grant(grant, GrantEnd.FINISHED, "the turn is over", portal.world.now())
+    kim = type(portal.people["kim"]).objects.get(username="kim")
+
+    def verb(name, **post):
+        return verbs.VERBS[name](portal.row, SimpleNamespace(user=kim, POST=post))
+
+    verb("lock_out", note="new rules")
+    portal.until(lambda: portal.row.stop_latched, 10, "the row of the stop")
+    verb("maintenance")
+    verb("release", checked="yes")
+    portal.until(lambda: not portal.owner.latch.latched, 10, "the release")
+    grant = services.open_grant(portal.robot)
+    issued = services.issue(portal.slug, kim, "rules", {"text": text}, services.next_seq(grant)).command
+    done = portal.final(issued)
+    verb("lift")
+    if portal.row.stop_latched:
+        verb("release", checked="yes")
+    return done
+
+
 def set_back(portal):
     """What an operator has set is gone after the turn; what staff have set stays, and comes back after the next turn."""
     portal.grant()
@@ -101,8 +125,9 @@ def set_back(portal):
     next_turn(portal)
     assert in_force(portal) == crc_of(paper())
     assert portal.owner.owned.driver.latest().values["rules"] == 0
-    by_staff = services.configure(portal.robot, portal.people["kim"], "rules", {"text": THIRD}, portal.world.now())
-    assert portal.final(by_staff).state == "completed"
+    assert by_staff(portal, THIRD).state == "completed"
+    next_turn(portal)
+    assert in_force(portal) == crc_of(THIRD), "what staff have set stays"
     assert put(portal).state == "completed"
     assert in_force(portal) == crc_of(HALF)
     next_turn(portal)

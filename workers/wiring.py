@@ -24,6 +24,7 @@ from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
 from workers.commands.claim import Commands, abandon
 from workers.commands.findings import Findings
+from workers.commands.packages import Packages
 from workers.commands.run import Runner
 from workers.connection import Connection
 from workers.control import Control
@@ -110,9 +111,12 @@ class Owner:
         owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
         note = self.stopping.note
         findings = self.findings = Findings(owned, pictures, Path(settings.VAR) / "findings" / owned.robot.slug)
-        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, findings, connection.faulted, note)
+        self.packages = packages = Packages(Path(settings.VAR) / "packages" / owned.robot.slug)
+        self.runner = Runner(
+            owned, lease, self.lane, self.deadman, pictures, findings, packages, connection.faulted, note
+        )
         runner_beside = Runner(
-            owned, lease, self.beside, self.deadman, pictures, findings, connection.config_faulted, note
+            owned, lease, self.beside, self.deadman, pictures, findings, packages, connection.config_faulted, note
         )
         self.motion = Commands(owned, lease, self.lane, self.runner.run, pictures)
         self.config = Commands(owned, lease, self.beside, runner_beside.run, pictures)
@@ -142,7 +146,7 @@ class Owner:
         self.grants.know_newest(newest_grant(robot))
         begin("renew", self._renew)  # a line that opens slowly must not cost the lease
         self.stopping.begin()
-        interrupted = abandon(robot, owned.now())
+        interrupted = abandon(robot, owned.now(), self.packages)
         self.connection.begin()
         if interrupted:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))

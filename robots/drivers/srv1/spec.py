@@ -4,7 +4,20 @@ from math import pi
 from typing import Any
 
 from robots.autonomy.fuzzy_text import LONGEST as LONGEST_RULES
-from robots.contract.capabilities import Check, Idle, Preview, Programs, Reset, Share, Statistics, Times, Total
+from robots.contract.capabilities import (
+    Check,
+    FloorPlan,
+    Idle,
+    JobMovies,
+    Preview,
+    PrivacyMasks,
+    Programs,
+    Reset,
+    Share,
+    Statistics,
+    Times,
+    Total,
+)
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
@@ -57,6 +70,7 @@ def spec() -> Spec:
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
             Programs("mission", "mission"), Preview("robots.drivers.srv1.preview:foresee"),
+            FloorPlan("robots.drivers.srv1.floor:plan"), JobMovies(("go",)), PrivacyMasks(),
         ),
         commands=(
             CommandKind(

@@ -3,6 +3,7 @@ import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, 
 import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
+import { HallInDepth } from "./hall_in_depth.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";
 import type { Made } from "./rules_check.ts";
@@ -17,9 +18,11 @@ const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
   private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.picked(round(x), round(y)));
+  private deep = new HallInDepth(byId("hall-3d"), byId<HTMLButtonElement>("deep"), description, (x, y) => this.picked(round(x), round(y)));
   private missions = new Missions(page, {
-    description, here, plan: (corners, good) => this.map.plan(corners, good), ghost: (at) => this.map.ghost(at),
-    send: (text, saved) => this.sendMission(text, saved),
+    description, here, send: (text, saved) => this.sendMission(text, saved),
+    plan: (corners, good) => [this.map, this.deep].forEach((view) => view.plan(corners, good)),
+    ghost: (at) => [this.map, this.deep].forEach((view) => view.ghost(at)),
   });
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
@@ -82,6 +85,7 @@ class HallConsole extends Basics<RobotPage> {
     const told = (name: string): number | undefined => page.value(name);
     const [x, y, heading] = [told("x"), told("y"), told("heading")];
     const known = x !== undefined && y !== undefined && heading !== undefined;
+    this.deep.show(known ? [x, y, heading] : null);
     this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
     readings();
     this.rules.state();

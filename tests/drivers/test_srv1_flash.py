@@ -12,7 +12,10 @@ from robots.drivers.srv1.extension import Activate
 from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.rules import crc_of, paper
 from simulators.srv1.flash import CHECKED, Flash
+from simulators.srv1.simulator import Simulator
 from tests.drivers.srv1_wire import Rig
+from tests.world.streams import Door, Network
+from tests.world.world import World
 
 TEXT = paper().encode()
 
@@ -189,6 +192,41 @@ def chatter(rig):
     while True:
         rig.hear(b"CCC")
         rig.world.sleep(0.01)
+
+
+def test_by_radio_it_takes_a_second_and_what_is_broken_off_is_ended_too(tmp_path):
+    """7 kbit/s, 37 ms a cycle: what ends a reception is on its way for longer than an answer may take."""
+    world = World(1)
+    cable = Network(world)
+    sim = Simulator(tmp_path, 1, world, lambda: world.now().timestamp(), world, radio=True)
+    line = RoverLine("rover:10001", 1, None, world, lambda host, port, seconds: cable.connect(host, port, seconds))
+    sim.listen(Door(cable))
+    world.spawn(sim.run, "simulator")
+    try:
+        world.sleep(1.5)
+        line.open()
+        at = world.monotonic()
+        line.upload(TEXT, allowed)
+        assert world.monotonic() - at < 1.5
+        for number in range(1, 2 + len(flash.blocks(TEXT))):
+            with pytest.raises(IndexError):
+                line.upload(TEXT, ([None] * number).pop)  # so many permits
+            assert line.status().rules == 0
+            line.upload(TEXT, allowed)
+        line.close()
+        world.sleep(1)
+        end = cable.connect("rover", 10001, 1.0)
+        end.sendall(b"X")
+        world.sleep(0.5)
+        end.sendall(flash.blocks(TEXT)[0][:50])
+        world.sleep(0.5)
+        end.close()
+        world.sleep(0.5)
+        line.open()
+        assert line.status().rules == 0
+    finally:
+        world.close()
+        sim.journal.close()
 
 
 def test_an_empty_buffer_has_the_sum_of_zeros():

@@ -16,9 +16,10 @@ TRIES = 4  # of a block
 CHECKED = 0x1FFF8  # bytes of the buffer that `zC` sums up; what was not received is 0
 # The firmware throws bytes away after the end and after a block that is wrong, until one is 0 or for 1 s of silence.
 QUIET = b"\0"
-# Ends a reception, wherever it is: 01 begins a block or fills one that is open, of either size, and is harmless as all
-# else (protocol.RESYNCHRONISE). Only then come 00 and CAN, which a command that was cut off must not take.
-END = SOH * (LARGE + 5) + QUIET + CAN * 2 + QUIET
+# Ends a reception, wherever it is: 01 begins a block or fills one that is open, and is harmless as all else
+# (protocol.RESYNCHRONISE). Only then come 00 and CAN, which a command that was cut off must not take.
+END = SOH * (BLOCK + 5) + QUIET + CAN * 2 + QUIET
+END_OF_ANY = SOH * (LARGE + 5) + QUIET + CAN * 2 + QUIET  # also of somebody who sends large blocks
 
 Exchange = Callable[[bytes], bytes]  # sends bytes and returns the next one that comes; raises TimeoutError
 

@@ -35,7 +35,7 @@ PICTURE_S = 3.0
 BLOCK_S = 2.0  # how long the answer to a block may take
 UPLOAD_S = 8.0  # a whole text, also by radio
 LOOK_S = 0.05  # between two looks whether a hold has come in between
-ENDED_S = 2.0  # how long the end of a reception may be on its way
+ENDED_S, RADIO_BYTE_S = 0.3, 8 / 7000  # how long the answer to the end of a reception may take, and each byte of it
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
 FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
 BEGIN, END = b"\xff\xd8", b"\xff\xd9"  # of a JPEG
@@ -72,7 +72,7 @@ class RoverLine:
         self._rest = bytearray()
         self._astray = False  # an answer may be missing or half read: the line is put in order before the next question
         self._held = False  # a hold was sent, and is not answered yet
-        self._receives = False  # the rover may be receiving into its flash buffer
+        self._ends = b""  # what ends a reception into the flash buffer, while the rover may be at one
         self._free_at = 0.0
         self.version = ""
         self.picture_s = 0.0  # how long the newest picture took
@@ -96,7 +96,7 @@ class RoverLine:
                 try:
                     self.version = self._asked_version()
                 except TimeoutError:
-                    self._receives = True  # an owner before may have been cut off while it sent rules
+                    self._ends = flash.END_OF_ANY  # an owner before may have been cut off while it sent rules
                     self._put_in_order()
                     self.version = self._asked_version()
         answer = self.ask(extension.Claim(self.epoch))
@@ -113,7 +113,7 @@ class RoverLine:
         if self._stream is not None:
             with contextlib.suppress(OSError):
                 self._stream.close()
-        self._stream, self._astray, self._held, self._receives = None, False, False, False
+        self._stream, self._astray, self._held, self._ends = None, False, False, b""
         self._rest.clear()
 
     def hold(self) -> None:
@@ -140,9 +140,9 @@ class RoverLine:
 
         """
         with self._lock, self._watched():
-            limit = Limit(self._clock, seconds)
             while True:
                 self._ready()
+                limit = Limit(self._clock, seconds)
                 self._send(extension.encode(command), permit, type(command).__name__.lower())
                 try:
                     answer = self._answer_to(command.letter, limit)
@@ -197,9 +197,9 @@ class RoverLine:
         begun again; and whatever `permit` raises.
         """
         with self._lock, self._watched():
-            limit = Limit(self._clock, UPLOAD_S)
             self._ready()
-            self._receives = True
+            limit = Limit(self._clock, UPLOAD_S)
+            self._ends = flash.END
             try:
                 flash.send(data, lambda piece: self._exchanged(piece, limit, permit))
                 received = count_of(self._line(limit))
@@ -294,7 +294,7 @@ class RoverLine:
         self._answered(b"", "held")
 
     def _answered(self, data: bytes, words: str) -> None:
-        self._receives = False
+        self._ends = b""
         self._free_at = self._clock.monotonic() + FLUSH_S
         self._noted("<", data, words)
 
@@ -317,10 +317,10 @@ class RoverLine:
         Raises TimeoutError where that does not end.
         """
         with self._writing:
-            self._open_line().write(flash.END if self._receives else RESYNCHRONISE)
-        if self._receives:
+            self._open_line().write(self._ends or RESYNCHRONISE)
+        if self._ends:
             with contextlib.suppress(TimeoutError):  # it answers to one of these bytes, whatever it does
-                self._more(Limit(self._clock, ENDED_S))
+                self._more(Limit(self._clock, ENDED_S + RADIO_BYTE_S * len(self._ends)))
         limit, thrown = Limit(self._clock, ANSWER_S), 0
         with contextlib.suppress(TimeoutError):
             while thrown < MOST_NOISE and not limit.over:

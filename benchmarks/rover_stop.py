@@ -26,7 +26,7 @@ def main() -> None:
         try:
             stops = measured(Path(folder))
         finally:
-            simulator.kill()
+            simulator.stop()
     rests = sorted(stops)
     print(f"{len(rests)} stops: median {1000 * rests[len(rests) // 2]:.0f} ms, slowest {1000 * rests[-1]:.0f} ms")
     share = sum(one <= MOST_S for one in rests) / len(rests)

@@ -1,4 +1,4 @@
-/** A floor in 3D: walls, boxes and round things with their names, a robot that drives on it, its ghost and a path. */
+/** A floor in 3D: walls, cuboids and round things with their names, a robot that drives on it, its ghost and a path. */
 import {
   AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, EdgesGeometry, Group, Line,
   LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera, Plane, PlaneGeometry, Raycaster, Scene, Sprite,
@@ -6,7 +6,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
-/** What stands on the floor (m): a box by its half sides, or something round by its radius. */
+/** What stands on the floor (m): a cuboid by its half sides, or something round by its radius. */
 export interface Standing { name: string; at: readonly [number, number]; high: number; half?: readonly [number, number]; radius?: number; dark?: boolean }
 export interface Floor { width: number; depth: number; standing: readonly Standing[]; marks: readonly { name: string; at: readonly [number, number] }[] }
 /** Length, width and height of the robot (m). */

@@ -3,15 +3,12 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { speed } from "../../robots/drivers/srv1/console/fuzzy.ts";
-import { braking, wrongIn } from "../../robots/drivers/srv1/console/rules_check.ts";
+import { braking, type Made, wrongIn } from "../../robots/drivers/srv1/console/rules_check.ts";
 import { crcOf, parse, write } from "../../robots/drivers/srv1/console/rules_text.ts";
 
-interface Vectors { sets: { text: string; crc: number; refusal: string; cases: [number, number, number][] }[]; texts: { text: string; refusal: string }[] }
+interface Vectors { made: Made; sets: { text: string; crc: number; refusal: string; cases: [number, number, number][] }[]; texts: { text: string; refusal: string }[] }
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/fuzzy.json", import.meta.url), "utf-8")) as Vectors;
-const made = { // of robot.toml, as the page gets it
-  body: { length: 0.28 }, motion: { acceleration: 0.8, braking: 1.6, forget_s: 0.25, most_speed: 0.4 },
-  infrared: { from: [0.13, 0, 0.06], noise: 0.006, stop: 0.15, far: 0.8 },
-};
+const { made } = vectors; // of robot.toml, as the page gets it
 
 /** What the page says of a text: why it cannot be read, or all that is wrong with it. */
 function said(text: string): string[] {

@@ -11,6 +11,7 @@ from pathlib import Path
 from robots.autonomy.fuzzy import LABELS, PAPER, RuleSet, Variable, speed
 from robots.autonomy.fuzzy_text import write
 from robots.contract.errors import BadRequest
+from robots.description import load
 from robots.drivers.srv1.rules import READINGS, crc_of, rules_of
 
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "fuzzy.json"
@@ -75,7 +76,11 @@ def vectors():
         paper.replace("VS 0.08, S 0.16, M 0.24, F 0.32, VF 0.4", "VS 0.1, S 0.2, M 0.3, F 0.4, VF 0.5"),
         paper + "rule M, M: M\n", paper.replace("\n", "\r\n"), "x" * 3000, "", *(line + "\n" + paper for line in LINES),
     ]  # fmt: skip
-    return {"sets": told, "texts": [{"text": text, "refusal": refusal(text)} for text in mended]}
+    made = load("srv1")
+    return {
+        "made": {name: made[name] for name in ("body", "motion", "infrared")}, "sets": told,
+        "texts": [{"text": text, "refusal": refusal(text)} for text in mended],
+    }  # fmt: skip
 
 
 def test_the_vectors_are_what_the_rover_gives():
@@ -84,7 +89,7 @@ def test_the_vectors_are_what_the_rover_gives():
     for old, new in zip(told["sets"], made["sets"], strict=True):
         assert (old["crc"], old["refusal"]) == (new["crc"], new["refusal"])
         assert all(abs(a[2] - b[2]) < 1e-12 for a, b in zip(old["cases"], new["cases"], strict=True))
-    assert told["texts"] == made["texts"]
+    assert (told["texts"], told["made"]) == (made["texts"], made["made"])
 
 
 def test_the_vectors_have_both():

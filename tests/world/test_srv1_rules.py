@@ -222,7 +222,7 @@ def test_an_owner_is_killed_during_the_upload(worlds, seed):
 
 
 def corrupted(portal, monkeypatch):
-    """A byte of a block is spoilt on the way: that block is sent again, and what is in force is what was meant."""
+    """A block is spoilt each time it is sent: that upload is given up, and the next one puts in force what was meant."""
     on_the_way(portal)
     dice, blocks, spoilt = random.Random(portal.world.seed), flash.blocks, []
 
@@ -231,7 +231,7 @@ def corrupted(portal, monkeypatch):
         number, at = dice.randrange(len(right)), dice.randrange(3, 133)
         wrong = bytearray(right[number])
         wrong[at] ^= 1 << dice.randrange(8)
-        if not spoilt:  # the receiver asks for it again, and the sender has the same: the first upload fails
+        if not spoilt:  # of the first upload
             spoilt.append(number)
             right[number] = bytes(wrong)
         return right

@@ -44,7 +44,9 @@ def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began:
     for number, step in enumerate(steps, 1):
         share = (number - 1) / len(steps)
 
-        def tell(words: str = "", named: str = f"step {number} of {len(steps)}: {_named(step)}", share: float = share) -> None:
+        def tell(
+            words: str = "", named: str = f"step {number} of {len(steps)}: {_named(step)}", share: float = share
+        ) -> None:
             on_stage(Progress(f"{named}{f', {words}' if words else ''}", share))
 
         tell()

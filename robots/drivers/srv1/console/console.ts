@@ -7,6 +7,8 @@ import { HallInDepth } from "./hall_in_depth.ts";
 import { HistoryPart, type Reading } from "./history_part.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";
+import type { Made } from "./rules_check.ts";
+import { RulesPanel } from "./rules_panel.ts";
 import { StickPart } from "./stick_part.ts";
 import { UnseenPart } from "./unseen_part.ts";
 
@@ -23,7 +25,7 @@ const HISTORY: readonly Reading[] = [
 ];
 const HOW = "Click on the floor of the map, or choose a place here.";
 type Values = Record<string, number | string>;
-const description = facts as typeof facts & Description & Judged & { hall: { home: Pose } };
+const description = facts as typeof facts & Description & Judged & Made & { hall: { home: Pose } };
 const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
@@ -39,6 +41,7 @@ class HallConsole extends Basics<RobotPage> {
   private history = new HistoryPart(page, HISTORY, byId("readings"));
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
+  private rules = new RulesPanel(page, description);
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
 
   constructor() {
@@ -97,6 +100,7 @@ class HallConsole extends Basics<RobotPage> {
     this.deep.show(known ? [x, y, heading] : null);
     this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
     readings();
+    this.rules.state();
     this.stick.state();
     this.history.draw(packet.atMs);
   }
@@ -122,6 +126,7 @@ class HallConsole extends Basics<RobotPage> {
 
   override draw(f: Facts): void {
     this.jobs.draw();
+    this.rules.draw();
     const why = this.whyNotSend();
     for (const [button] of this.places) allow(button, why);
     this.missions.draw();

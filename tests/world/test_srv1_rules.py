@@ -8,6 +8,7 @@ import pytest
 
 from robots import services, verbs
 from robots.contract.errors import BadRequest
+from robots.description import load
 from robots.drivers.srv1 import flash
 from robots.drivers.srv1.rules import crc_of, paper
 from robots.states import GrantEnd
@@ -176,14 +177,14 @@ def test_a_stop_during_the_upload(worlds, seed):
 
 
 def cut(portal):
-    """The line is pulled in the middle: the rover rests, has its old rules, and takes new ones after that."""
+    """The line is pulled in the middle: the rover rests by its permit's end, and takes new rules after that."""
     on_the_way(portal)
     slowed(portal)
     command = asked(portal)
     portal.rig.pull()
     at = portal.world.monotonic()
-    portal.at_rest()
-    assert portal.world.monotonic() - at <= REST_S
+    portal.at_rest(40)
+    assert portal.world.monotonic() - at <= load("srv1")["line"]["permit_s"] + REST_S
     assert portal.final(command).state == "failed"
     portal.world.sleep(random.Random(portal.world.seed).random() * 10)
     portal.rig.clear_faults()

@@ -25,6 +25,7 @@ from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
 from workers.commands.claim import Commands, abandon
 from workers.commands.findings import Findings
+from workers.commands.packages import Packages
 from workers.commands.run import Runner
 from workers.connection import Connection
 from workers.control import Control
@@ -112,9 +113,12 @@ class Owner:
         owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
         note = self.stopping.note
         findings = self.findings = Findings(owned, pictures, Path(settings.VAR) / "findings" / owned.robot.slug)
-        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, findings, connection.faulted, note)
+        self.packages = packages = Packages(Path(settings.VAR) / "packages" / owned.robot.slug)
+        self.runner = Runner(
+            owned, lease, self.lane, self.deadman, pictures, findings, packages, connection.faulted, note
+        )
         runner_beside = Runner(
-            owned, lease, self.beside, self.deadman, pictures, findings, connection.config_faulted, note
+            owned, lease, self.beside, self.deadman, pictures, findings, packages, connection.config_faulted, note
         )
         self.motion = Commands(owned, lease, self.lane, self.runner.run, pictures)
         self.config = Commands(owned, lease, self.beside, runner_beside.run, pictures)
@@ -168,10 +172,10 @@ class Owner:
         within, rest_s = rests_within(robot), robot.spec().rest_s
         alone = within is not None and rest_s is not None and within > rest_s
         self.control.moves_until = owned.clock.monotonic() + (within or 0.0) if alone else 0.0
-        interrupted = [] if alone else abandon(robot, owned.now())
+        interrupted = [] if alone else abandon(robot, owned.now(), self.packages)
         self.connection.begin()
         if alone and self.connection.connected:
-            interrupted = abandon(robot, owned.now())
+            interrupted = abandon(robot, owned.now(), self.packages)
         if interrupted:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
 

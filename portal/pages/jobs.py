@@ -19,6 +19,8 @@ from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, to
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
 from portal.pages.places import back_from
+from portal.recordings.figures import figures_of
+from portal.recordings.films import films_of
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask, made_by
 from queueing.jobs.cancelling import cancel, may_cancel
@@ -170,6 +172,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     ahead = next((one.ahead for one in order if one.job == job), 0)
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
     last, mine = commands[-1] if commands else None, may_cancel(job, asker)
+    findings, films = list(findings_of(grants)), films_of(grants, request.user)
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
         "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
@@ -180,7 +183,10 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "grants": grants,
         "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
-        "findings": findings_of(grants),
+        "findings": findings,
+        "films": films,
+        "arriving": any(film.arriving for film in films),
+        "figures": figures_of(job.robot, findings, [film.recording for film in films]),
         "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],
         "problem": problem,
     }  # fmt: skip

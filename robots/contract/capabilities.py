@@ -237,6 +237,38 @@ class Programs:
 
 
 @dataclass(frozen=True)
+class FloorPlan:
+    """How the floor looks from above: movies and pages of jobs draw the robot's path over it.
+
+    `function(settings)` returns a `Floor` (`robots.contract.floor`) in the frame of the pose. Without it the path is
+    drawn alone.
+    """
+
+    function: str
+
+
+@dataclass(frozen=True)
+class JobMovies:
+    """Of each finished job of these kinds that was recorded a movie is made by itself, as of each program."""
+
+    kinds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PrivacyMasks:
+    """Staff may black out parts of what its cameras see, before anybody or any file gets the picture."""
+
+    @staticmethod
+    def setting() -> Setting:
+        """Return what staff may set."""
+        return Setting(
+            "privacy_masks", "Privacy masks", "list", check="robots.vision.masks:check",
+            help="Parts of the pictures that nobody sees, live, stored or recorded: a list of [camera, x0, y0, x1, y1],"
+            " the camera counted from 0, the corners in px of its picture from its upper left.",
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Idle:
     """The command that the robot repeats while nobody asks for anything, in slices of `slice_s` seconds."""
 

@@ -12,7 +12,9 @@ from robots.contract.capabilities import (
     Idle,
     JobCheck,
     JobChoices,
+    JobMovies,
     Need,
+    PrivacyMasks,
     Programs,
     Setting,
     Statistics,
@@ -187,9 +189,15 @@ class Spec:
         """Return every capability of that kind, in the order of the declaration."""
         return tuple(c for c in self.capabilities if isinstance(c, kind))
 
+    def filmed(self) -> tuple[str, ...]:
+        """Return the kinds of jobs of which a movie is made by itself: programs, and those that it declares."""
+        declared = (kind for one in self.all_of(JobMovies) for kind in one.kinds)
+        return tuple(dict.fromkeys((*(one.kind for one in self.all_of(Programs)), *declared)))
+
     def settings(self) -> tuple[Setting, ...]:
-        """Return what staff may set for the robot: its own settings, then those of its stills."""
-        return (*self.all_of(Setting), *(setting for stills in self.all_of(Stills) for setting in stills.settings()))
+        """Return what staff may set for the robot: its own settings, then those of its stills and masks."""
+        masks = (one.setting() for one in self.all_of(PrivacyMasks))
+        return (*self.all_of(Setting), *(s for stills in self.all_of(Stills) for s in stills.settings()), *masks)
 
     def for_driver(self, kept: Mapping[str, Any]) -> dict[str, Any]:
         """Return what staff have set of the robot's own settings, by name."""
@@ -256,6 +264,9 @@ def _contradictions(spec: Spec) -> Iterator[str]:
             yield f"names the held motion {kind!r} in its handover, where nobody holds its controls"
     for one in spec.capabilities:
         yield from _wrong_with(one, spec)
+    yield from (
+        f"has no command {kind!r}, which its JobMovies names" for kind in spec.filmed() if not spec.command(kind)
+    )
 
 
 def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:

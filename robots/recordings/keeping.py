@@ -145,7 +145,7 @@ def remove(recording: Recording, reason: str) -> bool:
     """Remove the file and all movies of a recording; the row says when and why. Return False if that was done."""
     with transaction.atomic():
         changed = Recording.objects.filter(pk=recording.pk).exclude(state=RecordingState.REMOVED)
-        if not changed.update(state=RecordingState.REMOVED, reason=_dated(reason), size=0):
+        if not changed.update(state=RecordingState.REMOVED, reason=_dated(reason), size=0, track={}):
             return False
     for suffix in (".mcap", LIVE, OLD, BUSY):
         path_of(recording).with_suffix(suffix).unlink(missing_ok=True)

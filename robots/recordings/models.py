@@ -48,6 +48,10 @@ class Recording(models.Model):
     version = models.PositiveIntegerField(default=1, help_text="Grows when pictures are taken out.")
     taken_out = models.JSONField(default=list, blank=True, help_text="Spans of pictures to take out at the end.")
     host = models.CharField(max_length=80, blank=True, help_text="Where its recorder runs.")
+    filmed = models.PositiveIntegerField(
+        default=0, db_default=0, help_text="The version of which a movie was to be made by itself; 0: none."
+    )
+    track = models.JSONField(default=dict, db_default={}, blank=True, help_text="Its path: driven, planned (m).")
 
     class Meta:
         ordering = ("-id",)
@@ -78,7 +82,7 @@ def keep_days(robot: "models.Model") -> int:
 
 
 class Movie(models.Model):
-    """A movie of a recording, or a time-lapse of a robot's day, made on demand and kept for some days."""
+    """A movie of a recording, or a time-lapse of a robot's day: asked for or due by itself, kept for some days."""
 
     class Kind(models.TextChoices):
         """The containers, each with the codec that browsers play in it."""
@@ -108,6 +112,8 @@ class Movie(models.Model):
     ready_at = models.DateTimeField(null=True, blank=True)
     size = models.BigIntegerField(default=0)
     progress = models.PositiveSmallIntegerField(default=0, help_text="Percent, while it is made.")
+    unasked = models.BooleanField(default=False, db_default=False, help_text="Made by itself, after those asked for.")
+    tries = models.PositiveSmallIntegerField(default=0, db_default=0, help_text="How often it could not be made.")
 
     class Meta:
         ordering = ("-id",)
@@ -131,5 +137,6 @@ class Movie(models.Model):
     @property
     def ahead(self) -> int:
         """Return how many movies are made before it."""
-        earlier = Movie.objects.filter(state=self.State.WAITING, pk__lt=self.pk or 0).count()
-        return earlier + Movie.objects.filter(state=self.State.MAKING).exclude(pk=self.pk).count()
+        waiting, earlier = Movie.objects.filter(state=self.State.WAITING), Q(pk__lt=self.pk or 0)
+        before = waiting.filter(Q(unasked=False) | earlier if self.unasked else Q(unasked=False) & earlier).count()
+        return before + Movie.objects.filter(state=self.State.MAKING).exclude(pk=self.pk).count()

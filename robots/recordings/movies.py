@@ -1,4 +1,4 @@
-"""Movies of recordings and time-lapses of days: asked for, made one at a time, kept for some days."""
+"""Movies of recordings and time-lapses of days: asked for or due by themselves, made one at a time, kept some days."""
 
 from datetime import date, datetime, timedelta
 from pathlib import Path
@@ -6,16 +6,22 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
+from django.db.models import F
 
 from robots.clock import ms_of
 from robots.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, Robot
 from robots.recordings import keeping
 from robots.recordings.models import SHOWN
+from robots.recordings.plots import plot_of
+from robots.states import GrantKind
 
 WAITING = 20  # movies that may wait to be made
 LAPSE_HZ, LAPSE_S = 12, 10.0  # pictures a second of a time-lapse, and seconds of the day between them
 FRAMES = 2000  # stored pictures of a day at most
+TRIES, AGAIN = 3, timedelta(minutes=5)  # of a movie that is made by itself, and the pause between two
+UNASKED, JUDGED = 5, 100  # of those that may wait at once; recordings that are looked at in one go
+LATEST = timedelta(days=1)  # after a job's end a movie of it is no longer made by itself
 Kind, State = Movie.Kind, Movie.State
 
 
@@ -52,8 +58,9 @@ def _kind(kind: str) -> str:
 def _asked(same: dict[str, Any], new: Movie) -> Movie:
     found = Movie.objects.filter(**same).first()
     if found is not None and found.state != State.FAILED:
+        _hasten(found)
         return found
-    if Movie.objects.filter(state=State.WAITING).count() >= WAITING:
+    if Movie.objects.filter(state=State.WAITING, unasked=False).count() >= WAITING:
         raise BadRequest("Too many movies wait to be made; ask again in some minutes.")
     try:
         with transaction.atomic():
@@ -65,9 +72,42 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
     return new
 
 
+def is_filmed(recording: Recording) -> bool:
+    """Tell whether a movie of a job is made by itself: it is a program, or its robot declares so."""
+    try:
+        kinds = recording.robot.spec().filmed()
+    except LookupError:  # its package is gone
+        return False
+    job = recording.grant.kind == GrantKind.JOB
+    return job and bool(kinds) and recording.grant.commands.filter(kind__in=kinds).exists()
+
+
+def ask_due(now: datetime) -> int:
+    """Have movies of finished jobs made, some at a time. Return how many are new.
+
+    Each recording is judged once, whatever becomes of its movie: one that was removed to make room does not come again.
+    """
+    ended = Recording.objects.filter(state__in=SHOWN, grant__kind=GrantKind.JOB, ended_at__gt=now - LATEST)
+    fresh = ended.filter(filmed__lt=F("version"), grant__ended_at__isnull=False).order_by("id")
+    room = UNASKED - Movie.objects.filter(state__in=(State.WAITING, State.MAKING), unasked=True).count()
+    count = 0
+    for recording in fresh.select_related("robot", "grant")[:JUDGED]:
+        filmed = is_filmed(recording)
+        row = Recording.objects.filter(pk=recording.pk, filmed__lt=recording.version)
+        if (filmed and count >= room) or not row.update(filmed=recording.version) or not filmed:
+            continue
+        same: dict[str, Any] = {"recording": recording, "kind": Kind.MP4, "version": recording.version}
+        told = {"robot": recording.robot, "asked_at": now, "unasked": True}
+        count += Movie.objects.get_or_create(**same, defaults=told)[1]
+    return count
+
+
 def claim(now: datetime) -> Movie | None:
-    """Return the next movie to make, and note that it is being made."""
-    for movie in Movie.objects.filter(state=State.WAITING).select_related("recording", "robot").order_by("id"):
+    """Return the next movie to make, and note that it is being made: first those that somebody asked for."""
+    waiting = Movie.objects.filter(state=State.WAITING).select_related("recording", "robot")
+    for movie in waiting.order_by("unasked", "id"):
+        if movie.tries and movie.begun_at is not None and timedelta(0) <= now - movie.begun_at < AGAIN:
+            continue  # it could not be made just now
         if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now, progress=0):
             return movie
     return None
@@ -78,12 +118,18 @@ def again() -> None:
     Movie.objects.filter(state=State.MAKING).update(state=State.WAITING, begun_at=None)
 
 
+def _hasten(movie: Movie) -> None:
+    """Have a movie that is made by itself, and for which somebody asks now, made with the others asked for."""
+    Movie.objects.filter(pk=movie.pk, state=State.WAITING, unasked=True).update(unasked=False, begun_at=None)
+
+
 def plan_of(movie: Movie) -> dict[str, Any]:
     """Return what the process that makes movies has to read; no files if nothing is left."""
     if movie.recording is not None:
         path = keeping.path_of(movie.recording)
         shown = movie.recording.shown and path.exists()
-        return {"hz": 5, "files": [(str(path), ms_of(movie.recording.began_at))] if shown else []}
+        files = [(str(path), ms_of(movie.recording.began_at))] if shown else []
+        return {"hz": 5, "files": files, "plot": plot_of(movie.recording) if files else None}
     assert movie.day is not None
     recordings = [source for source in movie.sources if isinstance(source, int)]
     pictures = [source for source in movie.sources if isinstance(source, str)]
@@ -104,7 +150,9 @@ def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
     """Note that a movie is ready, or why it is not. `made`: its file, which is moved to its place."""
     done = Movie.objects.filter(pk=movie.pk, state=State.MAKING)
     if made is None:
-        done.update(state=State.FAILED, reason=reason[:200])
+        tries = movie.tries + 1
+        again = movie.unasked and tries < TRIES
+        done.update(state=State.WAITING if again else State.FAILED, reason=reason[:200], tries=tries, begun_at=now)
         return
     path = keeping.movie_path(movie)
     if made.exists():  # it was moved before, if that could not be noted
@@ -116,6 +164,13 @@ def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
         path.unlink(missing_ok=True)  # pictures of it were taken down meanwhile
 
 
+def note_track(movie: Movie, track: dict[str, Any]) -> None:
+    """Note the path of a recording; it goes with the recording."""
+    if movie.recording is not None:
+        Recording.objects.filter(pk=movie.recording.pk, state__in=SHOWN).update(track=track)
+
+
 def stale(movie: Movie, now: datetime) -> bool:
     """Return whether the movie was not made for long after it was asked for: nobody makes movies now."""
-    return movie.state in (State.WAITING, State.MAKING) and now - movie.asked_at > timedelta(minutes=15)
+    since = max(movie.asked_at, movie.begun_at or movie.asked_at)  # begun: also one that is tried again
+    return movie.state in (State.WAITING, State.MAKING) and now - since > timedelta(minutes=15)

@@ -39,14 +39,14 @@ class MotorBoard:
         self._said: float | None = None  # when they were said; None: they stay until others are
         self._slow_since: float | None = None
         self.target = (0.0, 0.0)
-        self.moving = self.holding = self.stalled = False
+        self.moving = self.holding = self.stalled = self._brakes = False
         self.end = End.NONE
 
     def _want(self, rims: tuple[float, float], velocity: tuple[float, float], epoch: int, said: float | None) -> None:
         """Go over to these rim speeds (m/s), unless it is held; `velocity` (m/s, rad/s) is what is noted of them."""
         if self.holding:
             return
-        self._wanted, self._said = rims, said
+        self._wanted, self._said, self._brakes = rims, said, False
         if not self.moving and rims != (0.0, 0.0):
             linear, angular = velocity
             self.moving, self.motion, self.end = True, self.motion + 1, End.NONE
@@ -71,7 +71,7 @@ class MotorBoard:
             if self._wanted != (0.0, 0.0):
                 self.end = End.SILENCE
             self._wanted = (0.0, 0.0)
-        braking = self.holding or self.end is End.SILENCE
+        braking = self.holding or self._brakes or self.end is End.SILENCE
         most = self._motion["braking" if braking else "acceleration"] * seconds
         left, right = (at + min(max(to - at, -most), most) for at, to in zip(self.target, self._wanted, strict=True))
         self.target = left, right

@@ -44,8 +44,8 @@ class Drive(MotorBoard):
         self._want((left * share, right * share), (linear, angular), epoch, now)
 
     def halt_ahead(self) -> None:
-        """Drive on with the turn alone, until the velocity is forgotten or another comes."""
+        """Brake, and drive on with the turn alone, until the velocity is forgotten or another comes."""
         left, right = self._wanted
         ahead = (left + right) / 2
         if ahead > 0.0:
-            self._wanted = left - ahead, right - ahead
+            self._wanted, self._brakes = (left - ahead, right - ahead), True

@@ -170,7 +170,7 @@ def test_a_hold_is_heard_in_pieces_and_a_picture_is_whole(rig):
 
 def test_while_it_is_held_nothing_drives_it(rig):
     rig.ask(Claim(7))
-    drive(rig, 1.0)
+    drive(rig, 1.0, 0.4)
     rig.say(HOLD, 0.02)
     assert rig.ask(Velocity(7, 0.2, 0.0, rig.firmware.commander.uptime_ms), 0.02) == Refused("v", Reason.HOLDING)
     assert rig.ask(Patrol(7, stamp(rig)), 0.02) == Refused("g", Reason.HOLDING)

@@ -187,7 +187,7 @@ def test_pose_charge_and_boot_number_outlive_a_kill(rig, opened):
     assert again["pose"] == pytest.approx(before["pose"], abs=1e-3)
     assert again["charge"] == pytest.approx(before["charge"], abs=1e-3)
     assert again["boot"] == before["boot"] + 1
-    assert again["encoders"] == [0, 0]
+    assert max(map(abs, again["encoders"])) <= 2, "they count anew, and it stands on soft wheels"
 
 
 def test_a_kill_in_mid_motion_loses_little_of_its_way(rig, opened):

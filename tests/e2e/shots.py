@@ -25,6 +25,8 @@ def main() -> None:
         _take_arm(folder)
     with database():
         _take_irat(folder)
+    with database():
+        _take_rules(folder)
 
 
 def _take_mercury(folder: Path) -> None:
@@ -103,6 +105,29 @@ def _take_irat(folder: Path) -> None:
     finally:
         portal.stop()
         redis.stop()
+
+
+def _take_rules(folder: Path) -> None:
+    """The rover's rules while it patrols: figure 6; then one is changed and not sent yet, and another is refused."""
+    from accounts.models import Clearance, User
+    from portal.seeding import add_robot
+    from robots.clock import SYSTEM
+
+    robot = add_robot("srv1")
+    person = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
+    Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
+    for name, page in _looks(robot, person, 1150, ("rover-rules", "rover-rules-dark", "rover-rules-phone")):
+        if name == "rover-rules":
+            page.click("[data-command=patrol]")
+        page.click("#hall-rules > summary")
+        page.wait_for_timeout(4000)
+        if name == "rover-rules":
+            page.locator(".hall-surface svg").screenshot(path=folder / "rover-surface.png")
+        rules = page.locator("#hall-rules-table select")
+        rules.nth(24).select_option(label="M")
+        rules.nth(9).select_option(label="VF")
+        page.wait_for_timeout(600)
+        page.locator("#hall-rules").screenshot(path=folder / f"{name}.png")
 
 
 def _options(height: int) -> tuple[dict[str, object], ...]:

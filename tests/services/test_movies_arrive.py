@@ -72,7 +72,7 @@ def test_how_far_a_movie_is_stands_in_its_row_and_on_the_page(recording, client)
 def test_what_its_program_said_last_is_noted_while_it_runs(recording):
     movie, maker = movies.ask(recording, "mp4", SYSTEM.now()), MovieMaker(SYSTEM, nice=0)
     maker.look()
-    wait_for(lambda: maker._process.poll() is not None or "%" in maker._last_line(), 60, "the first percent")
+    wait_for(lambda: maker._process.poll() is not None or "%" in maker._lines()[-1], 60, "the first percent")
     maker._said.seek(0)
     maker._said.truncate()
     maker._said.write("12 %\n61 %\n")

@@ -11,7 +11,7 @@ from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, toward, turning
 from robots.drivers.srv1.whereabouts import UNKNOWN_M, Whereabouts
 
-STEP_S, FAR_M, STOP_M, BRAKING = 0.1, 0.80, 0.15, 1.6
+STEP_S, FAR_M, STOP_M, BRAKING = 0.1, 0.80, 0.15, 2.5
 AT = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
 REST = Status(
     boot=1, epoch=1, motion=0, moving=False, holding=False, end="none", mode="rest", x=1.0, y=1.0, heading=0.0,

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from random import Random
 
-from robots.drivers.srv1 import extension
+from robots.drivers.srv1 import extension, flash
 from robots.drivers.srv1.driver import Driver
 from robots.drivers.srv1.extension import HOLD, Patrol, Velocity
 from robots.drivers.srv1.framing import COMMAND, Frames
@@ -13,6 +13,7 @@ from simulators.srv1.simulator import Simulator
 from tests.world.streams import Door, Network
 from tests.world.world import World
 
+BLOCK_BYTES = flash.BLOCK + 6  # with its number, its checksum and the silence after it
 HOSTILE = (
     b"M\x7f\x7f\x00", b"M\x7f", b"5", b"%v1,1,1,1*0000\n", b"%c999999*0000\n", HOLD[:-1], b"%" + b"9" * 3000, b"I",
     b"F\x50\x50", b"$A99", b"X", b"\xff\xfe\xfd", b"", b"\x00" * 500, b"x" * 100_000,
@@ -31,6 +32,7 @@ class RoverRig:
         self.pull, self.plug = self.cable.pull, self.cable.plug
         self.stall, self.halve = self.cable.stall, self.cable.halve
         self.kind = ""  # of the command for which a motion was sent last
+        self.blocks = 0  # of uploads, that were sent
         self._last: dict = {}  # the motion before
         self._end = ""  # how it ended, if nobody has held the rover since
         self.process = world.process("simulator", delayed=False)
@@ -54,6 +56,7 @@ class RoverRig:
                 frames = Frames(COMMAND)
 
                 def sent(data: bytes) -> None:
+                    rig.blocks += data.startswith(flash.SOH) and len(data) == BLOCK_BYTES
                     for frame in frames.feed(data):
                         if isinstance(extension.decode(frame), Velocity | Patrol):
                             rig.kind = executed

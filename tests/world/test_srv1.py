@@ -1,14 +1,18 @@
 """The hall rover in virtual time: its owner, driver, firmware and hall; what it never does, and what survives what."""
 
 import random
+import shutil
+from hashlib import sha256
 from math import dist, inf, pi
 
 import pytest
+from django.conf import settings
 
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
 from tests.world.seeds import hunt, seeds
+from workers.commands.packages import NOT_STORED
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 REST_S = 0.25 + 0.3  # its watchdog, and the braking from its greatest speed
@@ -86,7 +90,7 @@ def goes(portal):
     x, y, _ = plant.pose
     assert dist((x, y), PLACE) < 0.25, "it is where it was sent"
     shown = portal.owner.owned.driver.state()
-    assert dist(shown.pose[:2], (x, y)) <= max(0.05, shown.values["spread"]), "it is as sure as it says"
+    assert dist(shown.pose[:2], (x, y)) <= max(0.1, 1.5 * shown.values["spread"]), "it is as sure as it says"
     assert portal.rig.sim.world.plant.contacts == (), "it touched nothing"
 
 
@@ -225,6 +229,7 @@ def mission(portal):
     portal.grant()
     command = portal.final(portal.issue("mission", text=MISSION), 60)
     assert (command.state, command.result["sent"]) == ("completed", {"steps": 6})
+    assert command.result["package"] == sha256(MISSION.encode()).hexdigest()
     told = found(command)
     assert [one.text for one in told] == ["readings", "photograph", "Here begins the tour.", "readings"]
     assert {"temperature", "sonar"} <= set(told[0].values)
@@ -235,6 +240,48 @@ def mission(portal):
 @seeds(1, 10, 100)
 def test_a_mission_stores_what_it_finds(worlds, seed):
     hunt(worlds, seed, mission)
+
+
+def killed_in_a_mission(portal):
+    """It ends as unknown, at the step where it was; nothing goes on by itself, and its package is gone."""
+    portal.grant()
+    folder = settings.VAR / "packages" / portal.slug
+    command = portal.issue("mission", text="read\nwait 2\nwait 100\n")
+    portal.until(lambda: found(command), 30, "the first readings")
+    portal.world.sleep(5)
+    assert [path.stem for path in folder.glob("*.json")] == [str(command.pk)]
+    portal.supervisor.worker.kill()
+    ended = portal.final(command)
+    assert ended.state == "unknown"
+    assert ended.reason.endswith("It was at step 3 of 3: wait 100."), ended.reason
+    portal.until(lambda: portal.owner, 30, "another owner")
+    nothing_moves(portal, 5)
+    assert not list(folder.glob("*.json"))
+
+
+@seeds(1, 10, 100)
+def test_a_mission_that_is_cut_off_says_where_it_was(worlds, seed):
+    hunt(worlds, seed, killed_in_a_mission)
+
+
+def no_room(portal):
+    """A machine that cannot store the package moves nothing, and says why."""
+    portal.grant()
+    folder = settings.VAR / "packages" / portal.slug
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.parent.mkdir(exist_ok=True)
+    folder.write_text("a file where a folder should be")
+    try:
+        command = portal.final(portal.issue("mission", text=MISSION))
+    finally:
+        folder.unlink()
+    assert (command.state, command.reason) == ("failed", NOT_STORED)
+    assert not portal.motions()
+
+
+@seeds(1, 3, 10)
+def test_a_mission_that_cannot_be_stored_moves_nothing(worlds, seed):
+    hunt(worlds, seed, no_room)
 
 
 def without_database(portal):

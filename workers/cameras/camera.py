@@ -5,6 +5,7 @@ import contextlib
 from robots.clock import SYSTEM, Clock
 from robots.contract.errors import CameraFault
 from robots.models import Robot
+from robots.vision.masks import masked, masks_of
 from workers.cameras.source import DriverCamera, OfDriver, OpenCamera, Picture, Source, fitted, open_camera
 from workers.door import Door
 
@@ -20,18 +21,20 @@ class Camera:
         self.index, self.name, self._of_driver = index, name, of_driver
         self.lock, self._opened = clock.lock(), opened
         self._address, self._rig = robot.camera_address(index), robot.rig_dir
+        self._masks = masks_of(robot.settings, index)
         self._source: Source | None = None
         self._door = Door(CameraFault, "The camera failed")
         self._number = 0
 
     def configure(self, robot: Robot) -> None:
-        """Use the address in `robot`, if it changed."""
+        """Use the privacy masks in `robot`, and the address, if it changed."""
+        self._masks = masks_of(robot.settings, self.index)
         if robot.camera_address(self.index) != self._address:
             self.close()
             self._address = robot.camera_address(self.index)
 
     def grab(self, exposure_s: float | None) -> Picture:
-        """Return one picture. Raises CameraFault."""
+        """Return one picture, without what privacy masks hide. Raises CameraFault."""
         with self.lock:
             try:
                 with self._door.open(CameraFault):
@@ -42,7 +45,7 @@ class Camera:
             except CameraFault:
                 self.close()
                 raise
-            return picture
+            return masked(picture, self._masks)
 
     def _open(self) -> Source:
         colour = bool(self._description.get("colour"))

@@ -12,6 +12,7 @@ from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState
 from workers.cameras.pictures import Pictures
 from workers.commands.finish import finish
+from workers.commands.packages import Packages
 from workers.owned import OwnedRobot
 from workers.safety.gate import TOO_LATE
 from workers.safety.lane import Lane
@@ -77,17 +78,15 @@ def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
     return ended
 
 
-def abandon(robot: Robot, now: datetime) -> list[Command]:
-    """End as `unknown` the commands that an earlier owner had started. They are never repeated."""
+def abandon(robot: Robot, now: datetime, packages: Packages | None = None) -> list[Command]:
+    """End as `unknown` the commands that an earlier owner had started, with the step of a program. None is repeated."""
     left = list(Command.objects.filter(robot=robot, state__in=COMMAND_RUNNING))
     for command in left:
         command.robot = robot
-        finish(
-            command,
-            CommandState.UNKNOWN,
-            now,
-            INTERRUPTED,
-        )
+        at = packages.left_at(command) if packages else ""
+        finish(command, CommandState.UNKNOWN, now, f"{INTERRUPTED} It was at {at}." if at else INTERRUPTED)
+        if packages:
+            packages.end(command)
     return left
 
 

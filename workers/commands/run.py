@@ -31,6 +31,7 @@ from workers.cameras.pictures import Pictures
 from workers.commands import finish
 from workers.commands.findings import Findings
 from workers.commands.motion import held_motion, replaceable
+from workers.commands.packages import Packages
 from workers.commands.progress import ProgressReporter
 from workers.commands.readings import Readings
 from workers.owned import OwnedRobot
@@ -57,14 +58,14 @@ class Runner:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
-        pictures: Pictures, findings: Findings, on_fault: Callable[[HardwareFault, Command], None],
+        pictures: Pictures, findings: Findings, packages: Packages, on_fault: Callable[[HardwareFault, Command], None],
         note_stop: Callable[[], None],
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lane = owned, lease, lane
         self._deadman, self._pictures, self._on_fault, self._note_stop = deadman, pictures, on_fault, note_stop
         self._permit: Permit = lane.gate.check  # of the command that runs
         self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
-        self._readings, self._findings = Readings(owned), findings
+        self._readings, self._findings, self._packages = Readings(owned), findings, packages
         self._said = 0  # the last command that was sent to the robot, whatever the database says
 
     def run(self, command: Command) -> None:
@@ -83,6 +84,7 @@ class Runner:
         finally:
             gate.ended()
             self._lane.current = None
+        self._packages.end(command)
 
     def _run(self, command: Command) -> None:
         try:
@@ -157,6 +159,7 @@ class Runner:
     def _stage(self, command: Command, stage: str | Progress | Noted) -> None:
         """Store a stage; if the database is away, a motion that has begun goes on."""
         if isinstance(stage, Progress):
+            self._packages.reached(command, stage.text)
             self._progress.report(command, stage)
             return
         if isinstance(stage, Noted):
@@ -203,14 +206,16 @@ class Runner:
         def on_stage(stage: str | Progress | Noted) -> None:
             self._stage(command, stage)
 
-        why = ""
+        why = package = ""
         if spec.held:
             outcome, why = held_motion(owned, self._deadman, command, permit, on_stage)
         else:
             if spec.replaceable:
                 permit = replaceable(owned, self._lease, self._lane, permit)
+            package = self._packages.begin(command)
             outcome = owned.driver.execute(command.kind, command.args, permit, on_stage)
         result: dict[str, Any] = {"sent": outcome.sent} | ({"ended": why} if why else {})
+        result |= {"package": package} if package else {}
         if self._moves and spec.still_after and outcome.state is not None:
             result |= look(owned, self._pictures, outcome.state, command)
         return result

@@ -22,7 +22,8 @@ from robots.description import views
 from robots.grants import lease_of
 from robots.installed import simulator_module
 from robots.models import Robot, frame_name
-from workers.cameras.source import DriverCamera, open_camera
+from robots.vision.masks import masked, masks_of
+from workers.cameras.source import DriverCamera, fitted, open_camera
 from workers.cameras.steps import jpeg
 from workers.door import Door, GuardedSession
 
@@ -118,6 +119,9 @@ def probe(robot: Robot) -> dict[str, Any]:
             camera = source or open_camera(robot.camera_address(0), robot.rig_dir, view, colour)
             with closing(camera):
                 picture = camera.grab(stills.exposure_s if stills else None)
+            if masks := masks_of(robot.settings, 0):  # they count in the pixels of the description
+                size = int(described["camera"]["width"]), int(described["camera"]["height"])
+                picture = masked(fitted(picture, *size), masks)
         name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,6 @@
-"""Makes the movies that are asked for, one at a time, each in a process of the lowest priority."""
+"""Makes the movies that are asked for or due, one at a time, each in a process of the lowest priority."""
 
+import contextlib
 import json
 import logging
 import os
@@ -18,6 +19,8 @@ from robots.recordings import keeping, movies
 
 log = logging.getLogger(__name__)
 LONGEST_S = 600.0
+DUE_S = 10.0  # between two looks for jobs of which a movie is due
+SAID = 200_000  # bytes of what its process prints at most; its first line may be a path
 LEAST = 19  # the niceness of what may wait for everything else
 COMMAND = (sys.executable, "-m", "robots.recordings.movie")
 
@@ -31,7 +34,8 @@ class MovieMaker:
         self._process: subprocess.Popen[str] | None = None
         self._part, self._percent = Path(), 0  # of the movie that is made: its file, and how far it is
         self._said: IO[str] | None = None  # what its process has printed
-        self._begun = 0.0
+        self._begun, self._looked = 0.0, -DUE_S
+        self._track = False  # of the movie that is made: its path was noted
         movies.again()  # of who made movies here before
 
     def look(self) -> None:
@@ -47,6 +51,9 @@ class MovieMaker:
             if self._said is not None:
                 self._said.close()
                 self._said = None
+        if self._clock.monotonic() - self._looked >= DUE_S:
+            self._looked = self._clock.monotonic()
+            movies.ask_due(self._clock.now())
         movie = movies.claim(self._clock.now())
         if movie is not None:
             self._begin(movie)
@@ -73,29 +80,39 @@ class MovieMaker:
             log.warning("%s cannot be made: %s", movie, error)
             movies.finish(movie, None, "It could not be made.", self._clock.now())
             return
-        self._movie, self._begun = movie, self._clock.monotonic()
+        self._movie, self._begun, self._track = movie, self._clock.monotonic(), False
 
     def _take(self, movie: Movie, process: "subprocess.Popen[str]") -> None:
-        count = self._last_line()
+        self._note_track(movie)
+        count = self._lines()[-1]
         good = process.returncode == 0 and count.isdigit() and int(count) > 0
         why = "It has no pictures." if process.returncode == 0 else "It could not be made."
         there = self._part.exists() or keeping.movie_path(movie).exists()
         movies.finish(movie, self._part if good and there else None, why, self._clock.now())
         self._part.unlink(missing_ok=True)
 
-    def _last_line(self) -> str:
-        """Return what its process has printed last."""
+    def _lines(self) -> list[str]:
+        """Return what its process has printed, at least one line."""
         if self._said is None:
-            return ""
-        said = os.pread(self._said.fileno(), 10_000, 0)  # it shares its place in the file with its process
-        return (said.decode().splitlines() or [""])[-1]
+            return [""]
+        said = os.pread(self._said.fileno(), SAID, 0)  # it shares its place in the file with its process
+        return said.decode(errors="replace").splitlines() or [""]
 
     def _tell(self, movie: Movie) -> None:
-        """Note how far it is."""
-        percent, _, unit = self._last_line().partition(" ")
+        """Note how far it is, and once its path."""
+        self._note_track(movie)
+        percent, _, unit = self._lines()[-1].partition(" ")
         if unit == "%" and percent.isdigit() and int(percent) != self._percent:
             movies.progress(movie, int(percent))
             self._percent = int(percent)
+
+    def _note_track(self, movie: Movie) -> None:
+        first = self._lines()[0]
+        if self._track or not first.startswith("{"):
+            return
+        with contextlib.suppress(ValueError):  # it is not whole yet
+            movies.note_track(movie, json.loads(first))
+            self._track = True
 
     def close(self) -> None:
         """End what is being made; it is begun again later."""

@@ -1,4 +1,4 @@
-"""What the rover refuses before it moves: a place where it cannot stand, beside the ranges of the spec."""
+"""What the rover refuses beside the ranges of the spec: a place where it cannot stand, rules that cannot brake."""
 
 from robots.contract.find import spec_of
 from robots.contract.session import JSON, RobotState
@@ -6,6 +6,7 @@ from robots.contract.spec import Spec
 from robots.contract.values import known, number, within
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.missions import Pose, judge, parse, refuse
+from robots.drivers.srv1.rules import rules_of
 from robots.drivers.srv1.ways import way
 
 
@@ -17,6 +18,8 @@ def check(kind: str, args: JSON, settings: JSON, state: RobotState | None) -> No
         way((here[0], here[1]), (number(args, "x"), number(args, "y")))
     elif kind == "mission":
         refuse(judge(parse(str(args["text"])), here)[1])
+    elif kind == "rules":
+        rules_of(str(args["text"]))
 
 
 def described() -> Spec:

@@ -12,6 +12,7 @@ from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
+from robots.drivers.srv1.sending import put_in_force
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.touring import go_to, tour
 from robots.drivers.srv1.unseen import Unseen
@@ -54,6 +55,9 @@ class Driver(Session):
         """Run one command to its end."""
         check("srv1", kind, args, self.settings, self.latest())
         began, motions, locating = _once(on_stage), self._motions, self._locating
+        if kind == "rules":
+            crc = put_in_force(str(args["text"]), self.wheels, permit, began)
+            return Outcome({"crc": crc}, self.latest())
 
         def tell(words: str) -> None:
             on_stage(Progress(words))

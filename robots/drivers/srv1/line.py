@@ -1,22 +1,26 @@
 """The owner's end of the rover's line: one question, one answer; a hold goes at once, whatever is awaited."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from robots.clock import TIMER, Limit, Timer
 from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, why
 from robots.contract.session import Permit, Trace
-from robots.drivers.srv1 import answers, extension
+from robots.drivers.srv1 import answers, extension, flash
 from robots.drivers.srv1.answers import Answer, Reason, Refused, Status
 from robots.drivers.srv1.framing import ANSWER, Frames
 from robots.drivers.srv1.protocol import (
+    CHECKSUM,
     GRAB,
     HEADER,
     HEADER_BYTES,
+    LONGEST_LINE,
     RESYNCHRONISE,
     VERSION,
     Malformed,
     PictureHeader,
+    checksum_of,
+    count_of,
     version_of,
 )
 from robots.drivers.srv1.wire import Wire, open_wire
@@ -28,6 +32,10 @@ ANSWER_S = 1.0  # how long an answer may take
 QUESTIONS = 3  # how often the same is asked
 HELD_S = 0.3  # how long the answer to a hold may take
 PICTURE_S = 3.0
+BLOCK_S = 2.0  # how long the answer to a block may take
+UPLOAD_S = 8.0  # a whole text, also by radio
+LOOK_S = 0.05  # between two looks whether a hold has come in between
+ENDED_S, RADIO_BYTE_S = 0.3, 8 / 7000  # how long the answer to the end of a reception may take, and each byte of it
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
 FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
 BEGIN, END = b"\xff\xd8", b"\xff\xd9"  # of a JPEG
@@ -64,6 +72,7 @@ class RoverLine:
         self._rest = bytearray()
         self._astray = False  # an answer may be missing or half read: the line is put in order before the next question
         self._held = False  # a hold was sent, and is not answered yet
+        self._ends = b""  # what ends a reception into the flash buffer, while the rover may be at one
         self._free_at = 0.0
         self.version = ""
         self.picture_s = 0.0  # how long the newest picture took
@@ -84,7 +93,12 @@ class RoverLine:
                 raise LineGone(f"The rover cannot be reached: {why_not(error)}") from error
             with self._watched():
                 self._put_in_order()
-                self.version = self._asked_version()
+                try:
+                    self.version = self._asked_version()
+                except TimeoutError:
+                    self._ends = flash.END_OF_ANY  # an owner before may have been cut off while it sent rules
+                    self._put_in_order()
+                    self.version = self._asked_version()
         answer = self.ask(extension.Claim(self.epoch))
         if not isinstance(answer, Status):
             raise LineSilent("The rover does not say how it is.")
@@ -99,7 +113,7 @@ class RoverLine:
         if self._stream is not None:
             with contextlib.suppress(OSError):
                 self._stream.close()
-        self._stream, self._astray, self._held = None, False, False
+        self._stream, self._astray, self._held, self._ends = None, False, False, b""
         self._rest.clear()
 
     def hold(self) -> None:
@@ -125,10 +139,10 @@ class RoverLine:
             ControllerRefused: the rover refuses it. And whatever `permit` raises.
 
         """
-        limit = Limit(self._clock, seconds)
         with self._lock, self._watched():
             while True:
                 self._ready()
+                limit = Limit(self._clock, seconds)
                 self._send(extension.encode(command), permit, type(command).__name__.lower())
                 try:
                     answer = self._answer_to(command.letter, limit)
@@ -176,6 +190,66 @@ class RoverLine:
             self.picture_s = self._clock.monotonic() - begun
         return taken
 
+    def upload(self, data: bytes, permit: Permit) -> None:
+        """Put bytes into the rover's flash buffer and have it sum them up. `permit` is called before each of them.
+
+        The line is taken for all of it; a hold ends it. Raises LineGone; LineSilent where it was not done, and may be
+        begun again; and whatever `permit` raises.
+        """
+        with self._lock, self._watched():
+            self._ready()
+            limit = Limit(self._clock, UPLOAD_S)
+            self._ends = flash.END
+            try:
+                flash.send(data, lambda piece: self._exchanged(piece, limit, permit))
+                received = count_of(self._line(limit))
+            except BaseException:
+                self._astray = True
+                raise
+            self._answered(b"", f"{received} bytes in the flash buffer")
+            self._ready()
+            self._send(CHECKSUM, permit, "checksum")
+            if checksum_of(self._line(Limit(self._clock, ANSWER_S))) != flash.buffer_crc(data):
+                raise Malformed("the rover has something else in its flash buffer")
+            self._answered(b"", "checksum")
+
+    def _exchanged(self, piece: bytes, limit: Limit, permit: Permit) -> bytes:
+        """Send a piece of an upload unless a hold has overtaken it; return the next byte.
+
+        Raises TimeoutError, Overtaken, OSError.
+        """
+        if limit.over:
+            raise TimeoutError
+        with self._writing:
+            if self._held:
+                raise Overtaken
+            permit()
+            self._open_line().write(piece)
+        if piece:
+            self._noted(">", piece, f"{len(piece)} bytes of an upload")
+        self._until(lambda: len(self._rest), Limit(self._clock, min(BLOCK_S, limit.left)))
+        said = bytes(self._rest[:1])
+        del self._rest[:1]
+        return said
+
+    def _line(self, limit: Limit) -> bytes:
+        """Return the next line. Raises TimeoutError, Overtaken, OSError."""
+        self._until(lambda: b"\n" in self._rest or len(self._rest) > LONGEST_LINE, limit)
+        line, _, rest = bytes(self._rest).partition(b"\n")
+        self._rest[:] = rest
+        return line
+
+    def _until(self, come: Callable[[], object], limit: Limit) -> None:
+        """Wait for more bytes until `come` holds. Raises TimeoutError, Overtaken, OSError."""
+        while self._held or not come():
+            if self._held:
+                raise Overtaken
+            with contextlib.suppress(TimeoutError):
+                self._more(Limit(self._clock, min(LOOK_S, limit.left)))
+                continue
+            if limit.left <= 0:
+                raise TimeoutError
+
     def _taken(self, limit: Limit) -> bytes:
         """Return a JPEG whose header has still to come. Raises TimeoutError, OSError."""
         while (at := self._rest.find(HEADER)) < 0 or len(self._rest) < at + HEADER_BYTES:
@@ -220,6 +294,7 @@ class RoverLine:
         self._answered(b"", "held")
 
     def _answered(self, data: bytes, words: str) -> None:
+        self._ends = b""
         self._free_at = self._clock.monotonic() + FLUSH_S
         self._noted("<", data, words)
 
@@ -242,7 +317,10 @@ class RoverLine:
         Raises TimeoutError where that does not end.
         """
         with self._writing:
-            self._open_line().write(RESYNCHRONISE)
+            self._open_line().write(self._ends or RESYNCHRONISE)
+        if self._ends:
+            with contextlib.suppress(TimeoutError):  # it answers to one of these bytes, whatever it does
+                self._more(Limit(self._clock, ENDED_S + RADIO_BYTE_S * len(self._ends)))
         limit, thrown = Limit(self._clock, ANSWER_S), 0
         with contextlib.suppress(TimeoutError):
             while thrown < MOST_NOISE and not limit.over:

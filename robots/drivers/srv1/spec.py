@@ -3,10 +3,14 @@
 from math import pi
 from typing import Any
 
+from robots.autonomy.fuzzy_text import LONGEST as LONGEST_RULES
 from robots.contract.capabilities import (
     Check,
+    FloorPlan,
     Idle,
+    JobMovies,
     Preview,
+    PrivacyMasks,
     Programs,
     Reset,
     Setting,
@@ -22,14 +26,16 @@ from robots.contract.streams import Stream
 from robots.description import load
 from robots.drivers.srv1.missions import LIMIT_S, LONGEST
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.rules import paper
 
 SLICE_S = 60.0
 GO_S = 300.0  # two looks around, and the longest way through the hall slowly
 HAND_LONGEST_S = 120.0
 TURN_S = 20.0
+RULES_S = 30.0  # three uploads, by radio
 LOOK_S = 120.0  # three times around
 MOST = 65_535  # of a CRC-16
-BY_TURN, BY_ALL = frozenset({TURN}), frozenset({TURN, ANYONE})
+BY_TURN, BY_DRIVER, BY_ALL = frozenset({TURN}), frozenset({TURN, STAFF}), frozenset({TURN, ANYONE})
 STATISTICS = Statistics(
     rows=(
         Total("Driven, by odometry", "driven"),
@@ -61,12 +67,14 @@ def spec() -> Spec:
             Scalar("humidity", "%", 0.0, 100.0),
             Scalar("light", "%", 0.0, 100.0),
             Scalar("presence", "", 0.0, 1.0),
+            Scalar("rules", "", 0.0, MOST),
         ),
         streams=(Stream("unseen", "application/json"),),
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
             Programs("mission", "mission"), Preview("robots.drivers.srv1.preview:foresee"),
+            FloorPlan("robots.drivers.srv1.floor:plan"), JobMovies(("go",)), PrivacyMasks(),
             Setting(
                 "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],
                 default=description["line"]["permit_s"],
@@ -89,15 +97,19 @@ def spec() -> Spec:
                 limit_s=TURN_S, still_after=False,
             ),
             CommandKind(
-                "look", "Look where it is", limit_s=LOOK_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
+                "look", "Look where it is", limit_s=LOOK_S, asked_by=BY_DRIVER, still_after=False,
             ),
             CommandKind(
-                "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
-                policies=permitted,
+                "patrol", "Patrol", limit_s=SLICE_S, asked_by=BY_DRIVER, still_after=False, policies=permitted,
             ),
             CommandKind(
                 "mission", "Mission", (Argument("text", "", 1, LONGEST, text=True, label="steps, one a line"),),
                 limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False, policies=permitted,
+            ),
+            CommandKind(
+                "rules", "Rules of the patrol", (Argument("text", "", 1, LONGEST_RULES, text=True, label="rule set"),),
+                limit_s=RULES_S, lane="config", asked_by=BY_DRIVER, default={"text": paper()}, moves=False,
+                still_after=False,
             ),
         ),
     )  # fmt: skip
@@ -119,4 +131,5 @@ def _scales(hall: dict[str, Any]) -> dict[str, Scale]:
         "infrared": Scale(0.0, 1.0, 0.005), "sonar": Scale(0.0, 12.0, 0.01), "spread": Scale(0.0, 10.0, 0.01),
         "driven": Scale(0.0, 1e6, 0.01), "battery": Scale(0.0, 10.0, 0.01), "temperature": Scale(-20.0, 60.0, 0.1),
         "humidity": Scale(0.0, 100.0, 0.1), "light": Scale(0.0, 100.0, 0.1), "presence": Scale(0.0, 1.0, 1.0),
+        "rules": Scale(0.0, MOST, 1.0),
     }  # fmt: skip

@@ -44,14 +44,16 @@ def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began:
     for number, step in enumerate(steps, 1):
         share = (number - 1) / len(steps)
 
-        def tell(words: str = "", named: str = f"step {number} of {len(steps)}: {step}", share: float = share) -> None:
+        def tell(
+            words: str = "", named: str = f"step {number} of {len(steps)}: {_named(step)}", share: float = share
+        ) -> None:
             on_stage(Progress(f"{named}{f', {words}' if words else ''}", share))
 
         tell()
         try:
             _do(step, motions, locating, free, tell, on_stage)
         except RobotError as error:
-            error.args = (f"Step {number} of {len(steps)}, {step}: {error}",)
+            error.args = (f"Step {number} of {len(steps)}, {_named(step)}: {error}",)
             raise
     return {"steps": len(steps)}
 
@@ -84,6 +86,11 @@ def _do(
         on_stage(Noted("readings", _readings(motions, READINGS)))
     else:
         on_stage(Noted(step.words))
+
+
+def _named(step: Step) -> str:
+    """Return a step as everybody may read it: without the words that its author wrote."""
+    return "say" if step.verb == "say" else str(step)
 
 
 def _readings(motions: Motions, names: tuple[str, ...]) -> dict[str, float]:

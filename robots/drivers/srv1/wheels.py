@@ -13,6 +13,7 @@ from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.line import NotNow, RoverLine
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.rules import shown
 from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.whereabouts import Whereabouts
 
@@ -87,7 +88,7 @@ class Wheels:
                     "infrared": status.infrared, "sonar": status.sonar, "spread": self.where.spread,
                     "driven": self.where.driven, "battery": status.volts, "temperature": status.temperature,
                     "humidity": 100 * status.humidity, "light": 100 * status.light,
-                    "presence": float(status.presence),
+                    "presence": float(status.presence), "rules": float(shown(status.rules)),
                 },
             )
         )  # fmt: skip

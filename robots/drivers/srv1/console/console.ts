@@ -3,9 +3,12 @@ import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, 
 import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
+import { HallInDepth } from "./hall_in_depth.ts";
 import { HistoryPart, type Reading } from "./history_part.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";
+import type { Made } from "./rules_check.ts";
+import { RulesPanel } from "./rules_panel.ts";
 import { StickPart } from "./stick_part.ts";
 import { UnseenPart } from "./unseen_part.ts";
 
@@ -22,20 +25,23 @@ const HISTORY: readonly Reading[] = [
 ];
 const HOW = "Click on the floor of the map, or choose a place here.";
 type Values = Record<string, number | string>;
-const description = facts as typeof facts & Description & Judged & { hall: { home: Pose } };
+const description = facts as typeof facts & Description & Judged & Made & { hall: { home: Pose } };
 const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
   private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.picked(round(x), round(y)));
+  private deep = new HallInDepth(byId("hall-3d"), byId<HTMLButtonElement>("deep"), description, (x, y) => this.picked(round(x), round(y)));
   private missions = new Missions(page, {
-    description, here, plan: (corners, good) => this.map.plan(corners, good), ghost: (at) => this.map.ghost(at),
-    send: (text, saved) => this.sendMission(text, saved),
+    description, here, send: (text, saved) => this.sendMission(text, saved),
+    plan: (corners, good) => [this.map, this.deep].forEach((view) => view.plan(corners, good)),
+    ghost: (at) => [this.map, this.deep].forEach((view) => view.ghost(at)),
   });
   private unseen = new UnseenPart(byId<SVGSVGElement>("hall"), this.map.first);
   private stick = new StickPart(page, description, byId("drive"));
   private history = new HistoryPart(page, HISTORY, byId("readings"));
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
+  private rules = new RulesPanel(page, description);
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
 
   constructor() {
@@ -91,8 +97,10 @@ class HallConsole extends Basics<RobotPage> {
     const told = (name: string): number | undefined => page.value(name);
     const [x, y, heading] = [told("x"), told("y"), told("heading")];
     const known = x !== undefined && y !== undefined && heading !== undefined;
+    this.deep.show(known ? [x, y, heading] : null);
     this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
     readings();
+    this.rules.state();
     this.stick.state();
     this.history.draw(packet.atMs);
   }
@@ -118,6 +126,7 @@ class HallConsole extends Basics<RobotPage> {
 
   override draw(f: Facts): void {
     this.jobs.draw();
+    this.rules.draw();
     const why = this.whyNotSend();
     for (const [button] of this.places) allow(button, why);
     this.missions.draw();

@@ -1,13 +1,13 @@
 /** The hall from above: walls, cases, exhibits, ways between places; the rover, what its sensors see, and where it goes. */
 import { set, shape } from "/static/farhand/v1/console.js";
 
-export interface Case { name: string; at: [number, number]; half: [number, number]; black?: boolean }
-export interface Exhibit { name: string; at: [number, number]; radius: number }
+export interface Case { name: string; at: [number, number]; half: [number, number]; high: number; black?: boolean }
+export interface Exhibit { name: string; at: [number, number]; radius: number; high: number }
 export interface Node { name: string; at: [number, number]; to: string[] }
 export interface Hall { width: number; depth: number; case: Case[]; exhibit: Exhibit[]; node: Node[] }
 export interface Description {
   hall: Hall;
-  body: { length: number; width: number };
+  body: { length: number; width: number; height: number };
   infrared: { from: [number, number, number]; far: number; stop: number };
   sonar: { from: [number, number, number]; far: number; half_cone: number };
 }

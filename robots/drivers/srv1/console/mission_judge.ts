@@ -65,7 +65,7 @@ export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   return found.reverse();
 }
 
-/** What each step does from `here`, as far as it can run, and everything that is to say of it. */
+/** What each step does, beginning at `here`, as far as it can run, and everything that is to say of it. */
 export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Leg[]; said: Judgement[] } {
   const legs: Leg[] = [], said: Judgement[] = [];
   const minutes = d.mission.limit_s / 60;

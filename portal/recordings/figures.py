@@ -1,0 +1,132 @@
+"""The path that a robot drove, over the path planned, as a drawing of a job's page: from above, one for each run.
+
+It is drawn from what was found in the recording when its movie was made, and without that from the places at which the
+robot noted something; both are bounded.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import dist
+from typing import Any
+
+from robots.contract.floor import Box, Floor
+from robots.models import Finding, Recording, Robot
+from robots.recordings.floors import floor_of
+from robots.recordings.paths import IN_PLANE, POINTS, Line, Place, is_place, shown
+
+WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
+TALLEST = 900.0  # px: a path that is longer than wide is drawn smaller
+LEAST_M = 0.05  # a path that is shorter is none
+SAID = 12  # places that the words name
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A drawing in px, y down, and the words that say the same.
+
+    `room` and `rectangles` are x, y, width and height, `circles` x, y and radius; lines are points as SVG writes them;
+    `marks` are the pictures' numbers in the table of what was found, with x and y.
+    """
+
+    width: float
+    height: float
+    room: Box | None
+    rectangles: tuple[Box, ...]
+    circles: tuple[tuple[float, float, float], ...]
+    planned: tuple[str, ...]
+    driven: tuple[str, ...]
+    marks: tuple[tuple[int, float, float], ...]
+    begin: Place
+    end: Place
+    words: str
+
+
+def figures_of(robot: Robot, findings: Sequence[Finding], recordings: Iterable[Recording]) -> list[Figure]:
+    """Return a figure for each run of which a path is known; none of a robot that does not roll in the plane."""
+    try:
+        if robot.spec().carried() != IN_PLANE:
+            return []
+    except LookupError:  # its package is gone
+        return []
+    tracks = {one.grant_id: one.track for one in recordings if one.track}
+    found: dict[int, list[Finding]] = {grant: [] for grant in tracks}
+    for one in findings:
+        found.setdefault(one.command.grant_id, []).append(one)
+    drawn = [_run(tracks.get(grant, {}), found[grant]) for grant in sorted(found)]
+    known = [run for run in drawn if length(run.driven) >= LEAST_M]
+    floor = floor_of(robot.driver, robot.driver_settings()) if known else None
+    return [figure(floor, run) for run in known]
+
+
+@dataclass(frozen=True)
+class Run:
+    """The path of one run (m), and where its pictures were taken. `joined`: driven are the places that were noted."""
+
+    driven: list[Line]
+    planned: list[Line]
+    taken: list[tuple[int, Place]]
+    joined: bool = False
+
+
+def _run(track: Mapping[str, Any], findings: Sequence[Finding]) -> Run:
+    noted = [one for one in findings if len(one.pose) == len(IN_PLANE) and is_place(one.pose)]
+    places = {one.number: (float(one.pose[0]), float(one.pose[1])) for one in noted}
+    taken = [(one.number, places[one.number]) for one in noted if one.frame_id is not None]
+    driven, planned = _lines(track.get("driven")), _lines(track.get("planned"))
+    return Run(driven or [list(places.values())], planned, taken, not driven)
+
+
+def _lines(told: Any) -> list[Line]:
+    """Return the lines of a stored track; what is none is left out."""
+    lines = [[(float(x), float(y)) for x, y in line if is_place((x, y))] for line in told or ()]
+    return [line[:POINTS] for line in lines[:POINTS] if line]
+
+
+def figure(floor: Floor | None, run: Run) -> Figure:
+    """Return the drawing of a run."""
+    box = shown(floor, [*run.driven, *run.planned, [place for _, place in run.taken]])
+    wide, tall = box[2] - box[0], box[3] - box[1]
+    scale = min((WIDTH - 2 * MARGIN) / wide, (TALLEST - 2 * MARGIN) / tall)  # px a m
+
+    def at(place: Place) -> Place:
+        return round(MARGIN + scale * (place[0] - box[0]), 1), round(MARGIN + scale * (box[3] - place[1]), 1)
+
+    def rectangle(corners: Box) -> Box:
+        x, y = at((corners[0], corners[3]))
+        return x, y, round(scale * (corners[2] - corners[0]), 1), round(scale * (corners[3] - corners[1]), 1)
+
+    def points(lines: Sequence[Line]) -> tuple[str, ...]:
+        return tuple(" ".join(f"{x:g},{y:g}" for x, y in map(at, line)) for line in lines)
+
+    return Figure(
+        round(2 * MARGIN + scale * wide), round(2 * MARGIN + scale * tall), rectangle(floor.room) if floor else None,
+        tuple(map(rectangle, floor.rectangles)) if floor else (),
+        tuple((*at((x, y)), round(scale * r, 1)) for x, y, r in floor.circles) if floor else (),
+        points(run.planned), points(run.driven), tuple((number, *at(place)) for number, place in run.taken),
+        at(run.driven[0][0]), at(run.driven[-1][-1]), words_of(run),
+    )  # fmt: skip
+
+
+def length(lines: Sequence[Line]) -> float:
+    """Return how long a path is (m)."""
+    return sum(dist(a, b) for line in lines for a, b in pairwise(line))
+
+
+def words_of(run: Run) -> str:
+    """Return what a figure shows, in words."""
+    begin, end = run.driven[0][0], run.driven[-1][-1]
+    way = "In straight lines between the places at which it noted something" if run.joined else "It drove"
+    said = [f"{way}{':' if run.joined else ''} {length(run.driven):.1f} m, from {_m(begin)} to {_m(end)}."]
+    if run.planned:
+        away = dist(end, run.planned[-1][-1])
+        said.append(f"Planned were {length(run.planned):.1f} m; it ended {away:.1f} m from where the plan ends.")
+    if run.taken:
+        places = [f"{number} at {_m(place)}" for number, place in run.taken[:SAID]]
+        more = len(run.taken) - SAID
+        said.append(f"Pictures: {', '.join(places)}{f', and {more} more' if more > 0 else ''} (x, y in m).")
+    return " ".join(said)
+
+
+def _m(place: Place) -> str:
+    return f"({place[0]:.1f}, {place[1]:.1f})"

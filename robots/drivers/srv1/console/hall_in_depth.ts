@@ -1,0 +1,52 @@
+/** The hall in 3D in the map's place, once somebody asks for it: a page that nobody turns loads none of it. */
+import type { FloorView } from "/static/farhand/v1/floor_view.js";
+import { byId, say } from "/static/farhand/v1/console.js";
+import type { Description } from "./hall_map.ts";
+
+type Pose = readonly [number, number, number];
+export class HallInDepth {
+  private view: FloorView | null = null;
+  private at: Pose | null = null;
+  private planned: [readonly Pose[] | null, boolean] = [null, true];
+
+  constructor(private box: HTMLElement, private button: HTMLButtonElement, private d: Description, private onPick: (x: number, y: number) => void) {
+    button.addEventListener("click", () => void this.turn(button.getAttribute("aria-pressed") !== "true"));
+  }
+
+  private async turn(deep: boolean): Promise<void> {
+    this.button.setAttribute("aria-pressed", String(deep));
+    say(this.button, deep ? "Show it from above" : "Show it in 3D");
+    this.box.hidden = !deep;
+    byId("hall").toggleAttribute("hidden", deep);
+    if (!deep || this.view) return;
+    try {
+      const { FloorView } = await import("/static/farhand/v1/floor_view.js");
+      const { hall, body } = this.d;
+      const standing = [
+        ...hall.case.map(({ name, at, half, high, black }) => ({ name, at, half, high, dark: black === true })),
+        ...hall.exhibit.map(({ name, at, radius, high }) => ({ name, at, radius, high })),
+      ];
+      this.view = new FloorView(this.box, { width: hall.width, depth: hall.depth, standing, marks: hall.node }, [body.length, body.width, body.height], this.onPick);
+      this.view.show(this.at);
+      this.view.plan(...this.planned);
+    } catch (error) {
+      console.warn(error);
+      this.button.hidden = true; // this browser draws nothing in 3D, or the line is cut
+      void this.turn(false);
+    }
+  }
+
+  show(at: Pose | null): void {
+    this.at = at;
+    this.view?.show(at);
+  }
+
+  plan(corners: readonly Pose[] | null, good: boolean): void {
+    this.planned = [corners, good];
+    this.view?.plan(corners, good);
+  }
+
+  ghost(at: Pose | null): void {
+    this.view?.ghost(at);
+  }
+}

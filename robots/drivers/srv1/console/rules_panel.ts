@@ -1,0 +1,241 @@
+/** The editor of the rover's rules: table, peaks, text and surface of one set; sent while the rover drives. */
+import { allow, byId, facts, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { firing, type Method, type RuleSet, speed, type Variable } from "./fuzzy.ts";
+import "./rules.css";
+import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
+import { crcOf, parse, write } from "./rules_text.ts";
+import { cm, Surface } from "./surface.ts";
+
+const KIND = "rules", MOST_KNOWN = 20, KNOWN = "srv1-rules";
+/** Where the terms of a reading have their peaks when it is chosen; those of infrared and sonar are the paper's. */
+const PEAKS: Readonly<Record<string, readonly number[]>> = {
+  infrared: [0.15, 0.3, 0.45, 0.6, 0.75], sonar: [2, 4, 6, 8, 10], battery: [6.4, 6.8, 7.2, 7.6, 8],
+  temperature: [10, 15, 20, 25, 30], humidity: [20, 35, 50, 65, 80], light: [10, 30, 50, 70, 90],
+};
+
+export class RulesPanel {
+  private paper = (facts.commands.find(({ kind }) => kind === KIND) as { default?: { text: string } | null } | undefined)?.default?.text ?? "";
+  private known = new Map<number, string>(); // texts that this device has sent, by their CRC
+  private rules!: RuleSet;
+  private wrong: Wrong[] = [];
+  private unread = ""; // why the text cannot be read
+  private selects: HTMLSelectElement[][] = [];
+  private fields: HTMLInputElement[][] = [];
+  private surface = new Surface(byId<SVGSVGElement>("hall-surface"));
+  private text = byId<HTMLTextAreaElement>("hall-rules-text");
+  private brakes: Braking;
+
+  constructor(private page: RobotPage, made: Made) {
+    this.brakes = braking(made);
+    byId("hall-rules").hidden = !this.paper;
+    if (!this.paper) return;
+    this.remembered();
+    this.remember(this.paper);
+    for (const select of this.inputs()) {
+      for (const name of Object.keys(READINGS)) select.append(new Option(name, name));
+      select.addEventListener("change", () => this.choose(Number(select.dataset["input"]), select.value));
+    }
+    const method = byId<HTMLSelectElement>("hall-rules-method");
+    method.addEventListener("change", () => this.changed({ ...this.rules, method: method.value as Method }));
+    this.text.addEventListener("input", () => this.read(this.text.value));
+    byId("hall-rules-paper").addEventListener("click", () => this.changed(parse(this.paper)));
+    page.on("rules-send", () => this.send(write(this.rules)));
+    page.on("rules-back", () => this.send(this.paper));
+    this.changed(parse(this.paper));
+  }
+
+  /** Show what the newest readings give, by this set and by the one in force. */
+  state(): void {
+    if (!this.paper) return;
+    const [first, second] = this.rules.inputs.map(({ name }) => this.page.value(name));
+    const known = first !== undefined && second !== undefined && !this.wrong.some(({ variable }) => variable !== undefined);
+    this.surface.place(known ? [first, second] : null);
+    const now = new Set(known ? firing(this.rules, first, second).map(([i, j]) => `${i},${j}`) : []);
+    for (const [i, row] of this.selects.entries())
+      for (const [j, select] of row.entries()) select.parentElement!.classList.toggle("fires", now.has(`${i},${j}`));
+    const crc = this.page.value(KIND), inForce = crc === undefined ? undefined : this.known.get(crc);
+    say(byId("hall-rules-force"), force(crc, inForce !== undefined));
+    if (!known) return say(byId("hall-rules-ghost"), "");
+    const here = this.rules.inputs.map(({ name, unit }, n) => `${name} ${(n ? second : first).toFixed(2)} ${unit}`).join(", ");
+    const other = inForce === undefined ? "" : `, by the set in force ${told(this.by(parse(inForce)))}`;
+    say(byId("hall-rules-ghost"), `Now: ${here}. By the set shown here ${told(this.by(this.rules))}${other}.`);
+  }
+
+  draw(): void {
+    if (!this.paper) return;
+    const why = this.page.whyNot(KIND), first = this.unread || this.wrong[0]?.words || "";
+    allow(document.querySelector<HTMLElement>("[data-command=rules-send]")!, why || first);
+    allow(document.querySelector<HTMLElement>("[data-command=rules-back]")!, why);
+  }
+
+  private by(rules: RuleSet): number | undefined {
+    const [a, b] = rules.inputs.map(({ name }) => this.page.value(name));
+    return a === undefined || b === undefined ? undefined : speed(rules, a, b);
+  }
+
+  private send(text: string): void {
+    if (!this.page.command(KIND, { text })) return;
+    this.remember(text);
+    if (text === this.paper) this.changed(parse(text));
+  }
+
+  private inputs(): NodeListOf<HTMLSelectElement> {
+    return byId("hall-rules").querySelectorAll<HTMLSelectElement>("[data-input]");
+  }
+
+  /** Another reading is chosen; one that is the other input changes places with it. */
+  private choose(n: number, name: string): void {
+    const [first, second] = this.rules.inputs;
+    if (this.rules.inputs[1 - n]!.name === name) {
+      const table = first.labels.map((_, i) => second.labels.map((__, j) => this.rules.table[j]![i]!));
+      return this.changed({ ...this.rules, inputs: [second, first], table });
+    }
+    const one: Variable = { name, unit: READINGS[name]!, labels: this.rules.inputs[n]!.labels, peaks: [...PEAKS[name]!] };
+    this.changed({ ...this.rules, inputs: n ? [first, one] : [one, second] });
+  }
+
+  private read(text: string): void {
+    try {
+      this.changed(parse(text), true);
+    } catch (error) {
+      this.unread = (error as Error).message;
+      say(byId("hall-rules-said"), this.unread);
+      this.draw();
+    }
+  }
+
+  /** Take a set; `typed`: as text, which is left as it was typed. */
+  private changed(rules: RuleSet, typed = false): void {
+    const names = (one?: RuleSet): string => (one ? [...one.inputs, one.output].map((v) => `${v.name} ${v.labels.join(" ")}`).join() : "");
+    const same = names(this.rules) === names(rules);
+    this.rules = rules;
+    this.unread = "";
+    if (!same) this.build();
+    const { inputs, output, table } = rules;
+    if (!typed) this.text.value = write(rules);
+    say(byId("hall-rules-said"), "");
+    byId<HTMLSelectElement>("hall-rules-method").value = rules.method;
+    for (const select of this.inputs()) select.value = inputs[Number(select.dataset["input"])]!.name;
+    for (const [i, row] of this.selects.entries()) for (const [j, select] of row.entries()) select.value = String(table[i]![j]);
+    for (const [n, one] of [...inputs, output].entries())
+      for (const [k, field] of this.fields[n]!.entries()) {
+        if (document.activeElement !== field) field.value = String(one.peaks[k]);
+        for (const place of byId("hall-rules").querySelectorAll(`[data-peak="${n},${k}"]`)) say(place, String(one.peaks[k]));
+      }
+    this.judge();
+    if (!this.wrong.some(({ variable }) => variable !== undefined)) this.surface.show(rules);
+    this.state();
+    this.draw();
+  }
+
+  /** Say what is wrong, and where. */
+  private judge(): void {
+    this.wrong = wrongIn(this.rules, this.brakes);
+    for (const field of [...this.selects.flat(), ...this.fields.flat()]) {
+      field.removeAttribute("aria-invalid");
+      field.removeAttribute("aria-describedby");
+    }
+    const items = this.wrong.map(({ words, rule, variable, peak }, n) => {
+      const item = document.createElement("li"), field = rule ? this.selects[rule[0]]![rule[1]] : this.fields[variable ?? -1]?.[peak ?? 0];
+      Object.assign(item, { id: `hall-rules-wrong-${n}`, textContent: words });
+      field?.setAttribute("aria-invalid", "true");
+      field?.setAttribute("aria-describedby", item.id);
+      return item;
+    });
+    const list = byId("hall-rules-wrong");
+    if (items.map((item) => item.textContent).join() !== [...list.children].map((item) => item.textContent).join()) list.replaceChildren(...items);
+  }
+
+  /** Make the table of the rules and that of the peaks for the present readings and terms. */
+  private build(): void {
+    const { inputs: [first, second], output } = this.rules, table = byId<HTMLTableElement>("hall-rules-table");
+    const head = document.createElement("tr"), corner = document.createElement("th");
+    corner.textContent = `${first.name} ↓ ${second.name} →`;
+    head.append(corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`)));
+    table.tHead!.replaceChildren(head);
+    this.selects = [];
+    const rows = first.labels.map((label, i) => {
+      const row = document.createElement("tr");
+      row.append(heading(label, "row", `0,${i}`));
+      this.selects.push(second.labels.map((other, j) => {
+        const select = document.createElement("select"), cell = document.createElement("td");
+        select.setAttribute("aria-label", `Speed if ${first.name} is ${label} and ${second.name} is ${other}`);
+        select.append(...output.labels.map((term, n) => new Option(term, String(n))), new Option("–", "-1"));
+        select.addEventListener("change", () => {
+          const made = this.rules.table.map((line) => [...line]);
+          made[i]![j] = Number(select.value);
+          this.changed({ ...this.rules, table: made });
+        });
+        cell.append(select);
+        row.append(cell);
+        return select;
+      }));
+      return row;
+    });
+    table.tBodies[0]!.replaceChildren(...rows);
+    this.fields = [];
+    byId<HTMLTableElement>("hall-rules-peaks").tBodies[0]!.replaceChildren(...[first, second, output].map((one, n) => this.peaks(one, n)));
+  }
+
+  private peaks(one: Variable, n: number): HTMLTableRowElement {
+    const row = document.createElement("tr"), head = heading(`${one.name} (${one.unit})`, "row");
+    row.append(head);
+    this.fields.push(one.labels.map((label, k) => {
+      const field = document.createElement("input"), cell = document.createElement("td");
+      Object.assign(field, { type: "number", step: "any", inputMode: "decimal" });
+      field.setAttribute("aria-label", `${one.name}: peak of ${label}, in ${one.unit}`);
+      field.addEventListener("input", () => {
+        const put = (v: Variable, m: number): Variable => (m === n ? { ...v, peaks: v.peaks.map((p, at) => (at === k ? thousandths(field.valueAsNumber) : p)) } : v);
+        const [a, b] = this.rules.inputs;
+        this.changed({ ...this.rules, inputs: [put(a, 0), put(b, 1)], output: put(this.rules.output, 2) });
+      });
+      cell.append(field);
+      row.append(cell);
+      return field;
+    }));
+    return row;
+  }
+
+  private remember(text: string): void {
+    this.known.set(text === this.paper ? 0 : crcOf(text), text);
+    try {
+      localStorage.setItem(KNOWN, JSON.stringify([...this.known].slice(-MOST_KNOWN)));
+    } catch {
+      // it is only not known after a reload
+    }
+  }
+
+  private remembered(): void {
+    try {
+      for (const [crc, text] of JSON.parse(localStorage.getItem(KNOWN) ?? "[]") as [number, string][]) if (parse(text)) this.known.set(crc, text);
+    } catch {
+      // nothing that can be read
+    }
+  }
+}
+
+function heading(label: string, scope: string, peak = ""): HTMLElement {
+  const cell = document.createElement("th"), at = document.createElement("span");
+  cell.scope = scope;
+  cell.append(label);
+  if (peak) {
+    at.dataset["peak"] = peak;
+    cell.append(at);
+  }
+  return cell;
+}
+
+function force(crc: number | undefined, known: boolean): string {
+  if (crc === undefined) return "Which rules are in force is not known.";
+  if (crc === 0) return "In force: the paper's rules.";
+  const number = crc.toString(16).toUpperCase().padStart(4, "0");
+  return `In force: rule set ${number}${known ? ", sent from here" : ", sent by somebody else"}.`;
+}
+
+function told(speed: number | undefined): string {
+  return speed === undefined || Number.isNaN(speed) ? "not known" : `${cm(speed)} cm/s`;
+}
+
+function thousandths(value: number): number {
+  return Math.round(value * 1000) / 1000;
+}

@@ -1,0 +1,40 @@
+"""What a movie and a page show of a robot's path: which commands had it planned, and what was found on it."""
+
+from typing import Any
+
+from robots.clock import ms_of
+from robots.contract.capabilities import Preview
+from robots.contract.ranges import readable
+from robots.findings import findings_of
+from robots.models import Finding, Recording
+from robots.recordings.paths import IN_PLANE, PREVIEWS
+
+
+def plot_of(recording: Recording) -> dict[str, Any] | None:
+    """Return what the process that makes movies has to know of the path; None of a robot without a pose in the plane.
+
+    `commands`: their kinds, arguments and begins, from which their paths are foreseen. Nothing in it is a secret.
+    """
+    robot = recording.robot
+    try:
+        spec = robot.spec()
+    except LookupError:  # its package is gone
+        return None
+    if spec.carried() != IN_PLANE:
+        return None
+    begun = recording.grant.commands.exclude(sent_at=None).order_by("id")[:PREVIEWS] if spec.capability(Preview) else ()
+    return {
+        "name": robot.full_name, "driver": robot.driver,
+        "settings": {name: value for name, value in robot.driver_settings().items() if name != "token"},
+        "labels": {command.kind: command.label for command in spec.commands},
+        "commands": [{"at_ms": ms_of(c.sent_at), "kind": c.kind, "args": c.args} for c in begun if c.sent_at],
+        "findings": [_told(finding) for finding in findings_of([recording.grant_id])],
+    }  # fmt: skip
+
+
+def _told(finding: Finding) -> dict[str, Any]:
+    """Return when it was, what was measured, and where its picture was taken; its words are its author's alone."""
+    values = finding.readings()
+    read = ", ".join(f"{name} {readable(value)} {unit}".strip().replace(" ", "\xa0") for name, value, unit in values)
+    place = finding.pose[:2] if finding.frame_id is not None and len(finding.pose) == len(IN_PLANE) else None
+    return {"at_ms": ms_of(finding.at), "number": finding.number, "place": place, "text": read}

@@ -1,0 +1,267 @@
+"""The hall rover's rules in virtual time: swapped while it patrols, refused, set back, and what breaks in the middle."""
+
+import random
+from math import dist, inf
+from types import SimpleNamespace
+
+import pytest
+
+from robots import services, verbs
+from robots.contract.errors import BadRequest
+from robots.description import load
+from robots.drivers.srv1 import flash
+from robots.drivers.srv1.rules import crc_of, paper
+from robots.states import GrantEnd
+from tests.world.seeds import hunt, seeds
+from tests.world.test_srv1 import REST_S, patrolling
+
+pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
+HALF = paper().replace("VS 0.08, S 0.16, M 0.24, F 0.32, VF 0.4", "VS 0.04, S 0.08, M 0.12, F 0.16, VF 0.2")
+THIRD = HALF.replace("VF 0.2", "VF 0.18")
+FAST = paper().replace("rule N, VF: S", "rule N, VF: VF")
+
+
+def speed(portal, seconds=0.4):
+    """Return the rover's mean speed (m/s) from now on, by the simulator's truth."""
+    before = portal.rig.sim.world.plant.pose
+    portal.world.sleep(seconds)
+    return dist(before[:2], portal.rig.sim.world.plant.pose[:2]) / seconds
+
+
+def in_force(portal):
+    """Return the CRC of the set in force, as the firmware says; 0 for the paper's as it was made."""
+    return portal.rig.sim.firmware.commander.status().rules
+
+
+def put(portal, text=HALF):
+    return portal.final(portal.issue("rules", text=text), 30)
+
+
+def next_turn(portal):
+    """End the turn, if there is one, and begin another after the handover."""
+    grant = services.open_grant(portal.robot)
+    if grant is not None:
+        services.end_grant(grant, GrantEnd.FINISHED, "the turn is over", portal.world.now())
+    portal.grant()
+
+
+def on_the_way(portal):
+    """Patrol along the lower wall, and wait until the speed is the rules'."""
+    portal.grant()
+    command = patrolling(portal)
+    mode = portal.rig.sim.firmware.commander.status
+    portal.until(lambda: mode().mode == "patrol", 60, "the end of a look around")
+    portal.rig.sim.world.plant.put(1.2, 0.6, 0.0)
+    portal.world.sleep(1.5 + random.Random(portal.world.seed).random())
+    return command
+
+
+def halved(portal):
+    """The motion goes on, and is half as fast: the set was swapped between two of the firmware's ticks."""
+    command = on_the_way(portal)
+    before, motions, rests = speed(portal), len(portal.motions()), portal.rig.count("rest")
+    changed = put(portal)
+    assert (changed.state, changed.result["sent"]) == ("completed", {"crc": crc_of(HALF)})
+    assert in_force(portal) == crc_of(HALF)
+    portal.world.sleep(0.6)
+    assert 0.42 < speed(portal) / before < 0.55
+    assert (len(portal.motions()), portal.rig.count("rest")) == (motions, rests), "the motion goes on"
+    command.refresh_from_db()
+    assert command.state == "acknowledged"
+    assert portal.owner.owned.driver.latest().values["rules"] == crc_of(HALF)
+
+
+@seeds(2, 20, 200)
+def test_rules_that_are_changed_on_patrol_halve_the_speed_there(worlds, seed):
+    hunt(worlds, seed, halved)
+
+
+def refused(portal):
+    """What cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
+    on_the_way(portal)
+    before = speed(portal)
+    for text, words in (
+        (FAST, "Rule 10 (infrared N, sonar VF) is too fast"),
+        (paper().replace("rule M, M: M\n", ""), "Rule 13 (infrared M, sonar M) is missing."),
+        ("method none\n", "no line of a rule set"),
+    ):
+        with pytest.raises(BadRequest, match=words.replace("(", r"\(").replace(")", r"\)")):
+            portal.issue("rules", text=text)
+    assert (in_force(portal), portal.rig.count("rules")) == (0, 0)
+    assert speed(portal) > 0.8 * before
+
+
+@seeds(1, 5, 50)
+def test_rules_that_are_refused_change_nothing(worlds, seed):
+    hunt(worlds, seed, refused)
+
+
+def by_staff(portal, text):
+    """Send a rule set as staff do: lock the robot out, take it for maintenance, send, and lift that."""
+    grant = services.open_grant(portal.robot)
+    services.end_grant(grant, GrantEnd.FINISHED, "the turn is over", portal.world.now())
+    kim = type(portal.people["kim"]).objects.get(username="kim")
+
+    def verb(name, **post):
+        return verbs.VERBS[name](portal.row, SimpleNamespace(user=kim, POST=post))
+
+    verb("lock_out", note="new rules")
+    portal.until(lambda: portal.row.stop_latched, 10, "the row of the stop")
+    verb("maintenance")
+    verb("release", checked="yes")
+    portal.until(lambda: not portal.owner.latch.latched, 10, "the release")
+    grant = services.open_grant(portal.robot)
+    issued = services.issue(portal.slug, kim, "rules", {"text": text}, services.next_seq(grant)).command
+    done = portal.final(issued)
+    verb("lift")
+    if portal.row.stop_latched:
+        verb("release", checked="yes")
+    return done
+
+
+def set_back(portal):
+    """What an operator has set is gone after the turn; what staff have set stays, and comes back after the next turn."""
+    portal.grant()
+    assert put(portal).state == "completed"
+    next_turn(portal)
+    assert in_force(portal) == crc_of(paper())
+    assert portal.owner.owned.driver.latest().values["rules"] == 0
+    assert by_staff(portal, THIRD).state == "completed"
+    next_turn(portal)
+    assert in_force(portal) == crc_of(THIRD), "what staff have set stays"
+    assert put(portal).state == "completed"
+    assert in_force(portal) == crc_of(HALF)
+    next_turn(portal)
+    assert in_force(portal) == crc_of(THIRD)
+
+
+@seeds(1, 5, 50)
+def test_an_operators_rules_are_set_back_at_handover_to_what_staff_set(worlds, seed):
+    hunt(worlds, seed, set_back)
+
+
+def slowed(portal):
+    """Have each byte be on its way for a while, so that an upload lasts."""
+    portal.rig.fault("slow", 0.02)
+
+
+def asked(portal, text=HALF):
+    """Ask for a rule set, and wait until its upload is under way."""
+    before = portal.rig.blocks
+    command = portal.issue("rules", text=text)
+    portal.until(lambda: portal.rig.blocks > before, 5, "an upload")
+    portal.world.sleep(random.Random(portal.world.seed).random() * 0.2)
+    return command
+
+
+def stopped(portal):
+    """A stop during the upload rests the rover as always, and ends the upload; the line is in order."""
+    patrol = on_the_way(portal)
+    slowed(portal)
+    command = asked(portal)
+    took = portal.stop()
+    assert took <= REST_S, f"at rest {took:.3f} s after the stop"
+    assert portal.final(command, 30).state in ("rejected", "cancelled", "completed")
+    assert in_force(portal) == (crc_of(HALF) if command.state == "completed" else 0)
+    assert portal.final(patrol).state == "cancelled"
+    portal.rig.clear_faults()
+    portal.world.sleep(1)
+    portal.release()
+    assert put(portal).state == "completed"
+    assert in_force(portal) == crc_of(HALF)
+
+
+@seeds(3, 20, 200)
+def test_a_stop_during_the_upload(worlds, seed):
+    hunt(worlds, seed, stopped)
+
+
+def cut(portal):
+    """The line is pulled in the middle: the rover rests by its permit's end, and takes new rules after that."""
+    on_the_way(portal)
+    slowed(portal)
+    command = asked(portal)
+    portal.rig.pull()
+    at = portal.world.monotonic()
+    portal.at_rest(40)
+    assert portal.world.monotonic() - at <= load("srv1")["line"]["permit_s"] + REST_S
+    assert portal.final(command).state == "failed"
+    portal.world.sleep(random.Random(portal.world.seed).random() * 10)
+    portal.rig.clear_faults()
+    portal.rig.plug()
+    portal.until(lambda: not portal.row.reason, 60, "another connection")
+    assert in_force(portal) in (0, crc_of(HALF))  # it may have been swapped just before
+    next_turn(portal)
+    assert put(portal, THIRD).state == "completed"
+    assert in_force(portal) == crc_of(THIRD)
+
+
+@seeds(2, 20, 200)
+def test_the_line_is_lost_during_the_upload(worlds, seed):
+    hunt(worlds, seed, cut)
+
+
+def killed(portal):
+    """An owner is killed in the middle of a block: the next one ends what it left open, whatever is lacking."""
+    on_the_way(portal)
+    slowed(portal)
+    asked(portal)
+    portal.rig.halve()
+    portal.world.sleep(random.Random(portal.world.seed).random() * 0.1)
+    portal.supervisor.worker.kill()
+    portal.rig.clear_faults()
+    portal.until(lambda: portal.owner, 30, "another owner")
+    portal.until(lambda: not portal.row.reason, 60, "a connection")
+    next_turn(portal)
+    assert put(portal, THIRD).state == "completed"
+    assert in_force(portal) == crc_of(THIRD)
+
+
+@seeds(2, 20, 200)
+def test_an_owner_is_killed_during_the_upload(worlds, seed):
+    hunt(worlds, seed, killed)
+
+
+def corrupted(portal, monkeypatch):
+    """A block is spoilt each time it is sent: that upload is given up, and the next one puts in force what was meant."""
+    on_the_way(portal)
+    dice, blocks, spoilt = random.Random(portal.world.seed), flash.blocks, []
+
+    def with_one_wrong(data):
+        right = blocks(data)
+        number, at = dice.randrange(len(right)), dice.randrange(3, 133)
+        wrong = bytearray(right[number])
+        wrong[at] ^= 1 << dice.randrange(8)
+        if not spoilt:  # of the first upload
+            spoilt.append(number)
+            right[number] = bytes(wrong)
+        return right
+
+    monkeypatch.setattr(flash, "blocks", with_one_wrong)
+    assert put(portal).state == "completed"
+    assert spoilt
+    assert in_force(portal) == crc_of(HALF)
+
+
+@seeds(2, 10, 100)
+def test_a_spoilt_byte(worlds, seed, monkeypatch):
+    hunt(worlds, seed, lambda portal: corrupted(portal, monkeypatch))
+
+
+def ended_beside(portal):
+    """A motion that ends beside the upload holds the rover, and with it the upload, which is begun again."""
+    portal.grant()
+    portal.controls.moment_s = inf
+    command = portal.hold_if_held(portal.issue("drive", forward=0.5, turn=0.0))
+    portal.in_motion()
+    slowed(portal)
+    rules = asked(portal)
+    portal.controls.let_go()
+    portal.final(command)
+    assert portal.final(rules, 30).state == "completed"
+    assert in_force(portal) == crc_of(HALF)
+
+
+@seeds(2, 10, 100)
+def test_a_motion_that_ends_beside_the_upload(worlds, seed):
+    hunt(worlds, seed, ended_beside)

@@ -108,15 +108,22 @@ def _take_irat(folder: Path) -> None:
 
 
 def _take_rules(folder: Path) -> None:
-    """The rover's rules while it patrols: figure 6; then one is changed and not sent yet, and another is refused."""
+    """The rover with a mission that is being written; its rules while it patrols, figure 6, one changed, one refused."""
     from accounts.models import Clearance, User
     from portal.seeding import add_robot
     from robots.clock import SYSTEM
+    from tests.conftest import PASSWORD
 
     robot = add_robot("srv1")
-    person = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
+    person = User.objects.create(username="ada", email="ada@example.org", password=PASSWORD)
     Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
     for name, page in _looks(robot, person, 1150, ("rover-rules", "rover-rules-dark", "rover-rules-phone")):
+        page.click("#mission > summary")
+        page.wait_for_timeout(2500)
+        page.select_option("#program-list", label="Evening round")
+        page.wait_for_timeout(1500)
+        page.screenshot(path=folder / f"{name.replace('-rules', '')}.png")
+        page.click("#mission > summary")
         if name == "rover-rules":
             page.click("[data-command=patrol]")
         page.click("#hall-rules > summary")

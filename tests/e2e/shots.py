@@ -122,6 +122,8 @@ def _take_rules(folder: Path) -> None:
         page.wait_for_timeout(2500)
         page.select_option("#program-list", label="Evening round")
         page.wait_for_timeout(1500)
+        page.evaluate("scrollTo(0, 0)")
+        page.wait_for_timeout(500)
         page.screenshot(path=folder / f"{name.replace('-rules', '')}.png")
         page.click("#mission > summary")
         if name == "rover-rules":

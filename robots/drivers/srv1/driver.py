@@ -9,11 +9,12 @@ from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, Ro
 from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.srv1.alone import Alone
-from robots.drivers.srv1.line import RoverLine
+from robots.drivers.srv1.line import RoverLine, StockFirmware
 from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
 from robots.drivers.srv1.sending import put_in_force
 from robots.drivers.srv1.spec import SLICE_S
+from robots.drivers.srv1.stock import StockRover
 from robots.drivers.srv1.touring import go_to, tour
 from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.wheels import Wheels
@@ -39,13 +40,21 @@ class Driver(Session):
         self.wheels = Wheels(line, alone, unseen, self.keep, self.clock, file)
         self._motions = Motions(self.wheels)
         self._locating = Locating(self._motions)
+        self._stock: StockRover | None = None  # where the rover has its maker's firmware
 
     def connect(self) -> RobotState:
-        """Open the line and claim the rover."""
-        return self.wheels.connect()
+        """Open the line and claim the rover; one with its maker's firmware cannot be claimed."""
+        self._stock = None
+        try:
+            return self.wheels.connect()
+        except StockFirmware:
+            self._stock = StockRover(self.wheels.line, self.keep, self.clock)
+            return self._stock.state()
 
     def state(self) -> RobotState:
         """Ask the rover."""
+        if self._stock is not None:
+            return self._stock.state()
         self.wheels.ask()
         state = self.latest()
         assert state is not None
@@ -55,6 +64,9 @@ class Driver(Session):
         """Run one command to its end."""
         check("srv1", kind, args, self.settings, self.latest())
         began, motions, locating = _once(on_stage), self._motions, self._locating
+        if self._stock is not None:
+            self._stock.refuse(kind)
+            self._stock.drive(lambda: self._wanted(args), permit, began)
         if kind == "rules":
             crc = put_in_force(str(args["text"]), self.wheels, permit, began)
             return Outcome({"crc": crc}, self.latest())
@@ -63,12 +75,7 @@ class Driver(Session):
             on_stage(Progress(words))
 
         def drive() -> JSON:
-            def wanted() -> tuple[float, float]:
-                newest = self.steered(args)
-                check("srv1", kind, newest, self.settings, None)
-                return number(newest, "forward"), number(newest, "turn")
-
-            motions.drive(wanted, permit, began)
+            motions.drive(lambda: self._wanted(args), permit, began)
             return {}
 
         def go() -> JSON:
@@ -104,6 +111,12 @@ class Driver(Session):
             return Outcome(sent, self.wheels.rest(REST_S))
         return Outcome(sent, self.latest())
 
+    def _wanted(self, args: JSON) -> tuple[float, float]:
+        """Return the shares ahead and to the left that are wanted now."""
+        newest = self.steered(args)
+        check("srv1", "drive", newest, self.settings, None)
+        return number(newest, "forward"), number(newest, "turn")
+
     def rests_within(self) -> float | None:
         """Return within how many seconds it rests where it has a permit."""
         return self.wheels.alone.rests_within or None
@@ -117,6 +130,8 @@ class Driver(Session):
 
     def hold(self) -> RobotState:
         """Hold at once; return when the rover says that it rests."""
+        if self._stock is not None:
+            return self._stock.hold()
         self.wheels.holds += 1
         self.wheels.line.hold()
         return self.wheels.rest(REST_S)

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 from robots.clock import TIMER, Limit, Timer
 from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, why
@@ -48,6 +49,8 @@ REFUSALS = {
     Reason.RULES: "The rover does not understand these rules.",
 }
 
+T = TypeVar("T")
+
 
 class NotNow(ControllerRefused):
     """The rover refused a command that came late or during a hold; another one may be sent."""
@@ -55,6 +58,10 @@ class NotNow(ControllerRefused):
 
 class Overtaken(TimeoutError):
     """A hold has come in between: what was asked before it is not answered."""
+
+
+class StockFirmware(LineSilent):
+    """The rover answers to its published letters and is silent to `%`; the line stays open."""
 
 
 class RoverLine:
@@ -99,10 +106,35 @@ class RoverLine:
                     self._ends = flash.END_OF_ANY  # an owner before may have been cut off while it sent rules
                     self._put_in_order()
                     self.version = self._asked_version()
-        answer = self.ask(extension.Claim(self.epoch))
+        try:
+            answer = self.ask(extension.Claim(self.epoch))
+        except LineSilent as error:
+            self.letters(VERSION, lambda data: True if b"Version" in data else None)  # it answers to this
+            raise StockFirmware("The rover has its maker's firmware.") from error
         if not isinstance(answer, Status):
             raise LineSilent("The rover does not say how it is.")
         return answer
+
+    def letters(
+        self,
+        data: bytes,
+        answered: Callable[[bytes], T | None],
+        seconds: float = ANSWER_S,
+        permit: Permit | None = None,
+    ) -> T:
+        """Send published letters; `answered` returns what they are answered, None while the answer is not whole.
+
+        Raises LineGone, LineSilent, and whatever `permit` raises.
+        """
+        with self._lock, self._watched():
+            self._ready()
+            self._send(data, permit, data[:1].decode("latin-1"))
+            limit = Limit(self._clock, ANSWER_S)
+            while (found := answered(bytes(self._rest))) is None:
+                self._more(limit)
+            self._answered(bytes(self._rest), "answer")
+            self._rest.clear()
+            return found
 
     def close(self) -> None:
         """Close the connection."""

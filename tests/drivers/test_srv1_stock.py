@@ -1,0 +1,143 @@
+"""A rover with its maker's firmware: driven by hand in bursts, never by itself; in virtual time, over its wire."""
+
+from itertools import pairwise
+
+import pytest
+
+from robots.contract.errors import BadRequest, ControlsReleased, Held
+from robots.drivers.srv1.driver import Driver
+from robots.drivers.srv1.stock import BY_HAND_ONLY
+from simulators.srv1.simulator import Simulator
+from tests.world.streams import Door, Network
+from tests.world.world import World
+
+
+class Rig:
+    """The simulator in a process of its world, and a driver that a person calls."""
+
+    def __init__(self, folder):
+        self.world = World(1)
+        self.cable = Network(self.world)
+        self.sent = []
+        self.sim = Simulator(
+            folder, 1, self.world, lambda: self.world.now().timestamp(), self.world, stock=True
+        )  # fmt: skip
+        self.world.spawn(self._run, "simulator", self.world.process("simulator", delayed=False))
+        rig = self
+
+        class InWorld(Driver):
+            clock = rig.world
+
+            @staticmethod
+            def opened(host, port, seconds):
+                return rig.cable.connect(host, port, seconds, rig.sent.append)
+
+        self.driver = InWorld("127.0.0.1:10001", {"epoch": 1})
+
+    def _run(self):
+        self.sim.listen(Door(self.cable))
+        self.sim.run()
+
+    def do(self, act, seconds=30):
+        """Call something in a process of the world; return what it returned, or raise what it raised."""
+        told = []
+
+        def run():
+            try:
+                told.append(act())
+            except Exception as error:
+                told.append(error)
+
+        self.world.spawn(run, "person", self.world.process("person", delayed=False))
+        self.world.until(lambda: told, seconds, "the end of a call")
+        if isinstance(told[0], Exception):
+            raise told[0]
+        return told[0]
+
+    def close(self):
+        self.world.close()
+        self.sim.journal.close()
+
+
+@pytest.fixture
+def rig(tmp_path):
+    made = Rig(tmp_path)
+    made.world.sleep(3)
+    yield made
+    made.close()
+
+
+def released_after(rig, seconds):
+    until = rig.world.monotonic() + seconds
+
+    def permit():
+        if rig.world.monotonic() > until:
+            raise ControlsReleased("let go")
+
+    return permit
+
+
+def test_it_is_driven_in_bursts_and_says_nothing_that_it_does_not_know(rig):
+    state = rig.do(rig.driver.connect)
+    assert (state.ready, state.pose, state.moving) == (True, (), False)
+    assert state.values["sonar"] > 1.0
+    assert "battery" not in state.values
+    x = rig.sim.world.plant.pose[0]
+    with pytest.raises(ControlsReleased):
+        rig.do(lambda: rig.driver.execute(
+            "drive", {"forward": 1.0, "turn": 0.0}, released_after(rig, 3.0), lambda stage: None
+        ))  # fmt: skip
+    rig.world.sleep(0.5)
+    assert not rig.sim.moving
+    assert rig.sim.world.plant.pose[0] > x + 0.2
+    bursts = [data for data in rig.sent if data[:1] == b"M"]
+    assert len(bursts) > 5
+    assert all(len(data) == 4 and 1 <= data[3] <= 10 for data in bursts), "each ends by itself within 0.1 s"
+
+
+def test_what_it_cannot_do_is_refused_and_nothing_is_sent(rig):
+    rig.do(rig.driver.connect)
+    sent = len(rig.sent)
+    for kind, args in (("patrol", {}), ("go", {"x": 1.2, "y": 4.0}), ("mission", {"text": "read"}), ("look", {})):
+        with pytest.raises(BadRequest, match=BY_HAND_ONLY):
+            rig.do(lambda kind=kind, args=args: rig.driver.execute(kind, args, lambda: None, lambda stage: None))
+    assert len(rig.sent) == sent
+    assert not rig.sim.moving
+
+
+def test_a_hold_ends_the_bursts_for_good(rig):
+    rig.do(rig.driver.connect)
+    ended = []
+
+    def drive():
+        try:
+            rig.driver.execute("drive", {"forward": 1.0, "turn": 0.0}, lambda: None, lambda stage: None)
+        except Held as error:
+            ended.append(error)
+
+    rig.world.spawn(drive, "driving", rig.world.process("driving", delayed=False))
+    rig.world.until(lambda: rig.sim.moving, 10, "a motion")
+    assert not rig.do(rig.driver.hold).moving
+    rig.world.until(lambda: ended, 5, "the end of the drive")
+    rig.world.sleep(1)
+    assert not rig.sim.moving
+    begun = rig.sim.journal.counts["motion"]
+    rig.world.sleep(3)
+    assert rig.sim.journal.counts["motion"] == begun
+
+
+def test_no_burst_is_said_twice_when_the_rover_is_silent(rig):
+    """After silence the line is put in order; the next burst needs another permit."""
+    rig.do(rig.driver.connect)
+    rig.sim.faults.set("mute")
+    permits = []
+
+    def permit():
+        permits.append(rig.world.monotonic())
+        if len(permits) > 40:
+            raise ControlsReleased("let go")
+
+    with pytest.raises(Exception, match="does not answer"):
+        rig.do(lambda: rig.driver.execute("drive", {"forward": 1.0, "turn": 0.0}, permit, lambda stage: None))
+    assert sum(data[:1] == b"M" for data in rig.sent) == 1
+    assert all(a <= b for a, b in pairwise(permits))

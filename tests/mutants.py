@@ -47,8 +47,8 @@ MUTANTS = (
            "        client_seq = next_seq(grant)\n    if (counted",
            f"{WORLD}/test_promises.py::test_promise_01_one_command_at_most_one_motion[seed1-mercury]"),
     Mutant(2, "an interrupted command is queued again", "workers/commands/claim.py",
-           "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n    return left",
-           "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n"
+           "        if packages:\n            packages.end(command)\n    return left",
+           "        if packages:\n            packages.end(command)\n"
            "        from robots.models import Lease\n"
            "        Command.objects.filter(pk=command.pk).update(state='queued', ended_at=None, "
            "epoch=Lease.objects.get(robot=robot).epoch)\n    return left",

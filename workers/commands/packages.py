@@ -23,7 +23,7 @@ class Packages:
     """The packages of one robot, in `folder`."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self._folder, self._noted = folder, (0, "")
 
     def begin(self, command: Command) -> str:
         """Store a program before it runs, and read it again; return its SHA-256, empty for what is no program.
@@ -34,7 +34,7 @@ class Packages:
         text = command.args.get("text")
         if kind is None or kind.kind != command.kind or not isinstance(text, str):
             return ""
-        digest = hashlib.sha256(text.encode()).hexdigest()
+        digest, self._noted = hashlib.sha256(text.encode()).hexdigest(), (0, "")
         self._write(command, {"sha256": digest, "text": text, "at": ""}, sync=True)
         read = self._read(command.pk)
         if hashlib.sha256(str(read.get("text", "")).encode()).hexdigest() != digest:
@@ -42,8 +42,13 @@ class Packages:
         return digest
 
     def reached(self, command: Command, words: str) -> None:
-        """Note how far a program is. A disk that is full costs the note alone."""
-        told = self._read(command.pk)
+        """Note at which step a program is, which is what stands before the first comma of a progress.
+
+        A disk that is full costs the note alone.
+        """
+        words = words.partition(",")[0]
+        told = self._read(command.pk) if (command.pk, words) != self._noted else {}
+        self._noted = command.pk, words
         if told:
             try:
                 self._write(command, {**told, "at": words})

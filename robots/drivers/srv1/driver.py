@@ -9,9 +9,10 @@ from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, Ro
 from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.srv1.alone import Alone
-from robots.drivers.srv1.line import RoverLine, StockFirmware
+from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
+from robots.drivers.srv1.refusals import StockFirmware
 from robots.drivers.srv1.sending import put_in_force
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.stock import StockRover

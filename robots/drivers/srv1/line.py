@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 from robots.clock import TIMER, Limit, Timer
-from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, why
+from robots.contract.errors import LineGone, LineSilent, why
 from robots.contract.session import Permit, Trace
 from robots.drivers.srv1 import answers, extension, flash
-from robots.drivers.srv1.answers import Answer, Reason, Refused, Status
+from robots.drivers.srv1.answers import Answer, Refused, Status
 from robots.drivers.srv1.framing import ANSWER, Frames
 from robots.drivers.srv1.protocol import (
     CHECKSUM,
@@ -24,6 +24,7 @@ from robots.drivers.srv1.protocol import (
     count_of,
     version_of,
 )
+from robots.drivers.srv1.refusals import Overtaken, StockFirmware, refusal
 from robots.drivers.srv1.wire import Wire, open_wire
 from robots.drivers.stream import OpenStream, open_stream
 from robots.opening import why_not
@@ -41,27 +42,8 @@ QUIET_S = 0.1  # of silence, after which everything that was under way has come
 FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
 BEGIN, END = b"\xff\xd8", b"\xff\xd9"  # of a JPEG
 MOST_NOISE = 300_000  # bytes that are thrown away while the line is put in order
-REFUSALS = {
-    Reason.HOLDING: "The rover is being held.",
-    Reason.LATE: "The command came too late over the rover's line, and was refused.",
-    Reason.BOUNDS: "The rover does not take this value.",
-    Reason.CHECKSUM: "The rules did not arrive whole.",
-    Reason.RULES: "The rover does not understand these rules.",
-}
 
 T = TypeVar("T")
-
-
-class NotNow(ControllerRefused):
-    """The rover refused a command that came late or during a hold; another one may be sent."""
-
-
-class Overtaken(TimeoutError):
-    """A hold has come in between: what was asked before it is not answered."""
-
-
-class StockFirmware(LineSilent):
-    """The rover answers to its published letters and is silent to `%`; the line stays open."""
 
 
 class RoverLine:
@@ -183,10 +165,7 @@ class RoverLine:
                     if not isinstance(command, extension.Ask):  # a question may be asked again, and nothing else
                         raise
         if isinstance(answer, Refused):
-            if answer.reason is Reason.EPOCH:
-                raise LineBusy("The rover is used by another client.")
-            refused = NotNow if answer.reason in (Reason.LATE, Reason.HOLDING) else ControllerRefused
-            raise refused(REFUSALS[answer.reason])
+            raise refusal(answer.reason)
         return answer
 
     def status(self) -> Status:

@@ -11,8 +11,9 @@ from robots.drivers.permits import until_held
 from robots.drivers.srv1 import extension
 from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.answers import Status
-from robots.drivers.srv1.line import NotNow, RoverLine
+from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.refusals import NotNow
 from robots.drivers.srv1.rules import shown
 from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.whereabouts import Whereabouts

@@ -28,8 +28,9 @@ def within(limits):
     return st.integers(limits.low, limits.high)
 
 
-def scaled(limits, unit=1e-3):
-    return within(limits).map(lambda n: n * unit)
+def scaled(limits, per=1000):
+    """Generate numbers as a decoder gives them: an integer divided, so that what was written is read exactly."""
+    return within(limits).map(lambda n: n / per)
 
 
 @st.composite
@@ -62,7 +63,7 @@ STATUSES = st.builds(
     Status, within(bounds.BOOT), within(bounds.EPOCH), within(bounds.NUMBER), st.booleans(), st.booleans(),
     st.sampled_from(answers.ENDS), st.sampled_from(answers.MODES), scaled(bounds.MM), scaled(bounds.MM),
     scaled(bounds.MRAD), scaled(bounds.MM_S), scaled(bounds.MRAD_S), scaled(bounds.RANGE_MM),
-    scaled(bounds.RANGE_MM), scaled(bounds.MV), scaled(bounds.DECIDEGREES, 0.1), scaled(bounds.THOUSANDTHS),
+    scaled(bounds.RANGE_MM), scaled(bounds.MV), scaled(bounds.DECIDEGREES, 10), scaled(bounds.THOUSANDTHS),
     scaled(bounds.THOUSANDTHS), st.booleans(), within(bounds.CRC), within(bounds.PERMIT_MS), within(bounds.NUMBER),
     within(bounds.UPTIME_MS), st.sampled_from(answers.STATUSES),
 )  # fmt: skip

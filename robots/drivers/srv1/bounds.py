@@ -30,7 +30,6 @@ DECIDEGREES = Bounds(-1000, 2000)
 THOUSANDTHS = Bounds(0, 1000)
 FLAG = Bounds(0, 1)
 CRC = Bounds(0, 0xFFFF)
-WORD = Bounds(0, 20)
 
 
 def _bounded(value: int, bounds: Bounds) -> int:

@@ -64,7 +64,6 @@ class RoverLine:
         self._ends = b""  # what ends a reception into the flash buffer, while the rover may be at one
         self._free_at = 0.0
         self.version = ""
-        self.picture_s = 0.0  # how long the newest picture took
 
     @property
     def is_open(self) -> bool:
@@ -189,7 +188,6 @@ class RoverLine:
         limit = Limit(self._clock, seconds)
         with self._lock, self._watched():
             self._ready()
-            begun = self._clock.monotonic()
             self._send(GRAB, None, "picture")
             try:
                 taken = self._taken(limit)
@@ -198,7 +196,6 @@ class RoverLine:
             except TimeoutError:
                 self._astray = True
                 return None
-            self.picture_s = self._clock.monotonic() - begun
         return taken
 
     def upload(self, data: bytes, permit: Permit) -> None:

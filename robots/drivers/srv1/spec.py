@@ -35,7 +35,7 @@ TURN_S = 20.0
 RULES_S = 30.0  # three uploads, by radio
 LOOK_S = 120.0  # three times around
 MOST = 65_535  # of a CRC-16
-BY_TURN, BY_DRIVER, BY_ALL = frozenset({TURN}), frozenset({TURN, STAFF}), frozenset({TURN, ANYONE})
+BY_DRIVER, BY_ALL = frozenset({TURN, STAFF}), frozenset({TURN, ANYONE})
 STATISTICS = Statistics(
     rows=(
         Total("Driven, by odometry", "driven"),

@@ -1,6 +1,5 @@
 """The driver's end of the rover's line: bytes over TCP, or over whatever a test opens in its place."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from robots.drivers.srv1.protocol import PORT
@@ -37,9 +36,6 @@ class Wire:
     def close(self) -> None:
         """Close it. Raises OSError."""
         self._stream.close()
-
-
-OpenWire = Callable[[str], Wire]  # the address
 
 
 def where(address: str) -> tuple[str, int]:

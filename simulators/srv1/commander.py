@@ -56,7 +56,7 @@ class Commander:
         hardware = self._hardware
         self._began = self._ticked = self._heard = self._clock.monotonic()
         self._now = 0.0  # the motor board's
-        self._epoch, self._mode, self._patrol_said = 0, "rest", 0.0
+        self._epoch, self._mode, self._patrol_said, self._aside = 0, "rest", 0.0, 0.0
         self._course, self._permits, self._log = (
             Course(),
             Permits(),
@@ -124,16 +124,18 @@ class Commander:
 
     def _go_on(self, at: float) -> None:
         """Drive by the rules for the next moment, or stop to: nobody says it any more, and there is no permit."""
-        if self._alone(at) and not self._permits.runs:
-            self._mode = "rest"  # the motor board forgets the velocity
-            return
+        if self._alone(at):
+            if not self._permits.runs:
+                self._mode = "rest"  # the motor board forgets the velocity
+                return
+            self._aside = 0.0  # nobody leads it any more
         most = float(self._description["motion"]["most_speed"])
         if self._permits.runs:
             most = min(most, self._permits.permit.speed)
         hardware, course = self._hardware, self._course
         speed = self._rules.speed_mm_s(*(self._thousandths(name) for name in self._rules.inputs)) / 1000
         linear, angular = course.velocity(
-            hardware.infrared(), hardware.sonar(), self._odometry.linear, min(most, speed)
+            hardware.infrared(), hardware.sonar(), self._odometry.linear, min(most, speed), self._aside
         )  # fmt: skip
         if course.reflexes != self._reflexes:
             self._reflexes = course.reflexes
@@ -255,7 +257,7 @@ class Commander:
                 self._log.write(Event.PERMIT, left_ms)
             self._note("permit", seconds=left_ms / 1000, speed=command.speed, area=list(command.area))
         else:
-            self._patrol_said = at
+            self._patrol_said, self._aside = at, command.aside
             if self._mode != "patrol":
                 self._mode = "patrol"
                 self._course.begin()

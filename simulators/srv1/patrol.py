@@ -1,14 +1,16 @@
-"""How the rover drives by itself: ahead at the speed of its rules, and away from what is near.
+"""How the rover drives by itself: at the speed of its rules, on the way that it is led, and away from what is near.
 
 Below all rules is the reflex: nearer than `infrared.stop` it halts, turns in place until the way is clear, and goes on.
 """
 
+from math import copysign, sin
 from typing import Protocol
 
 from robots.description import load
 
 TURN_RAD_S = 0.8
 SLOWEST_M_S = 0.02  # a rule set that says less says that the way is closed
+TURN_FIRST_RAD, LEAD_M = 0.6, 0.45  # a way that leads farther aside is turned to; so far ahead it is steered for
 ROLLING_M_S = 0.04  # it halts before it turns
 CLEAR_SHARE, CLEAR_SONAR_M = 2.5, 0.6  # the way is clear: times `infrared.stop`, and m
 
@@ -36,8 +38,15 @@ class Patrol:
         """Begin anew, ahead."""
         self._turns = False
 
-    def velocity(self, infrared: float, sonar: float, rolling: float, speed: float) -> tuple[float, float]:
-        """Return m/s ahead and rad/s to the left, for distances (m), the speed of now and that of the rules (m/s)."""
+    def velocity(
+        self, infrared: float, sonar: float, rolling: float, speed: float, aside: float = 0.0
+    ) -> tuple[float, float]:
+        """Return m/s ahead and rad/s to the left, for distances (m), the speed of now and that of the rules (m/s).
+
+        `aside` (rad): so far to the left of its heading the way leads on.
+        """
+        if abs(aside) > TURN_FIRST_RAD:
+            return 0.0, 0.0 if abs(rolling) > ROLLING_M_S else copysign(TURN_RAD_S, aside)
         near = infrared < self._stop
         if near and not self._turns:
             self.reflexes += 1
@@ -46,5 +55,5 @@ class Patrol:
         elif infrared > CLEAR_SHARE * self._stop and sonar > CLEAR_SONAR_M:
             self._turns = False
         if not self._turns:
-            return speed, 0.0
+            return speed, 2 * speed * sin(aside) / LEAD_M
         return 0.0, 0.0 if abs(rolling) > ROLLING_M_S else TURN_RAD_S

@@ -3,20 +3,24 @@
 from dataclasses import replace
 from math import cos, hypot, pi, remainder, sin, tau
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.description import load
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, toward, turning
-from robots.drivers.srv1.whereabouts import UNKNOWN_M, Whereabouts
+from robots.drivers.srv1.hall import hall
+from robots.drivers.srv1.rounds import Round
+from robots.drivers.srv1.whereabouts import KNOWN_M, OF_RANGE, TOLERANCE_M, UNKNOWN_M, Whereabouts, sonar_at
+from simulators.srv1.patrol import Patrol
 
 STEP_S, FAR_M, STOP_M, BRAKING = 0.1, 0.80, 0.15, 2.5
 AT = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
-REST = Status(
+REST = Status(  # with somebody before it, so that sonar says nothing of its place
     boot=1, epoch=1, motion=0, moving=False, holding=False, end="none", mode="rest", x=1.0, y=1.0, heading=0.0,
-    linear=0.0, angular=0.0, infrared=0.8, sonar=5.0, volts=8.0, temperature=20.0, humidity=0.5, light=0.5,
-    presence=False, rules=0, permit_ms=0, journal=0, uptime_ms=1000,
+    linear=0.0, angular=0.0, infrared=0.8, sonar=0.15, volts=8.0, temperature=20.0, humidity=0.5, light=0.5,
+    presence=True, rules=0, permit_ms=0, journal=0, uptime_ms=1000,
 )  # fmt: skip
 
 
@@ -114,3 +118,85 @@ def test_odometry_that_jumps_is_no_way():
     where.found((5.0, 4.0, 1.0), 0.05, REST)
     where.take(replace(REST, x=9.0))
     assert (where.driven, where.is_known) == (0.0, False)
+
+
+def patrolled(seconds, ahead=lambda pose: FAR_M):
+    """Return the nodes to which a round leads a rover, and its poses, one each step; `ahead`: what infrared sees."""
+    led, course = Round(STOP_M + 0.03), Patrol()
+    pose, goals, poses = (1.0, 1.0, 0.5), [], []
+    for _ in range(int(seconds / STEP_S)):
+        aside = led.aside(pose, ahead(pose))
+        if not goals or led.goal != goals[-1]:
+            goals.append(led.goal)
+        v, w = course.velocity(FAR_M, FAR_M, 0.0, 0.4, aside)
+        turn = w * STEP_S
+        middle = pose[2] + turn / 2
+        pose = (pose[0] + v * STEP_S * cos(middle), pose[1] + v * STEP_S * sin(middle), remainder(pose[2] + turn, tau))
+        poses.append(pose)
+    return goals, poses
+
+
+def test_a_round_leads_past_every_node_and_leaves_room():
+    """In ten minutes, with the firmware's own steering; nothing is passed nearer than the hull is wide."""
+    goals, poses = patrolled(600)
+    assert set(goals) == {node.name for node in hall().nodes}
+    assert min(hall().distance(x, y) for x, y, _ in poses) > 0.2
+
+
+def test_a_round_turns_back_before_what_stands_in_its_way():
+    """Something was put between Door and West: the round goes on elsewhere, and comes no nearer."""
+
+    def ahead(pose):
+        looks_up = cos(pose[2] - pi / 2) > 0.8
+        return max(0.1, min(2.5 - pose[1], FAR_M)) if pose[0] < 2.0 and pose[1] < 2.5 and looks_up else FAR_M
+
+    goals, poses = patrolled(600, ahead)
+    assert len(set(goals)) > 7
+    assert not any(x < 2.0 and 2.4 < y < 2.6 and cos(heading - pi / 2) > 0.8 for x, y, heading in poses)
+
+
+def placed(status=REST, spread=0.05):
+    where = Whereabouts()
+    where.take(status)
+    where.found((1.0, 1.0, 0.0), spread, status)
+    return where
+
+
+def shown(where, status, times):
+    for number in range(1, times + 1):
+        where.take(replace(status, uptime_ms=status.uptime_ms + 100 * number))
+    return where.spread
+
+
+@given(st.floats(-10, 10), st.booleans())
+def test_sonar_that_contradicts_the_map_makes_it_less_sure_until_they_agree(off, presence):
+    """What is nearer than the map says may be somebody who stands there."""
+    expected = sonar_at((1.0, 1.0, 0.0))
+    sees = min(max(expected + off, 0.15), 10.0)
+    where, off = placed(), abs(sees - expected)
+    spread, bound = shown(where, replace(REST, sonar=sees, presence=presence), 2000), TOLERANCE_M + OF_RANGE * expected
+    if (sees < expected and presence) or off < bound:
+        assert spread == pytest.approx(0.05)
+    else:
+        assert min(off, bound + 2 * KNOWN_M) <= bound + 2 * spread + 0.1, "it is not surer than what it sees"
+
+
+def test_agreement_gives_back_what_doubt_has_cost():
+    where = placed()
+    assert shown(where, replace(REST, sonar=10.0), 30) > 0.3
+    agrees = replace(REST, sonar=sonar_at((1.0, 1.0, 0.0)), uptime_ms=9000)
+    assert shown(where, agrees, 60) == pytest.approx(0.05)
+
+
+def test_beside_a_wall_each_metre_costs_more():
+    """Its side may touch the wall, and its wheels slide."""
+
+    def driven(y):
+        where = Whereabouts()
+        where.take(REST)
+        where.found((1.0, y, 0.0), 0.05, REST)
+        for number in range(1, 101):
+            where.take(replace(REST, x=1.0 + 0.04 * number, uptime_ms=1000 + 100 * number))
+        return where.spread
+
+    assert driven(0.15) > driven(0.5) + 0.2

@@ -92,9 +92,10 @@ class Driver(Session):
 
         def patrol() -> JSON:
             until = self.clock.monotonic() + SLICE_S - EARLY_S
-            if not self.wheels.where.is_known:
+            if locating.is_unsure:
                 tell("looks where it is")
                 locating.look(permit, began)  # whether it finds it or not, it goes on
+                tell("on patrol")
             return {"metres": round(motions.patrol(until - self.clock.monotonic(), permit, began, tell), 2)}
 
         def look() -> JSON:

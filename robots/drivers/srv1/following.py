@@ -10,6 +10,7 @@ AHEAD_M = 0.45  # the point of the line that it steers for (pure pursuit)
 REACHED_M = 0.08
 TURN_FIRST_RAD = 0.6  # a place farther aside than this is turned to before it drives
 TURN_RAD_S, SLOW_TURN_RAD_S, TURNED_RAD = 1.2, 0.3, 0.03
+REACTION_S = 0.12  # until the next velocity
 NEAR_GAIN = 1.0  # 1/s: how fast it may be for each metre that is left
 
 
@@ -20,14 +21,25 @@ def toward(pose: Pose, begin: Place, end: Place, fastest: float, infrared: float
     `stop` (m) from it, with `braking` (m/s2).
     """
     x, y = _on_line(pose, begin, end)
-    aside = remainder(atan2(y - pose[1], x - pose[0]) - pose[2], 2 * pi)
+    aside = bearing(pose, begin, end)
     if abs(aside) > TURN_FIRST_RAD:
         return 0.0, turning(aside)
     left = hypot(end[0] - pose[0], end[1] - pose[1])
     room = max(0.0, infrared - stop)
-    speed = min(fastest, max(0.05, NEAR_GAIN * left), 0.7 * sqrt(2 * braking * room)) * cos(aside)
+    speed = min(fastest, max(0.05, NEAR_GAIN * left), fastest_before(room, braking)) * cos(aside)
     away = max(hypot(x - pose[0], y - pose[1]), 0.1)
     return speed, max(-TURN_RAD_S, min(2 * speed * sin(aside) / away, TURN_RAD_S))
+
+
+def fastest_before(room: float, braking: float) -> float:
+    """Return the speed from which it comes to rest within `room` (m), with the moment in which it does not know yet."""
+    return braking * (sqrt(REACTION_S**2 + 2 * room / braking) - REACTION_S)
+
+
+def bearing(pose: Pose, begin: Place, end: Place) -> float:
+    """Return how far to the left of its heading the line from `begin` to `end` leads on (rad)."""
+    x, y = _on_line(pose, begin, end)
+    return remainder(atan2(y - pose[1], x - pose[0]) - pose[2], 2 * pi)
 
 
 def _on_line(pose: Pose, begin: Place, end: Place) -> Place:

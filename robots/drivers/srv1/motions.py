@@ -10,6 +10,7 @@ from robots.description import load
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.following import TURNED_RAD, Pose, is_reached, toward, turning
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.rounds import Round
 from robots.drivers.srv1.ways import Place, length, way
 from robots.drivers.srv1.wheels import Wheels
 
@@ -57,6 +58,7 @@ class Motions:
         self.wheels, self._motion = wheels, described["motion"]
         self._stop = float(described["infrared"]["stop"])
         self._clock = wheels.clock
+        self._round = Round(self._stop + MARGIN_M)
 
     def drive(self, wanted: Callable[[], tuple[float, float]], permit: Permit, began: Began) -> None:
         """Drive with shares (-1 to 1) of the greatest velocities, ahead and turning, until `permit` ends it.
@@ -151,27 +153,41 @@ class Motions:
         self.wheels.during(permit, Mode.TURNING, act)
 
     def patrol(self, seconds: float, permit: Permit, began: Began, tell: Callable[[str], None]) -> float:
-        """Let the rover drive by its rules for so long (s); return how far it came (m).
+        """Let the rover drive by its rules for so long (s), around the map where its place is known.
 
-        Where its line is lost it drives on by its permit meanwhile, which `tell` is told.
+        Returns how far it came (m). Where its line is lost it drives on by its permit meanwhile, which `tell` is told.
         """
         until, before = self._clock.monotonic() + seconds, self.wheels.where.driven
+        self._round.restart()
 
         def act(free: Permit) -> None:
+            goal = ""
             while self._clock.monotonic() < until:
                 try:
-                    self.wheels.patrol(self.wheels.ask(), free)
+                    self._lead(self.wheels.ask(), free)
                 except (LineGone, LineSilent):
                     if not self.wheels.alone.left:
                         raise
                     tell(UNHEARD.format(self.wheels.alone.rests_within))
                     self.wheels.find_again(free)
+                    goal = ""
+                    self._round.restart()
                     continue
                 began()
+                if self._round.goal != goal:
+                    goal = self._round.goal
+                    tell(f"on the way to {goal}")
                 self.wheels.pause()
 
         self.wheels.during(permit, Mode.PATROL, act)
         return self.wheels.where.driven - before
+
+    def _lead(self, status: Status, permit: Permit) -> None:
+        """Let the rover drive by its rules for the next moment, on its round where its place is known."""
+        where = self.wheels.where
+        self.wheels.patrol(
+            status, permit, self._round.aside(self._pose(status), status.infrared) if where.is_known else 0.0
+        )
 
     def wait(self, seconds: float, permit: Permit) -> None:
         """Stay where it is, for as long as `permit` allows it."""

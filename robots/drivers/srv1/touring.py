@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from robots.autonomy.grid import TURNS
-from robots.contract.errors import RobotError
+from robots.contract.errors import GaveUp, RobotError
 from robots.contract.session import JSON, Noted, OnStage, Permit, Progress
 from robots.drivers.permits import until_held
 from robots.drivers.srv1.answers import Status
@@ -21,15 +21,19 @@ def go_to(
 ) -> float:  # fmt: skip
     """Go to a place: look where it is before, and again there, wherever it is not sure (section 7.2).
 
-    Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
+    What stands in its way may do so because the rover is elsewhere than it believes: then it looks, and tries once
+    more. Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
     """
     if locating.is_unsure:
         locating.find(permit, began, tell)
-    metres = motions.go(place, permit, began, left)
-    if locating.is_unsure:
-        locating.find(permit, began, tell)
-        metres += motions.go(place, permit, began, left)
-    return metres
+    try:
+        metres = motions.go(place, permit, began, left)
+        if not locating.is_unsure:
+            return metres
+    except GaveUp:
+        metres = 0.0
+    locating.find(permit, began, tell)
+    return metres + motions.go(place, permit, began, left)
 
 
 def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began: Began, on_stage: OnStage) -> JSON:

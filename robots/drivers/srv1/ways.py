@@ -1,7 +1,7 @@
 """Ways through the hall: from where the rover is to a place, over the nodes of its map (figure 4). Pure; m."""
 
 from collections.abc import Sequence
-from math import ceil, hypot
+from math import ceil, cos, hypot, sin, tau
 
 from scipy.sparse import lil_matrix
 from scipy.sparse.csgraph import dijkstra
@@ -13,6 +13,8 @@ from robots.drivers.srv1.hall import Hall, hall
 Place = tuple[float, float]
 STEP_M = 0.05  # between two points of a line whose room is looked at
 CORNER_M = 0.001  # that a corner counts as longer
+ASIDE_M, ASIDE_STEPS, DIRECTIONS = 0.05, 24, 24  # steps away from something that is too near, and around the rover
+CORNERED = "No way leads out of where the rover seems to be: let it look around, or drive it by hand."
 ROOM_M = float(load("srv1")["mission"]["room"])
 
 
@@ -28,7 +30,7 @@ def is_free(begin: Place, end: Place, floor: Hall) -> bool:
 def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
     """Return the shortest way over the nodes, without its begin; straight where that is free.
 
-    A rover that stands too near to something first goes to the nearest node.
+    A rover that stands too near to something first goes aside from it.
 
     Raises:
         OutOfWorkspace: it may not be there, or no way leads there.
@@ -37,6 +39,9 @@ def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
     floor = hall() if floor is None else floor
     if not floor.distance(*end) >= ROOM_M:
         raise OutOfWorkspace("The rover cannot stand there: a wall, a showcase or an exhibit is too near.")
+    if not floor.distance(*begin) >= ROOM_M:
+        away = aside(begin, floor)
+        return [away, *way(away, end, floor)]
     if is_free(begin, end, floor):
         return [end]
     names, places = [node.name for node in floor.nodes], [node.at for node in floor.nodes]
@@ -45,7 +50,7 @@ def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
         for name in node.to:
             links[number, names.index(name)] = _apart(places[number], places[names.index(name)])
     first, last = len(places), len(places) + 1
-    for number in [n for n, place in enumerate(places) if is_free(begin, place, floor)] or [_nearest(begin, places)]:
+    for number in (n for n, place in enumerate(places) if is_free(begin, place, floor)):
         links[first, number] = _apart(begin, places[number])
     for number in (n for n, place in enumerate(places) if is_free(place, end, floor)):
         links[number, last] = _apart(places[number], end)
@@ -59,6 +64,23 @@ def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
     return found[::-1]
 
 
+def aside(begin: Place, floor: Hall) -> Place:
+    """Return the nearest place with room, to which the rover comes no nearer to anything than it stands.
+
+    Raises OutOfWorkspace where there is none.
+    """
+    least = floor.distance(*begin) - 1e-9
+    for number in range(1, ASIDE_STEPS + 1):
+        for direction in range(DIRECTIONS):
+            angle = tau * direction / DIRECTIONS
+            line = [
+                (begin[0] + ASIDE_M * n * cos(angle), begin[1] + ASIDE_M * n * sin(angle)) for n in range(1, number + 1)
+            ]
+            if floor.distance(*line[-1]) >= ROOM_M and all(floor.distance(*place) >= least for place in line):
+                return line[-1]
+    raise OutOfWorkspace(CORNERED)
+
+
 def length(begin: Place, way: Sequence[Place]) -> float:
     """Return how long a way is (m)."""
     return sum(hypot(a[0] - b[0], a[1] - b[1]) for a, b in zip([begin, *way], way, strict=False))
@@ -67,7 +89,3 @@ def length(begin: Place, way: Sequence[Place]) -> float:
 def _apart(a: Place, b: Place) -> float:
     """Return how far two places are apart, and a millimetre, by which a way with fewer corners is shorter."""
     return hypot(a[0] - b[0], a[1] - b[1]) + CORNER_M
-
-
-def _nearest(begin: Place, places: Sequence[Place]) -> int:
-    return min(range(len(places)), key=lambda n: _apart(begin, places[n]))

@@ -145,14 +145,16 @@ class Wheels:
         """
         self._say(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit)
 
-    def patrol(self, status: Status, permit: Permit) -> None:
+    def patrol(self, status: Status, permit: Permit, aside: float) -> None:
         """Let the rover drive by its rules for the next moment, and for a while without a word.
+
+        `aside` (rad): so far to the left of its heading its way leads on.
 
         Raises what else `RoverLine.ask` raises.
         """
         with contextlib.suppress(NotNow, LineSilent):
             self.alone.renew(status, self.where.pose(status), self.where.spread, permit)
-        self._say(extension.Patrol(self.line.epoch, status.uptime_ms), permit)
+        self._say(extension.Patrol(self.line.epoch, status.uptime_ms, aside), permit)
 
     def _say(self, command: extension.Command, permit: Permit) -> None:
         """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""

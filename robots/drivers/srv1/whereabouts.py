@@ -1,4 +1,8 @@
-"""Where the rover is in the hall, and how sure that is: by the last grid scan, then by dead reckoning. m, rad."""
+"""Where the rover is in the hall, and how sure that is: by the last grid scan, then by dead reckoning. m, rad.
+
+It is less sure for each metre and each turn, more so beside what its sides may touch, where wheels slide. Sonar that
+contradicts the map, because somebody carried it off or something was moved, makes it less sure reading by reading.
+"""
 
 import json
 from collections.abc import Mapping
@@ -7,7 +11,9 @@ from math import cos, hypot, isfinite, remainder, sin, sqrt, tau
 from pathlib import Path
 from typing import Any
 
+from robots.description import load
 from robots.drivers.srv1.answers import Status
+from robots.drivers.srv1.hall import hall
 from robots.files import replace_text
 
 STILL_M = 0.05  # so far is no way
@@ -15,6 +21,10 @@ UNKNOWN_M = 10.0  # the spread of a place that is not known
 KNOWN_M = 1.0  # beyond this spread a place is called unknown
 LOST_M = 0.15  # by so much it is less sure if it has driven unseen
 OF_WAY, OF_TURN = 0.03, 0.04  # m lost for each metre driven, and for each radian turned: four wheels slip
+BESIDE_M, OF_WAY_BESIDE = 0.25, 0.25  # nearer to something than this it may slide along it
+DOUBT_M = 0.01  # that each contradiction of the map costs, and each agreement gives back
+TOLERANCE_M, OF_RANGE = 0.3, 0.1  # what a range may be off, and its share, beside twice the spread
+RAYS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the half cone
 JUMP_M = 1.0  # odometry that changes by more between two answers has begun anew,
 FASTEST_M_S = 0.5  # or by more than it could drive meanwhile, where it was not heard for a while
 UNSEEN_S = 2.0  # then it has turned as nobody knows
@@ -42,12 +52,13 @@ class Whereabouts:
         self.driven = 0.0
         self._file, self._anchor = file, _stored(file)
         self._squared = UNKNOWN_M**2
+        self._doubt = 0.0  # m, by sonar
         self._last: Status | None = None
 
     @property
     def spread(self) -> float:
         """Return the radius (m)."""
-        return min(sqrt(self._squared), UNKNOWN_M)
+        return min(sqrt(self._squared) + self._doubt, UNKNOWN_M)
 
     @property
     def is_known(self) -> bool:
@@ -69,7 +80,7 @@ class Whereabouts:
     def found(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
         """Take over where a scan has found the rover, as of this status."""
         self._anchor = Anchor(status.boot, (status.x, status.y, status.heading), pose, spread, status.motion)
-        self._squared = spread**2
+        self._squared, self._doubt = spread**2, 0.0
         self.keep(status)
 
     def take(self, status: Status) -> None:
@@ -81,6 +92,17 @@ class Whereabouts:
             self._anchor, self._squared = None, UNKNOWN_M**2
         else:
             self._add(last, status)
+        if self.is_known:
+            self._compare(status)
+
+    def _compare(self, status: Status) -> None:
+        """Be less sure where sonar and map contradict each other; not by somebody who stands before it."""
+        expected = sonar_at(self.pose(status))
+        off, bound = status.sonar - expected, TOLERANCE_M + OF_RANGE * expected + 2 * self.spread
+        if abs(off) <= bound:
+            self._doubt = max(self._doubt - DOUBT_M, 0.0)
+        elif off > 0 or not status.presence:
+            self._doubt += DOUBT_M
 
     def _begin(self, status: Status) -> None:
         anchor = self._anchor
@@ -99,7 +121,8 @@ class Whereabouts:
             return
         self.driven += way
         turn = abs(remainder(status.heading - last.heading, tau))
-        lost = OF_WAY * way + OF_TURN * turn + (LOST_M if seconds > UNSEEN_S and way > STILL_M else 0.0)
+        share = OF_WAY if hall().distance(*self.pose(status)[:2]) > BESIDE_M else OF_WAY_BESIDE
+        lost = share * way + OF_TURN * turn + (LOST_M if seconds > UNSEEN_S and way > STILL_M else 0.0)
         self._squared += lost * (0.6 * self.spread + lost)  # partly the same error again, as a compass that is off
 
     def keep(self, status: Status) -> None:
@@ -112,6 +135,16 @@ class Whereabouts:
             replace_text(self._file, json.dumps(asdict(known)))
         except OSError:
             return
+
+
+def sonar_at(pose: tuple[float, float, float]) -> float:
+    """Return what sonar would measure at a pose by the map (m): the nearest of a few rays of its cone."""
+    x, y, heading = pose
+    sonar = load("srv1")["sonar"]
+    ahead = sonar["from"][0]
+    x, y = x + ahead * cos(heading), y + ahead * sin(heading)
+    nearest = min(hall().ray(x, y, heading + sonar["half_cone"] * ray)[0] for ray in RAYS)
+    return float(min(max(nearest, sonar["near"]), sonar["far"]))
 
 
 def _stored(file: Path | None) -> Anchor | None:

@@ -16,8 +16,10 @@ export interface Judgement { step: number; at_s: number; text: string; refuses: 
 type Place = readonly [number, number];
 
 const CORNER_M = 0.001; // that a corner counts as longer
+const ASIDE_M = 0.05, ASIDE_STEPS = 24, DIRECTIONS = 24; // steps away from something that is too near, and around the rover
 const STEP_M = 0.05; // between two points of a line whose room is looked at
 const CANNOT_STAND = "The rover cannot stand there: a wall, a showcase or an exhibit is too near.";
+const CORNERED = "No way leads out of where the rover seems to be: let it look around, or drive it by hand.";
 const NO_WAY = "No way leads there.";
 const ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end.";
 
@@ -40,14 +42,29 @@ function isFree(d: Judged, [ax, ay]: Place, [bx, by]: Place): boolean {
   return true;
 }
 
+/** The nearest place with room, to which the rover comes no nearer to anything than it stands. */
+function aside(d: Judged, [x, y]: Place): Place | undefined {
+  const least = room(d.hall, [x, y]) - 1e-9;
+  for (let number = 1; number <= ASIDE_STEPS; number++)
+    for (let direction = 0; direction < DIRECTIONS; direction++) {
+      const angle = (2 * Math.PI * direction) / DIRECTIONS;
+      const line = Array.from({ length: number }, (_, n): Place => [x + ASIDE_M * (n + 1) * Math.cos(angle), y + ASIDE_M * (n + 1) * Math.sin(angle)]);
+      if (room(d.hall, line[number - 1]!) >= d.mission.room && line.every((place) => room(d.hall, place) >= least)) return line[number - 1];
+    }
+  return undefined;
+}
+
 /** The shortest way over the nodes, without its begin; a sentence where there is none. */
 export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   if (!(room(d.hall, end) >= d.mission.room)) return CANNOT_STAND;
+  if (!(room(d.hall, begin) >= d.mission.room)) {
+    const first = aside(d, begin), rest = first && wayTo(d, first, end);
+    return typeof rest === "object" ? [first!, ...rest] : rest ?? CORNERED;
+  }
   if (isFree(d, begin, end)) return [end];
   const nodes = d.hall.node, named = new Map(nodes.map(({ name }, i) => [name, i]));
   const apart = ([ax, ay]: Place, [bx, by]: Place): number => Math.hypot(ax - bx, ay - by) + CORNER_M;
   const reached = nodes.flatMap(({ at }, i) => (isFree(d, begin, at) ? [i] : []));
-  if (!reached.length) reached.push(nodes.reduce((best, { at }, i) => (apart(begin, at) < apart(begin, nodes[best]!.at) ? i : best), 0));
   const cost = nodes.map(() => Infinity), before = nodes.map(() => -1), open = new Set(nodes.keys());
   for (const i of reached) cost[i] = apart(begin, nodes[i]!.at);
   while (open.size) {

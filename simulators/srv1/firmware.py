@@ -165,12 +165,15 @@ class Firmware:
         self._end_command()
 
     def _send(self, data: bytes) -> None:
-        """Say something, which takes as long as the serial port needs, or longer where the module makes it wait."""
-        begun = self._clock.monotonic()
+        """Say something, which takes as long as the serial port needs, or longer where the module makes it wait.
+
+        All of it arrives at the end, so that no client goes on before the firmware does.
+        """
+        self._clock.sleep(len(data) * BITS_A_BYTE / BAUD)
+        out = self._clock.monotonic()
         self._sends(data)
         now = self._clock.monotonic()
-        out = begun + len(data) * BITS_A_BYTE / BAUD
-        self._said_until = now if now - begun > WAITED_S else out  # not how long this machine kept the thread waiting
+        self._said_until = now if now - out > WAITED_S else out  # not how long this machine kept the thread waiting
 
     def _end_command(self) -> None:
         now = self._clock.monotonic()

@@ -86,8 +86,9 @@ class Rig:
             self.pass_s(1.1)
             self.heard.clear()
 
-    def hear(self, data: bytes) -> None:
+    def hear(self, data: bytes) -> float:
         self.heard += data
+        return 0.0
 
     def _pass(self) -> None:
         while True:

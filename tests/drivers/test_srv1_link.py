@@ -34,8 +34,8 @@ class LinkRig(Rig):
         self.network.listen(Door(self.between))
         self.world.spawn(self.link.run, "link")
 
-    def hear(self, data: bytes) -> None:
-        self.link.say(data) if hasattr(self, "link") else None
+    def hear(self, data: bytes) -> float:
+        return self.link.say(data) if hasattr(self, "link") else 0.0
 
     def connect(self) -> Wire:
         return open_wire("127.0.0.1:10001", self.between.connect)

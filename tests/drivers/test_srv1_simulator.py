@@ -135,7 +135,7 @@ def test_a_hold_brakes_at_once(rig):
 @pytest.mark.parametrize("size", SIZES)
 def test_pictures_have_the_size_of_the_letter(rig, size):
     rig.client.tell(size.letter)
-    said = rig.client.tell(b"I", 0.2)
+    said = rig.client.tell(b"I", 0.5)
     header = PictureHeader.decode(said[:HEADER_BYTES])
     data = said[HEADER_BYTES:]
     assert header == PictureHeader(size, len(data))

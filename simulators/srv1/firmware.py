@@ -31,11 +31,11 @@ HELLO, HELLO_ANSWER = b"h", b"myfunc:  hello ! \r\n"
 
 
 class Firmware:
-    """`send` takes what goes to the Wi-Fi module, and returns for how long (s) that has no room for more. `stock`: without our part, so that `%` is silent.
+    """`send` takes what goes to the Wi-Fi module, and returns for how long (s) that has no room for more.
 
-    `lock` protects the hardware, and is the simulator's: its steps of the motor board hold it. `boot` is the number of
-    this start; `flash` has what outlives a loss of power; `parse` makes a rule set of its text. `wake` is called when
-    the motors are told something.
+    `stock`: without our part, so that `%` is silent. `lock` protects the hardware, and is the simulator's: its steps of
+    the motor board hold it. `boot` is the number of this start; `flash` has what outlives a loss of power; `parse`
+    makes a rule set of its text. `wake` is called when the motors are told something.
     """
 
     def __init__(

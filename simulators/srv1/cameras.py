@@ -20,7 +20,6 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Moved = Mapping[str, tuple[float, float]]  # showcases that are not where the description has them (m, m)
 NOISE = 3  # grey levels in both directions: two pictures of the same place always differ
-QUALITY = 70  # of a JPEG
 ABOVE = Lens(640, 440, radians(50))
 ABOVE_M = 13.6
 FINER = 2  # the still part of the view from above is drawn so many times as large, and averaged
@@ -74,14 +73,6 @@ class RoverCamera:
         canvas = self._canvases[width]
         self._stage.draw(canvas, np.asarray(np.linalg.inv(hull @ self._mount), np.float64), moved or {})
         return canvas.picture()
-
-
-def jpeg(picture: Image, quality: int = QUALITY) -> bytes:
-    """Return a picture as JPEG."""
-    done, data = cv2.imencode(".jpg", picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
-    if not done:
-        raise RuntimeError("the picture cannot be encoded")
-    return bytes(data)
 
 
 class Overhead:

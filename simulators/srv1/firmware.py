@@ -25,22 +25,21 @@ from simulators.srv1.uart import Interrupted, Stopped, Uart
 
 BAUD, BITS_A_BYTE = 2_500_000, 10  # of the serial port to the module
 FLUSH_S = 12 / BAUD  # after a command it throws bytes away until none has come for so long
-WAITED_S = 0.05
 BOOT_S = 1.0  # memory is cleared, and the camera is set up
 NEXT_S = 0.1  # the longest pause within one of our frames; without the rest it is given up
 HELLO, HELLO_ANSWER = b"h", b"myfunc:  hello ! \r\n"
 
 
 class Firmware:
-    """`send` takes what goes to the Wi-Fi module. `stock`: without our part, so that `%` is silent.
+    """`send` takes what goes to the Wi-Fi module, and returns for how long (s) that has no room for more.
 
-    `lock` protects the hardware, and is the simulator's: its steps of the motor board hold it. `boot` is the number of
-    this start; `flash` has what outlives a loss of power; `parse` makes a rule set of its text. `wake` is called when
-    the motors are told something.
+    `stock`: without our part, so that `%` is silent. `lock` protects the hardware, and is the simulator's: its steps of
+    the motor board hold it. `boot` is the number of this start; `flash` has what outlives a loss of power; `parse`
+    makes a rule set of its text. `wake` is called when the motors are told something.
     """
 
     def __init__(
-        self, hardware: Hardware, send: Callable[[bytes], None], note: Note, clock: Timer = TIMER,
+        self, hardware: Hardware, send: Callable[[bytes], float], note: Note, clock: Timer = TIMER,
         lock: Lock | None = None, *, stock: bool = False, boot: int = 1, flash: Flash | None = None,
         parse: Parse = RuleSet.parse, wake: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
@@ -165,12 +164,15 @@ class Firmware:
         self._end_command()
 
     def _send(self, data: bytes) -> None:
-        """Say something, which takes as long as the serial port needs, or longer where the module makes it wait."""
-        begun = self._clock.monotonic()
-        self._sends(data)
-        now = self._clock.monotonic()
-        out = begun + len(data) * BITS_A_BYTE / BAUD
-        self._said_until = now if now - begun > WAITED_S else out  # not how long this machine kept the thread waiting
+        """Say something, which takes as long as the serial port needs, or longer where the module makes it wait.
+
+        All of it arrives at the end, so that no client goes on before the firmware does.
+        """
+        self._clock.sleep(len(data) * BITS_A_BYTE / BAUD)
+        out = self._clock.monotonic()
+        wait = self._sends(data)
+        self._clock.sleep(wait)
+        self._said_until = out + wait  # whatever this machine kept the thread waiting
 
     def _end_command(self) -> None:
         now = self._clock.monotonic()

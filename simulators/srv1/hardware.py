@@ -2,6 +2,9 @@
 
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simulators.common.faults import FaultBoard
 from simulators.srv1.drive import Drive
 
@@ -35,8 +38,8 @@ class Hardware(Protocol):
     def battery(self) -> float:
         """Return the voltage (V)."""
 
-    def picture(self, width: int) -> bytes | None:
-        """Return a JPEG that is so many pixels wide (160, 320, 640 or 1280); None while the camera is busy."""
+    def picture(self, width: int) -> NDArray[np.uint8] | None:
+        """Return a picture (RGB, shape (height, width, 3)) as wide as one of `SIZES`; None while the camera is busy."""
 
     def beacon(self) -> tuple[float, float] | None:
         """Return distance (m) from the radio tower and bearing (rad) there, anticlockwise from x; None: not heard."""

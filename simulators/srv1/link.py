@@ -79,11 +79,11 @@ class Link:
             data = data.replace(HOLD, b"") if HOLD in data else b""
         self._carry(data, to_robot=True)
 
-    def say(self, data: bytes) -> None:
-        """Carry what the firmware says; by radio the firmware waits until most of it has gone."""
+    def say(self, data: bytes) -> float:
+        """Carry what the firmware says; return for how long it has to wait (s): by radio until most of it has gone."""
         if self._faults.value("mute") or self._is_cut():
-            return
-        self._carry(data, to_robot=False)
+            return 0.0
+        return self._carry(data, to_robot=False)
 
     def power_off(self) -> None:
         """End the connection; what is on its way is lost."""
@@ -110,13 +110,13 @@ class Link:
 
     # bytes
 
-    def _carry(self, data: bytes, to_robot: bool) -> None:
+    def _carry(self, data: bytes, to_robot: bool) -> float:
         faults, radio = self._faults, self._radio
         if faults.value("awol") or (radio is not None and not radio.reaches(faults.value("far"))):
-            return
+            return 0.0
         data, now = self._spoilt(data), self._clock.monotonic()
         if not data:
-            return
+            return 0.0
         with self._changed:
             due = now + faults.value("slow")
             due = due if radio is None else max(due, radio.arrival(now, len(data)))
@@ -128,8 +128,7 @@ class Link:
                 self._changed.notify_all()
         if not late:
             self._deliver(to_robot, data)
-        elif radio is not None and not to_robot:
-            self._clock.sleep(max(0.0, due - now - AHEAD_S))
+        return 0.0 if radio is None else max(0.0, due - now - AHEAD_S)
 
     def _deliver(self, to_robot: bool, data: bytes) -> None:
         if to_robot:

@@ -17,7 +17,7 @@ from simulators.common.journal import Journal
 from simulators.common.kept import BOOTS
 from simulators.common.tcp import Listener, TcpListener
 from simulators.common.threads import names, record_deaths
-from simulators.srv1.cameras import Overhead, RoverCamera, jpeg, stage
+from simulators.srv1.cameras import Overhead, RoverCamera, stage
 from simulators.srv1.drive import Drive, End
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.flash import Flash
@@ -120,15 +120,15 @@ class Simulator:
         """See `Hardware`."""
         return self.world.senses.beacon()
 
-    def picture(self, width: int) -> bytes | None:
-        """Return one JPEG with the faults of the fault board; None while another is taken, or if there is no camera."""
+    def picture(self, width: int) -> NDArray[np.uint8] | None:
+        """Return one with the faults of the fault board; None while another is taken, or if there is no camera."""
         faults = self.faults
         if faults.value("cam_gone") or not self._busy.acquire(blocking=False):
             return None
         try:
             if faults.value("cam_slow"):
                 self._clock.sleep(min(faults.value("cam_slow"), 5.0))
-            return jpeg(self._spoilt(width))
+            return self._spoilt(width)
         finally:
             self._busy.release()
 

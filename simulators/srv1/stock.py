@@ -1,26 +1,30 @@
 """The stock firmware of March 2011, letter by letter, with the answers that its source has (`main.c`, `srv.c`).
 
-Not here: C programs, vision, neural nets, the editor, HTTP, GPS; their letters take their arguments and say nothing.
+Not here: C programs, neural nets, the editor, web pages, GPS; their letters take their arguments and say nothing.
 """
 
 from collections.abc import Callable
 
-from robots.clock import Lock, Timer
-from robots.drivers.srv1.protocol import CHANNELS, METRES_A_PING, SIZES, UNKNOWN, PictureHeader, Size
+from robots.clock import Limit, Lock, Timer
+from robots.drivers.srv1.protocol import CHANNELS, DURATION_S, METRES_A_PING, UNKNOWN
 from simulators.srv1.flash import Flash
 from simulators.srv1.hardware import Hardware
+from simulators.srv1.imaging import Imaging
 from simulators.srv1.motors import Motors
 from simulators.srv1.uart import Uart
 
 VERSION = b"##Version - SRV-1 Blackfin w/PicoC 2.1 built:18:55:21 - Mar  5 2011\r\n"
 AUTORUN = b"##checking for autorun() in flash sect#4 ... no autorun() found\r\n"
-PING_S, ENCODERS_S, COMPASS_S, RESIZE_S, PICTURE_S, LASERS_S = 0.04, 0.04, 0.02, 0.05, 0.02, 0.75
+PING_S, ENCODERS_S, COMPASS_S, LASERS_S = 0.04, 0.04, 0.02, 0.75
 LOW_V = 6.8
-NO_CHANNEL, NO_RANGE_CM = 0xFFFF, 9999
-OTHERS = {"T": 1, "m": 3, "x": 2, "s": 2}  # what takes so many bytes and is confirmed by its letter
+NO_CHANNEL = 0xFFFF
+SIDES, BRIGHTNESSES = (b"right", b"left"), range(200, 0, -10)  # with which it looks for a spot of its lasers
+REQUEST_S, MOST_REQUEST = 1.0, 4096  # of a request for a web page
+REQUEST_ENDS = b"\r\n\r\n", b"\r\r", b"\n\n"
+OTHERS = {"s": 2}  # what takes so many bytes and is confirmed by its letter
 DIFFERENCES = {"0": b"##g0", "1": b"##g1", "2": b"##g2", "3": b"##g3", "4": b"##g4"}
 I2C = {"r": (2, b"##ir%2x 0\r\n"), "R": (2, b"##iR%2x 0\r\n"), "w": (3, b"##iw%2x\r\n"), "W": (4, b"##iW%2x"),
-       "d": (5, b"##id%2x"), "M": (3, b"##iM%2x  \r\n")}  # fmt: skip
+       "d": (5, b"##id%2x"), "M": (3, b"##iM%2x  ")}  # fmt: skip
 RESET = "!"
 
 
@@ -37,27 +41,28 @@ class Stock:
     ) -> None:  # fmt: skip
         self._hardware, self._lock, self._uart, self._motors, self._flash = hardware, lock, uart, motors, flash
         self._send, self._clock = send, clock
-        self._size: Size = SIZES[1]
+        self._imaging = Imaging(hardware, uart, clock)
         self._began = clock.monotonic()
         argument = uart.argument
         self._letters: dict[str, Callable[[], bytes]] = {
-            "I": self._picture, "D": self._battery, "p": self._ping, "q": self._quality, "R": self._lasers,
+            "D": self._battery, "p": self._ping, "R": self._lasers, "r": self._lasers_in_words,
             "V": lambda: VERSION, "t": self._time, "$": self._prototype, "g": self._difference, "i": self._i2c,
             "M": self._do(lambda: motors.move(argument), b"#M"), "S": self._do(lambda: motors.servos(argument), b"#S"),
             "F": self._do(lambda: motors.set_failsafe(argument), b"#F"), "f": self._no_failsafe,
             "X": lambda: flash.receive(uart.byte, send), "z": lambda: flash.do(argument),
-            "<": bytes, ">": bytes, "J": self._planes, "v": self._silent(1), "n": self._silent(1),
+            "<": bytes, ">": bytes, "J": self._planes, "n": self._silent(1), "m": self._other_motors,
+            "x": self._other_board, "G": lambda: self._request(b"G"), "P": lambda: self._request(b"P"),
             "+": self._do(motors.faster, b"#+"), "-": self._do(motors.slower, b"#-"),
         }  # fmt: skip
-        self._letters |= {letter: self._silent(0) for letter in "GP|Q!E"}
+        self._letters |= {letter: self._silent(0) for letter in "|Q!E"}
         self._letters |= {letter: self._key(letter) for letter in "0123456789."}
-        self._letters |= {letter: self._acknowledged(letter, OTHERS.get(letter, 0)) for letter in "lLyYoOsmTx"}
-        self._letters |= {size.letter.decode(): self._resize(size) for size in SIZES}
-        self._letters["A"] = self._letters["d"]
+        self._letters |= {letter: self._acknowledged(letter, OTHERS.get(letter, 0)) for letter in "lLoOs"}
+        self._letters |= self._imaging.letters
 
     def restart(self) -> None:
         """Be as at power on."""
-        self._size, self._began = SIZES[1], self._clock.monotonic()
+        self._began = self._clock.monotonic()
+        self._imaging.restart()
         self._motors.restart()
 
     def do(self, letter: str) -> None:
@@ -85,31 +90,11 @@ class Stock:
     def _key(self, letter: str) -> Callable[[], bytes]:
         return self._do(lambda: self._motors.keypad(letter), b"#" + letter.encode())
 
-    def _resize(self, size: Size) -> Callable[[], bytes]:
-        def resize() -> bytes:
-            self._size = size
-            self._uart.delay(RESIZE_S)
-            return b"#" + size.letter
-
-        return resize
-
     def _swallow(self, arguments: int) -> None:
         for _ in range(arguments):
             self._uart.argument()
 
     # what needs more than a line
-
-    def _picture(self) -> bytes:
-        taken = self._hardware.picture(self._size.width)
-        self._clock.sleep(PICTURE_S)  # a hold does not cut a picture off
-        if taken is None:
-            return b""
-        header, faults = PictureHeader(self._size, len(taken)), self._hardware.faults
-        if faults.take("lying_length"):
-            header = PictureHeader(self._size, 0xFFFFFF00)
-        if faults.take("half_frame"):
-            taken = taken[: len(taken) // 2]
-        return header.encode() + taken
 
     def _planes(self) -> bytes:
         return b"P5\n80\n192\n255\n" + bytes(80 * 64 * 3)
@@ -125,13 +110,43 @@ class Stock:
             metres = self._hardware.sonar()
         return b"##ping %d 0 0 0\r\n" % round(metres / METRES_A_PING)
 
-    def _quality(self) -> bytes:
-        return b"##quality - %c\r\n" % self._uart.argument()
-
     def _lasers(self) -> bytes:
+        """Return the distance where no spot of a laser is seen, which the firmware works out as six times the width."""
         self._motors.keypad("5")
         self._uart.delay(LASERS_S)
-        return b"##Range(cm) = %d\r\n" % NO_RANGE_CM
+        return b"##Range(cm) = %d\r\n" % (6 * self._imaging.size.width)
+
+    def _lasers_in_words(self) -> bytes:
+        size, answer = self._imaging.size, self._lasers()
+        nothing = b" ".join(b" 0 %d 0 %d 0" % (size.width, size.height) for _ in range(3))
+        looks = (
+            b"%b blobs: ymin=%d  %b\r\n" % (side, y, nothing) for side in (b"right", b"left") for y in BRIGHTNESSES
+        )
+        return b"".join(looks) + b"lconf 0 lrange %d rconf 0 rrange %d\r\n" % ((6 * size.width,) * 2) + answer
+
+    def _other_motors(self) -> bytes:
+        """Drive what is not there, for as long as is asked for."""
+        *_, duration = [self._uart.argument() for _ in range(3)]
+        self._uart.delay(duration * DURATION_S)
+        return b"#m"
+
+    def _other_board(self) -> bytes:
+        self._send(b"#x")  # before it reads what it is to do
+        self._swallow(2)
+        return b""
+
+    def _request(self, seen: bytes) -> bytes:
+        """Read a request for a web page until an empty line, or for a second; one that sends a file until a silence."""
+        limit, posts = Limit(self._clock, REQUEST_S), seen == b"P"
+        while posts or (len(seen) < MOST_REQUEST and not seen.endswith(REQUEST_ENDS)):
+            byte = self._uart.byte(max(0.0, limit.left))
+            if byte is None:
+                break
+            if posts:
+                limit = Limit(self._clock, REQUEST_S)
+            else:
+                seen += bytes((byte,))
+        return b""
 
     def _time(self) -> bytes:
         return b"##time - millisecs:  %d\r\n" % int((self._clock.monotonic() - self._began) * 1000)
@@ -148,11 +163,12 @@ class Stock:
         return DIFFERENCES.get(letter, b"#g_")
 
     def _i2c(self) -> bytes:
-        known = I2C.get(chr(self._uart.argument()))
-        if known is None:
+        letter = chr(self._uart.argument())
+        if letter not in I2C:
             return b""
-        device, *_ = [self._uart.argument() for _ in range(known[0])]
-        return known[1] % device
+        arguments, answer = I2C[letter]
+        device, *_, last = [self._uart.argument() for _ in range(arguments)]
+        return answer % device + (b"0 " * (last & 15) + b"\r\n" if letter == "M" else b"")
 
     def _prototype(self) -> bytes:
         letter = chr(self._uart.argument())

@@ -2,6 +2,8 @@
 
 from math import cos, degrees, pi, sin, tau
 
+import numpy as np
+
 from robots.description import load
 from robots.drivers.srv1 import answers, extension
 from robots.drivers.srv1.framing import ANSWER, Frames
@@ -9,12 +11,17 @@ from robots.drivers.srv1.sensors import Channel, share_counts, temperature_count
 from simulators.common.faults import FaultBoard
 from simulators.srv1.drive import Drive
 from simulators.srv1.firmware import Firmware
+from simulators.srv1.imaging import jpeg
 from simulators.srv1.stock import AUTORUN, VERSION
 from tests.world.world import World
 
 TICK_S = 0.01
 BOOT = b"#f" + VERSION + AUTORUN
-JPEG = b"\xff\xd8" + bytes(range(256)) * 8 + b"\xff\xd9"
+GREY, ORANGE = (90, 90, 90), (255, 120, 0)
+SEEN = np.full((240, 320, 3), GREY, np.uint8)  # a picture of an orange ball, and of noise on the floor
+SEEN[60:100, 120:180] = ORANGE
+SEEN[200:] += np.random.default_rng(1).integers(0, 60, (40, 320, 3), np.uint8)
+JPEG = jpeg(SEEN)
 
 
 class Bench:
@@ -26,7 +33,7 @@ class Bench:
         self.drive, self.faults = Drive(note), FaultBoard()
         self.x, self.y, self.heading = load("srv1")["hall"]["home"]
         self.ways, self.rims, self.now = [0.0, 0.0], (0.0, 0.0), 0.0
-        self.near, self.far, self.volts, self.jpeg = 0.8, 5.0, 7.9, JPEG
+        self.near, self.far, self.volts, self.seen = 0.8, 5.0, 7.9, SEEN
 
     def step(self) -> None:
         self.now += TICK_S
@@ -56,8 +63,8 @@ class Bench:
     def battery(self) -> float:
         return self.volts
 
-    def picture(self, width: int) -> bytes | None:
-        return self.jpeg
+    def picture(self, width: int) -> np.ndarray | None:
+        return self.seen
 
     def beacon(self) -> None:
         return None
@@ -79,8 +86,9 @@ class Rig:
             self.pass_s(1.1)
             self.heard.clear()
 
-    def hear(self, data: bytes) -> None:
+    def hear(self, data: bytes) -> float:
         self.heard += data
+        return 0.0
 
     def _pass(self) -> None:
         while True:

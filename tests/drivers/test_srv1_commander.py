@@ -330,7 +330,7 @@ def test_whatever_it_is_sent_a_hold_frees_it():
                 command[dice.randrange(len(command))] = dice.randrange(256)
             data = bytes(command) + data
         rig.say(data, dice.choice((0.0, 0.02, 0.3)))
-        heard = rig.say(HOLD, 0.05)
+        heard = rig.say(HOLD, 0.1)  # a picture that is being sent is sent to its end
         assert any(frame.letter == "h" for frame in Frames(ANSWER).feed(heard)), data
         assert rig.bench.drive.holding or not rig.bench.drive.moving
     assert not rig.count("crash")

@@ -11,10 +11,11 @@ from robots.drivers.srv1.protocol import RESYNCHRONISE, motion
 from robots.drivers.srv1.wire import Wire, open_wire
 from simulators.common.tcp import TcpListener
 from simulators.srv1.firmware import Firmware
+from simulators.srv1.imaging import jpeg
 from simulators.srv1.link import Link
 from simulators.srv1.network import Network
 from simulators.srv1.radio import Radio
-from tests.drivers.srv1_wire import BOOT, JPEG, TICK_S, Bench, Rig
+from tests.drivers.srv1_wire import BOOT, JPEG, SEEN, TICK_S, Bench, Rig
 from tests.world.streams import Door
 from tests.world.streams import Network as Between
 
@@ -33,8 +34,8 @@ class LinkRig(Rig):
         self.network.listen(Door(self.between))
         self.world.spawn(self.link.run, "link")
 
-    def hear(self, data: bytes) -> None:
-        self.link.say(data) if hasattr(self, "link") else None
+    def hear(self, data: bytes) -> float:
+        return self.link.say(data) if hasattr(self, "link") else 0.0
 
     def connect(self) -> Wire:
         return open_wire("127.0.0.1:10001", self.between.connect)
@@ -141,10 +142,11 @@ def test_the_radio_is_slow_and_of_a_short_reach(opened):
     wire.write(b"f")
     assert wire.read(10, 1.0) == b"#f"
     assert rig.world.monotonic() - began == pytest.approx(0.037 + (bits + 8) / 7000, abs=0.005)
-    rig.bench.jpeg = JPEG[:900]
+    rig.bench.seen = SEEN[::4, ::4]
     began = rig.world.monotonic()
-    assert len(ask(wire, b"I", 3.0)) == 910
-    assert rig.world.monotonic() - began - 3.0 == pytest.approx(1.1, abs=0.1)
+    bits = 8 * (10 + len(jpeg(rig.bench.seen)))
+    assert len(ask(wire, b"I", 3.0)) == bits // 8
+    assert rig.world.monotonic() - began - 3.0 == pytest.approx(bits / 7000, abs=0.1)
     rig.bench.faults.set("far", 20.5)
     assert ask(wire, b"V") == b""
     rig.bench.faults.set("far", 20.0)
@@ -154,6 +156,8 @@ def test_the_radio_is_slow_and_of_a_short_reach(opened):
 def test_a_hold_is_heard_while_a_picture_goes_over_the_radio(opened):
     rig = opened(10.0)
     wire = rig.connect()
+    rig.bench.seen = SEEN[::2, ::2]  # so that it goes for 2 s
+    assert 1500 < len(jpeg(rig.bench.seen)) < 2000
     wire.write(b"M\x3c\x3c\x00")
     rig.pass_s(1.0)
     wire.write(b"I")

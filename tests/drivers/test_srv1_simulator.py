@@ -135,7 +135,7 @@ def test_a_hold_brakes_at_once(rig):
 @pytest.mark.parametrize("size", SIZES)
 def test_pictures_have_the_size_of_the_letter(rig, size):
     rig.client.tell(size.letter)
-    said = rig.client.tell(b"I", 0.2)
+    said = rig.client.tell(b"I", 0.5)
     header = PictureHeader.decode(said[:HEADER_BYTES])
     data = said[HEADER_BYTES:]
     assert header == PictureHeader(size, len(data))
@@ -144,12 +144,12 @@ def test_pictures_have_the_size_of_the_letter(rig, size):
 
 
 def test_faults_of_the_camera(rig):
-    assert rig.sim.picture(160) != rig.sim.picture(160)
+    assert (rig.sim.picture(160) != rig.sim.picture(160)).any()
     rig.sim.faults.set("cam_freeze")
-    assert rig.sim.picture(160) == rig.sim.picture(160)
-    assert cv2.imdecode(np.frombuffer(rig.sim.picture(320), np.uint8), 1).shape == (240, 320, 3)
+    assert (rig.sim.picture(160) == rig.sim.picture(160)).all()
+    assert rig.sim.picture(320).shape == (240, 320, 3)
     rig.sim.faults.set("cam_black")
-    assert cv2.imdecode(np.frombuffer(rig.sim.picture(160), np.uint8), 1).max() < 10
+    assert rig.sim.picture(160).max() < 10
     rig.sim.faults.set("cam_gone")
     assert rig.sim.picture(160) is None
     assert rig.client.tell(b"I", 0.2) == b""

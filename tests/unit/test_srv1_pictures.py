@@ -1,14 +1,17 @@
 """The hall rover's camera, and the view from above."""
 
+from io import BytesIO
 from math import pi
 
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
-from robots.drivers.srv1.protocol import SIZES, Malformed
+from robots.drivers.srv1.protocol import QUALITIES, SIZES, Malformed
 from simulators.common.mesh import placed
-from simulators.srv1.cameras import ABOVE, Overhead, RoverCamera, jpeg, stage
+from simulators.srv1.cameras import ABOVE, Overhead, RoverCamera, stage
+from simulators.srv1.imaging import jpeg
 
 HOME = placed(1.0, 1.0, 0.0, 0.4)
 
@@ -71,3 +74,20 @@ def test_the_view_from_above_shows_the_rover_where_it_is():
     assert len(left) > 30
     assert len(right) > 30
     assert right.mean() - left.mean() == pytest.approx(8.0 / 12.68 * 640, rel=0.05)
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_a_quality_has_the_tables_of_the_rovers_encoder(camera, quality):
+    """The firmware multiplies the standard's tables by (3 * quality - 2) / 8."""
+    first, *_ = Image.open(BytesIO(jpeg(camera.take(HOME), quality))).quantization.values()
+    standard = (16, 11, 10, 16, 24, 40, 51, 61)  # the first row
+    assert first[:8] == pytest.approx([max(2, n * (3 * quality - 2) / 8) for n in standard], abs=1.5)
+
+
+def test_a_better_quality_is_larger_and_nearer_to_what_is_seen(camera):
+    taken = camera.take(HOME)
+    sent = [jpeg(taken, quality) for quality in QUALITIES]
+    assert sorted(sent, key=len, reverse=True) == sent
+    assert len(sent[0]) > 3 * len(sent[-1])
+    read = [cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1] for data in sent]
+    assert difference(read[0], taken) < difference(read[3], taken) < difference(read[-1], taken)

@@ -101,6 +101,9 @@ def test_what_is_known_outlives_the_owner_and_not_the_rover(tmp_path):
     moved = Whereabouts(file)
     moved.take(replace(REST, x=2.0, motion=3))
     assert moved.pose(replace(REST, x=2.0))[:2] == (5.0 + cos(1.0), 4.0 + sin(1.0))
+    unheard = Whereabouts(file)
+    unheard.take(replace(REST, motion=3, uptime_ms=21_000))
+    assert unheard.spread > 0.4, "in 20 s it may have come back to where it was by any way"
     other = Whereabouts(file)
     other.take(replace(REST, boot=2))
     assert not other.is_known

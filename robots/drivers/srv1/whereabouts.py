@@ -19,7 +19,7 @@ from robots.files import replace_text
 STILL_M = 0.05  # so far is no way
 UNKNOWN_M = 10.0  # the spread of a place that is not known
 KNOWN_M = 1.0  # beyond this spread a place is called unknown
-LOST_M = 0.15  # by so much it is less sure if it has driven unseen
+LOST_M = 0.15  # by so much it is less sure if it has driven unseen, and by OF_WAY of the longest way that it may have
 OF_WAY, OF_TURN = 0.03, 0.04  # m lost for each metre driven, and for each radian turned: four wheels slip
 BESIDE_M, OF_WAY_BESIDE = 0.25, 0.25  # nearer to something than this it may slide along it
 DOUBT_M = 0.01  # that each contradiction of the map costs, and each agreement gives back
@@ -28,6 +28,7 @@ RAYS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the half cone
 JUMP_M = 1.0  # odometry that changes by more between two answers has begun anew,
 FASTEST_M_S = 0.5  # or by more than it could drive meanwhile, where it was not heard for a while
 UNSEEN_S = 2.0  # then it has turned as nobody knows
+LONGEST_UNSEEN_S = float(load("srv1")["line"]["longest_permit_s"])  # it does not drive longer without a word
 LARGEST = 2000  # bytes of what is stored
 
 
@@ -40,6 +41,7 @@ class Anchor:
     hall: tuple[float, float, float]
     spread: float
     motion: int
+    uptime_ms: int
 
 
 class Whereabouts:
@@ -79,7 +81,9 @@ class Whereabouts:
 
     def found(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
         """Take over where a scan has found the rover, as of this status."""
-        self._anchor = Anchor(status.boot, (status.x, status.y, status.heading), pose, spread, status.motion)
+        self._anchor = Anchor(
+            status.boot, (status.x, status.y, status.heading), pose, spread, status.motion, status.uptime_ms
+        )
         self._squared, self._doubt = spread**2, 0.0
         self.keep(status)
 
@@ -109,8 +113,7 @@ class Whereabouts:
         if anchor is None or anchor.boot != status.boot:
             self._anchor, self._squared = None, UNKNOWN_M**2
             return
-        way = hypot(status.x - anchor.odometry[0], status.y - anchor.odometry[1])
-        unseen = LOST_M + OF_WAY * way if status.motion != anchor.motion else 0.0
+        unseen = _unseen((status.uptime_ms - anchor.uptime_ms) / 1000) if status.motion != anchor.motion else 0.0
         self._squared = (anchor.spread + unseen) ** 2
 
     def _add(self, last: Status, status: Status) -> None:
@@ -122,7 +125,9 @@ class Whereabouts:
         self.driven += way
         turn = abs(remainder(status.heading - last.heading, tau))
         share = OF_WAY if hall().distance(*self.pose(status)[:2]) > BESIDE_M else OF_WAY_BESIDE
-        lost = share * way + OF_TURN * turn + (LOST_M if seconds > UNSEEN_S and way > STILL_M else 0.0)
+        lost = share * way + OF_TURN * turn
+        if seconds > UNSEEN_S and (way > STILL_M or last.moving or status.motion != last.motion):
+            lost += _unseen(seconds)
         self._squared += lost * (0.6 * self.spread + lost)  # partly the same error again, as a compass that is off
 
     def keep(self, status: Status) -> None:
@@ -130,11 +135,16 @@ class Whereabouts:
         if self._file is None or self._anchor is None or not self.is_known:
             return
         here = (status.x, status.y, status.heading)
-        known = Anchor(status.boot, here, self.pose(status), self.spread, status.motion)
+        known = Anchor(status.boot, here, self.pose(status), self.spread, status.motion, status.uptime_ms)
         try:
             replace_text(self._file, json.dumps(asdict(known)))
         except OSError:
             return
+
+
+def _unseen(seconds: float) -> float:
+    """Return how much less sure it is (m) after driving unheard for at most so long: nobody knows which way."""
+    return LOST_M + OF_WAY * FASTEST_M_S * min(max(seconds, 0.0), LONGEST_UNSEEN_S)
 
 
 def sonar_at(pose: tuple[float, float, float]) -> float:
@@ -158,7 +168,7 @@ def _stored(file: Path | None) -> Anchor | None:
         spread = float(told["spread"])
         if not isfinite(spread):
             return None
-        return Anchor(int(told["boot"]), odometry, hall, spread, int(told["motion"]))
+        return Anchor(int(told["boot"]), odometry, hall, spread, int(told["motion"]), int(told["uptime_ms"]))
     except (OSError, ValueError, TypeError, KeyError):
         return None
 

@@ -27,6 +27,8 @@ def main() -> None:
         _take_irat(folder)
     with database():
         _take_rules(folder)
+    with database():
+        _take_hall(folder)
 
 
 def _take_mercury(folder: Path) -> None:
@@ -137,6 +139,52 @@ def _take_rules(folder: Path) -> None:
         rules.nth(9).select_option(label="VF")
         page.wait_for_timeout(600)
         page.locator("#hall-rules").screenshot(path=folder / f"{name}.png")
+
+
+def _take_hall(folder: Path) -> None:
+    """The hall in depth with the rover on a mission (figure 7(b)), and the way that it drove over the way planned (8)."""
+    from playwright.sync_api import sync_playwright
+
+    from portal.seeding import add_robot
+    from queueing.models import Job, JobState
+    from tests.conftest import RedisServer, wait_for
+    from tests.e2e.small import SmallPortal
+
+    redis = RedisServer()
+    redis.start()
+    robot = add_robot("srv1")
+    portal = SmallPortal(robot, 120)
+    try:
+        job = _mission(robot)
+        wait_for(lambda: Job.objects.get(pk=job.pk).state == JobState.RUNNING, 120, "the mission")
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=CHROMIUM)
+            page = browser.new_context(base_url=portal.url, locale="en-US", **_options(1150)[0]).new_page()
+            page.goto(robot.get_absolute_url())
+            page.click("#deep")
+            page.locator("#hall-3d canvas").wait_for()
+            page.wait_for_timeout(40_000)  # it has found its place, and drives
+            page.locator("#hall-3d").screenshot(path=folder / "rover-hall.png")
+            wait_for(lambda: Job.objects.get(pk=job.pk).state == JobState.DONE, 400, "its end")
+            page.goto(job.get_absolute_url())
+            page.locator(".path-figure svg").screenshot(path=folder / "rover-path.png")
+            browser.close()
+    finally:
+        portal.stop()
+        redis.stop()
+
+
+def _mission(robot):
+    """Return a job that looks around, and photographs at three places of the hall."""
+    from accounts.models import Clearance, User
+    from queueing.jobs.asking import Asker, ask
+    from robots.clock import SYSTEM
+    from tests.conftest import PASSWORD
+
+    person = User.objects.create(username="ada", email="ada@example.org", password=PASSWORD)
+    Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
+    text = "look around\ngo North-west\nphotograph\ngo Between cases\nphotograph\ngo East\nread\nphotograph\n"
+    return ask(robot, Asker(user=person), "mission", {"text": text}, SYSTEM.now())
 
 
 def _options(height: int) -> tuple[dict[str, object], ...]:

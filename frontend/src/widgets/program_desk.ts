@@ -128,25 +128,28 @@ export class ProgramDesk<Step> {
   }
 
   private typed(): void {
+    if (this.read()) this.blocks?.show(this.steps);
+  }
+
+  private built(steps: Step[]): void {
+    this.area.value = this.language.print(steps);
+    this.read();
+  }
+
+  /** Read the text, also where blocks wrote it: it is what is sent. Tell whether it is a program. */
+  private read(): boolean {
     this.keep();
     try {
       this.steps = this.language.parse(this.area.value);
-      this.blocks?.show(this.steps);
-      this.tell("", "");
-      this.use.changed(this.steps);
     } catch (error) {
       const why = (error as Error).message;
       this.tell(why, "bad");
       this.use.refused(why);
+      return false;
     }
-  }
-
-  private built(steps: Step[]): void {
-    this.steps = steps;
-    this.area.value = this.language.print(steps);
-    this.keep();
     this.tell("", "");
-    this.use.changed(steps);
+    this.use.changed(this.steps);
+    return true;
   }
 
   /** What is written stays on this device, so that a page that is loaded again, or a lost line, loses nothing. */

@@ -11,9 +11,10 @@ patrol 30
 say Here begins the tour.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import atan2, degrees, hypot, isfinite, pi, radians, remainder, tau
+from math import atan2, degrees, floor, hypot, nan, pi, radians, remainder, tau
 from typing import Literal
 
 from robots.contract.capabilities import Judgement
@@ -21,6 +22,7 @@ from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.description import load
 from robots.drivers.srv1.hall import Hall, hall
 from robots.drivers.srv1.ways import Place, way
+from robots.plain import NUMERAL
 
 Verb = Literal["go", "turn", "look", "photograph", "read", "wait", "patrol", "say"]
 _MISSION, _MOTION = load("srv1")["mission"], load("srv1")["motion"]
@@ -28,6 +30,9 @@ LONGEST, MOST_STEPS, LONGEST_LINE = int(_MISSION["longest"]), int(_MISSION["most
 LIMIT_S = float(_MISSION["limit_s"])
 MOST_WAIT_S, MOST_PATROL_S = 120.0, 120.0
 SPEED_M_S, TURN_RAD_S = float(_MISSION["speed"]), float(_MISSION["turn"])
+# No text has these: what ends a line elsewhere, what turns or hides a text, and what no database stores. Without them
+# Python and the page's script agree on what a blank is.
+UNWRITABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]|\r(?!$)")
 FASTEST_M_S, FASTEST_RAD_S = float(_MOTION["most_speed"]), float(_MOTION["turn"])
 SETTLE_S, PICTURE_S, LOOK_S = (float(_MISSION[name]) for name in ("settle_s", "picture_s", "look_s"))
 ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end."
@@ -54,7 +59,7 @@ class Step:
         if self.verb == "go" and self.words:
             return f"go {self.words}"
         shown = (degrees(self.numbers[0]),) if self.verb == "turn" else self.numbers
-        return " ".join([self.verb, *(f"{round(n, 3):g}" for n in shown), *([self.words] if self.words else [])])
+        return " ".join([self.verb, *(f"{_rounded(n):g}" for n in shown), *([self.words] if self.words else [])])
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,9 @@ class Leg:
 def parse(text: str) -> list[Step]:
     """Return the steps of a mission. Empty lines and lines that begin with # are left out.
 
+    A line ends at a line feed alone. Lengths are of characters (code points); numbers count to thousandths. The page
+    reads by the same grammar (console/mission_text.ts).
+
     Raises:
         BadRequest: a line is no step; the sentence names the line.
 
@@ -77,7 +85,9 @@ def parse(text: str) -> list[Step]:
     if len(text) > LONGEST:
         raise BadRequest(f"A mission has at most {LONGEST} characters.")
     found = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.split("\n"), 1):
+        if odd := UNWRITABLE.search(line):
+            raise BadRequest(f"Line {number}: a mission cannot have the character U+{ord(odd[0]):04X}.")
         words = line.strip()
         if not words or words.startswith("#"):
             continue
@@ -100,7 +110,7 @@ def _step(line: str) -> Step:
     if verb == "go":
         return _go(rest)
     if verb == "say":
-        if not rest or not rest.isprintable():
+        if not rest:
             raise ValueError("say what? Write the words after it")
         return Step("say", (), rest)
     if verb == "turn":
@@ -116,7 +126,7 @@ def _step(line: str) -> Step:
     if verb == "read" and not rest:
         return Step("read")
     raise ValueError(
-        f"there is no step {line[:40]!r}; steps are go, turn, look around, photograph, read, wait, patrol and say"
+        f"there is no step “{line[:40]}”; steps are go, turn, look around, photograph, read, wait, patrol and say"
     )
 
 
@@ -125,7 +135,7 @@ def _go(rest: str) -> Step:
     if node is not None:
         return Step("go", node.at, node.name)
     parts = rest.split()
-    if len(parts) != 2 or not any(c.isdigit() for c in rest):
+    if len(parts) != 2 or not re.search("[0-9]", rest):
         names = ", ".join(n.name for n in hall().nodes)
         raise ValueError(f"go where? Write two numbers in m, or one of {names}")
     x = _number(parts[0], 0.0, hall().width, "the distance from the left wall", "m")
@@ -133,13 +143,15 @@ def _go(rest: str) -> Step:
 
 
 def _number(text: str, low: float, high: float, what: str, unit: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not (isfinite(value) and low <= value <= high):
-        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not {text[:20]!r}")
-    return value
+    value = float(text) if NUMERAL.fullmatch(text) else nan
+    if not low <= value <= high:
+        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not “{text[:20]}”")
+    return _rounded(value)
+
+
+def _rounded(value: float) -> float:
+    """Return a number to thousandths, halves up: so that both languages write the same."""
+    return floor(1000 * value + 0.5) / 1000
 
 
 def write(steps: Sequence[Step]) -> str:

@@ -1,5 +1,5 @@
 /** The mission card: steps as blocks, as text and by clicks on the map, judged at once, tried on a ghost, sent. */
-import { byId, FINAL, fill, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { byId, FINAL, fill, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
 import { type Judged, type Judgement, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
@@ -7,6 +7,8 @@ import { lineOf, parse, print, type Step } from "./mission_text.ts";
 export const MISSION = "mission";
 const GHOST_TIMES = 8; // so much faster than the rover
 const GHOST_MS = 50;
+
+const blocks = (): Promise<typeof import("./mission_blocks.ts")> => import("./mission_blocks.ts");
 
 /** What the card needs of the page around it. */
 export interface Around {
@@ -17,7 +19,7 @@ export interface Around {
   plan(corners: readonly Pose[] | null, good: boolean): void;
   ghost(at: Pose | null): void;
   /** Send the mission: at once where this person drives, else as a job. */
-  send(text: string, saved: number): void;
+  send(text: string): void;
 }
 
 export class Missions {
@@ -30,10 +32,11 @@ export class Missions {
   constructor(private page: RobotPage, private around: Around) {
     const { hall } = around.description;
     this.desk = new ProgramDesk<Step>(page, { parse: (text) => parse(text, hall), print }, "mission", {
-      blocks: async (box, changed) => new (await import("./mission_blocks.ts")).MissionBlocks(box, hall, changed),
+      blocks: async (box, changed) => new (await blocks()).MissionBlocks(box, hall, changed),
       changed: (steps) => this.judge(steps),
       refused: () => this.judge([]),
     });
+    prefetch(page, blocks); // so that missions are composed as blocks also when the line is cut
     page.on("try", () => this.play());
     page.on("send", () => this.send());
     const card = byId<HTMLDetailsElement>("mission");
@@ -109,7 +112,7 @@ export class Missions {
   private send(): void {
     const why = this.whyNot();
     if (why) return this.page.refuse(() => this.whyNot());
-    this.around.send(this.desk.text(), this.desk.unchanged);
+    this.around.send(this.desk.text());
   }
 
   draw(): void {

@@ -14,7 +14,7 @@ say Here begins the tour.
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import atan2, degrees, floor, hypot, nan, pi, radians, remainder, tau
+from math import atan2, ceil, degrees, floor, hypot, nan, pi, radians, remainder, tau
 from typing import Literal
 
 from robots.contract.capabilities import Judgement
@@ -35,6 +35,7 @@ SPEED_M_S, TURN_RAD_S = float(_MISSION["speed"]), float(_MISSION["turn"])
 UNWRITABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]|\r(?!$)")
 FASTEST_M_S, FASTEST_RAD_S = float(_MOTION["most_speed"]), float(_MOTION["turn"])
 SETTLE_S, PICTURE_S, LOOK_S = (float(_MISSION[name]) for name in ("settle_s", "picture_s", "look_s"))
+CLEAR_RAD = 2.0  # between two poses of a turn: less than half a turn, so that its direction is clear
 ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end."
 TOO_LONG = (
     "Step {} cannot be done in time: even without a pause the mission would last longer than {:g} minutes there. "
@@ -179,15 +180,23 @@ def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterat
                 poses.append(here)
                 seconds, least = seconds + usual, least + fastest
         elif step.verb == "turn":
-            here = (*here[:2], remainder(here[2] + step.numbers[0], tau))
             seconds, least = abs(step.numbers[0]) / TURN_RAD_S + SETTLE_S, abs(step.numbers[0]) / FASTEST_RAD_S
-            poses.append(here)
+            poses += _turned(here, step.numbers[0])
         elif step.verb in ("wait", "patrol"):
             seconds = least = step.numbers[0]
-        else:
-            seconds = {"photograph": PICTURE_S, "look": LOOK_S}.get(step.verb, 0.0)
-            least = tau / FASTEST_RAD_S if step.verb == "look" else 0.0
+        elif step.verb == "look":
+            seconds, least = LOOK_S, tau / FASTEST_RAD_S
+            poses += _turned(here, tau)
+        elif step.verb == "photograph":
+            seconds = PICTURE_S
+        here = poses[-1]
         yield Leg(number, tuple(poses), seconds, least)
+
+
+def _turned(here: Pose, angle: float) -> list[Pose]:
+    """Return the poses of a turn in place by so much (rad, to the left), without the first."""
+    count = max(1, ceil(abs(angle) / CLEAR_RAD))
+    return [(*here[:2], remainder(here[2] + angle * n / count, tau)) for n in range(1, count + 1)]
 
 
 def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:

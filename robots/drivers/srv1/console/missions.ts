@@ -1,6 +1,7 @@
 /** The mission card: steps as blocks, as text and by clicks on the map, judged at once, tried on a ghost, sent. */
 import { byId, FINAL, fill, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
+import { ghostAt } from "./mission_ghost.ts";
 import { type Judged, type Judgement, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
 
@@ -91,16 +92,11 @@ export class Missions {
   /** Let the ghost drive the mission on the map. */
   private play(): void {
     this.stopGhost();
-    const poses = this.judged.legs.flatMap((leg) => leg.poses.map((pose, i) => ({ pose, seconds: i ? leg.seconds / Math.max(1, leg.poses.length - 1) : 0 })));
-    if (!poses.length) return;
-    const begun = performance.now();
+    const { legs } = this.judged, begun = performance.now();
     this.playing = window.setInterval(() => {
-      let left = ((performance.now() - begun) / 1000) * GHOST_TIMES;
-      const next = poses.findIndex(({ seconds }) => (left -= seconds) < 0);
-      if (next < 0) return this.stopGhost();
-      const from = poses[Math.max(0, next - 1)]!.pose, { pose, seconds } = poses[next]!;
-      const share = seconds ? 1 + left / seconds : 1;
-      this.around.ghost([from[0] + (pose[0] - from[0]) * share, from[1] + (pose[1] - from[1]) * share, pose[2]]);
+      const at = ghostAt(this.around.description, legs, ((performance.now() - begun) / 1000) * GHOST_TIMES);
+      if (at) this.around.ghost(at);
+      else this.stopGhost();
     }, GHOST_MS);
   }
 

@@ -1,8 +1,10 @@
 """Reads what people type: whole numbers, texts that every database can store, and names."""
 
+import re
 import unicodedata
 
 DIGITS = 18  # these fit into a database integer
+NUMERAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")  # of a decimal number, as pages read it, too
 
 
 def whole(text: str) -> int | None:

@@ -65,10 +65,10 @@ export class Jobs {
     if ((!this.known && !this.busy) || this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
   }
 
-  /** Ask for a job, by its values or by the id of a saved program. Returns a sentence that says why not; empty if it waits now. Asked again before an answer came, it is the same job. */
-  ask(kind: string, values: Record<string, number | string>, program = 0): Promise<string> {
+  /** Ask for a job. Returns a sentence that says why not; empty if it waits now. Asked again before an answer came, it is the same job. */
+  ask(kind: string, values: Record<string, number | string>): Promise<string> {
     const named = Object.entries(values).map(([name, value]) => [`arg-${name}`, String(value)]);
-    const body = new URLSearchParams([["kind", kind], ...(program ? [["program", String(program)]] : []), ...named]);
+    const body = new URLSearchParams([["kind", kind], ...named]);
     const asked = String(body);
     const press = this.unanswered.get(asked) ?? token();
     this.unanswered.set(asked, press);

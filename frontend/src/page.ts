@@ -162,6 +162,11 @@ export class RobotPage {
     refused: (why, again = () => why) => this.refuse(again),
   };
 
+  /** Whether nothing runs that belongs to this page, and its line may carry more than what is shown. */
+  get idle(): boolean {
+    return this.watching.good && !this.facts().busy;
+  }
+
   get operating(): boolean {
     return this.snapshot?.me.can.drive ?? false;
   }

@@ -2,7 +2,7 @@
 import { kept } from "./kept.ts";
 import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
 import type { Coding } from "./packets.ts";
-import { lineWords, Meter, short } from "./throughput.ts";
+import { lineWords, Meter, quality, short } from "./throughput.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
@@ -183,6 +183,12 @@ export class Watching {
     const line = this.line();
     if (line.lost || (line.latency === null && !line.overdue)) return "";
     return lineWords(this.carried(performance.now()), line.overdue ? null : line.latency, line.best);
+  }
+
+  /** Whether the line carries all that this page asks for, and it asks for everything. */
+  get good(): boolean {
+    const line = this.line();
+    return this.pace === "live" && !line.lost && !line.overdue && quality(this.carried(performance.now()), line.latency, line.best) === "good";
   }
 
   private carried(now: number): { arrives: number; needs: number } {

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { Jobs } from "../src/jobs.ts";
 
-interface Asked { method: string; press: string | null; program: string | null; answer(body: object, ok?: boolean): void; fail(): void }
+interface Asked { method: string; press: string | null; text: string | null; answer(body: object, ok?: boolean): void; fail(): void }
 let asked: Asked[] = [];
 
 function fetched(_address: string, init: RequestInit): Promise<Response> {
@@ -11,7 +11,7 @@ function fetched(_address: string, init: RequestInit): Promise<Response> {
     asked.push({
       method: init.method ?? "GET",
       press: init.body instanceof URLSearchParams ? init.body.get("press") : null,
-      program: init.body instanceof URLSearchParams ? init.body.get("program") : null,
+      text: init.body instanceof URLSearchParams ? init.body.get("arg-text") : null,
       answer: (body, ok = true) => resolve({ ok, json: () => Promise.resolve(body) } as Response),
       fail: () => reject(new TypeError("no connection")),
     });
@@ -74,11 +74,11 @@ test("a request that may have arrived is sent again as the same press", async ()
   assert.equal(asked[1]!.press, asked[0]!.press);
 });
 
-test("a job may name a saved program, and another program is another request", () => {
+test("a job carries the text of a program, and another text is another request", () => {
   const jobs = new Jobs("scout", "", () => undefined);
-  void jobs.ask("mission", {}, 7);
-  void jobs.ask("mission", {}, 8);
+  void jobs.ask("mission", { text: "read" });
+  void jobs.ask("mission", { text: "go South\nread" });
   void jobs.ask("goal", { x: 1 });
-  assert.deepEqual(asked.map(({ program }) => program), ["7", "8", null]);
+  assert.deepEqual(asked.map(({ text }) => text), ["read", "go South\nread", null]);
   assert.notEqual(asked[0]!.press, asked[1]!.press);
 });

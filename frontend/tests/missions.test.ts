@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { judge, type Judged, type Pose } from "../../robots/drivers/srv1/console/mission_judge.ts";
+import { ghostAt } from "../../robots/drivers/srv1/console/mission_ghost.ts";
+import { judge, type Judged, type Pose, remainder } from "../../robots/drivers/srv1/console/mission_judge.ts";
 import { parse, print } from "../../robots/drivers/srv1/console/mission_text.ts";
 
 interface Vectors {
@@ -12,7 +13,7 @@ interface Vectors {
     legs: { step: number; end: number[]; corners: number; seconds: number; least: number }[];
     said: { step: number; at_s: number; text: string; refuses: boolean }[];
   }[];
-  bad: string[];
+  texts: { text: string; written?: string; refusal?: string }[];
 }
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/missions.json", import.meta.url), "utf-8")) as Vectors;
 const { hall } = vectors.tables;
@@ -38,6 +39,42 @@ test("a mission is judged alike", () => {
   }
 });
 
-test("what is no mission is refused with a sentence", () => {
-  for (const text of vectors.bad) assert.throws(() => parse(text, hall), /\.$/, JSON.stringify(text));
+test("a text is read alike, or refused with the same sentence", () => {
+  for (const { text, written, refusal } of vectors.texts) {
+    const read = (): string => print(parse(text, hall));
+    if (refusal === undefined) assert.equal(read(), written, JSON.stringify(text));
+    else assert.throws(read, { message: refusal }, JSON.stringify(text));
+  }
+});
+
+test("the ghost turns as the rover does, and drives where it looks", () => {
+  const here: Pose = [1, 1, 2.5];
+  for (const [text, degrees] of [["turn 270", 270], ["turn -360", -360], ["turn 180", 180], ["look around", 360], ["turn 270\nwait 5\nturn 270", 540]] as const) {
+    const { legs } = judge(vectors.tables, parse(text, hall), here), lasts = legs.reduce((sum, { seconds }) => sum + seconds, 0);
+    let before = here, turned = 0;
+    for (let n = 0; n <= 400; n++) {
+      const at = ghostAt(vectors.tables, legs, (lasts * n) / 400.000001)!, step = remainder(at[2] - before[2]);
+      assert.ok(step * degrees >= -1e-9 && Math.abs(step) < 0.3, `${text}: by ${step} at ${n}`);
+      assert.deepEqual([at[0], at[1]], [1, 1]);
+      turned += step;
+      before = at;
+    }
+    near((turned * 180) / Math.PI, degrees, text);
+    assert.equal(ghostAt(vectors.tables, legs, lasts), null);
+  }
+  for (const { text, here: begin } of vectors.missions) {
+    const { legs } = judge(vectors.tables, parse(text, hall), begin);
+    let before = begin, passed = 0;
+    for (const { seconds, poses } of legs) {
+      for (let at = 0; at < seconds - 0.01; at += 0.05) {
+        const now = ghostAt(vectors.tables, legs, passed + at)!, [dx, dy] = [now[0] - before[0], now[1] - before[1]];
+        const back = dx * Math.cos(now[2]) + dy * Math.sin(now[2]);
+        assert.ok(Math.hypot(dx, dy) < 0.1, `${text}: it jumps to ${String(now)}`);
+        assert.ok(back > -0.05, `${text}: it drives backwards at ${String(now)}`);
+        before = now;
+      }
+      passed += seconds;
+      if (seconds) for (const k of [0, 1]) assert.ok(Math.abs(before[k]! - poses.at(-1)![k]!) < 0.1, `${text}: the end of a step`);
+    }
+  }
 });

@@ -37,3 +37,19 @@ test("sockets through which no picture comes lead to less and less", () => {
   }
   assert.notEqual(made.pace, "live");
 });
+
+test("only a line that brings everything in time may carry more", () => {
+  assert.equal(page().good, true);
+  const saving = new Watching(() => line, "vp8", true);
+  assert.equal(saving.good, false, "the browser asks to save data");
+  for (const bad of [{ lost: true }, { overdue: true }, { latency: 3000 }]) {
+    const made = new Watching(() => ({ ...line, ...bad }), "vp8", false);
+    assert.equal(made.good, false, JSON.stringify(bad));
+  }
+  const made = page();
+  for (let number = 10; number < 60; number += 10) {
+    now += 500;
+    made.arrived({ camera: 0, atMs: now, number }, 6000);
+  }
+  assert.equal(made.good, false, "nine of ten pictures are missing");
+});

@@ -1,12 +1,13 @@
 """What pages of turns and jobs tell of recordings."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from django import template
 
-from portal.recordings import access
+from portal.recordings import access, figures, films
 from robots.clock import SYSTEM
-from robots.models import Movie, Recording, Robot
+from robots.models import Finding, Movie, Recording, Robot
 from robots.recordings import movies
 from robots.recordings.keeping import recorded
 from robots.recordings.models import keep_days
@@ -20,6 +21,24 @@ def recordings_of(context: Any, grants: Any) -> list[Recording]:
     request = context.get("request")
     wanted = [grants] if isinstance(grants, int) else grants
     return access.to_offer(wanted, request.user) if request is not None else []
+
+
+@register.simple_tag
+def films_of(recordings: list[Recording]) -> list[films.Film]:
+    """Return these recordings with the movie of each."""
+    return [films.film_of(recording) for recording in recordings]
+
+
+@register.simple_tag
+def figures_of(robot: Robot, findings: Sequence[Finding], shown: list[films.Film]) -> list[figures.Figure]:
+    """Return a drawing of the path of each run that is known."""
+    return figures.figures_of(robot, findings, [film.recording for film in shown])
+
+
+@register.filter
+def arriving(shown: list[films.Film]) -> bool:
+    """Return whether the page has to look again for a movie."""
+    return any(film.arriving for film in shown)
 
 
 @register.filter

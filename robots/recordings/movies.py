@@ -9,6 +9,7 @@ from django.db import IntegrityError, transaction
 from django.db.models import F
 
 from robots.clock import ms_of
+from robots.contract.capabilities import Programs
 from robots.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, Robot
 from robots.recordings import keeping
@@ -21,7 +22,8 @@ LAPSE_HZ, LAPSE_S = 12, 10.0  # pictures a second of a time-lapse, and seconds o
 FRAMES = 2000  # stored pictures of a day at most
 TRIES, AGAIN = 3, timedelta(minutes=5)  # of a movie that is made by itself, and the pause between two
 UNASKED, JUDGED = 5, 100  # of those that may wait at once; recordings that are looked at in one go
-LATEST = timedelta(days=1)  # after a job's end a movie of it is no longer made by itself
+LATEST = timedelta(days=1)  # after the end of a job or turn a movie of it is no longer made by itself
+FILMED = (GrantKind.JOB, GrantKind.TURN)
 Kind, State = Movie.Kind, Movie.State
 
 
@@ -73,21 +75,23 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
 
 
 def is_filmed(recording: Recording) -> bool:
-    """Tell whether a movie of a job is made by itself: it is a program, or its robot declares so."""
+    """Tell whether a movie is made by itself: of a turn with a program, of a job also where its robot declares so."""
     try:
-        kinds = recording.robot.spec().filmed()
+        spec = recording.robot.spec()
     except LookupError:  # its package is gone
         return False
     job = recording.grant.kind == GrantKind.JOB
-    return job and bool(kinds) and recording.grant.commands.filter(kind__in=kinds).exists()
+    kinds = spec.filmed() if job else [one.kind for one in spec.all_of(Programs)]
+    known = recording.grant.kind in FILMED and bool(kinds)
+    return known and recording.grant.commands.filter(kind__in=kinds).exists()
 
 
 def ask_due(now: datetime) -> int:
-    """Have movies of finished jobs made, some at a time. Return how many are new.
+    """Have movies of finished jobs and turns made, some at a time. Return how many are new.
 
     Each recording is judged once, whatever becomes of its movie: one that was removed to make room does not come again.
     """
-    ended = Recording.objects.filter(state__in=SHOWN, grant__kind=GrantKind.JOB, ended_at__gt=now - LATEST)
+    ended = Recording.objects.filter(state__in=SHOWN, grant__kind__in=FILMED, ended_at__gt=now - LATEST)
     fresh = ended.filter(filmed__lt=F("version"), grant__ended_at__isnull=False).order_by("id")
     room = UNASKED - Movie.objects.filter(state__in=(State.WAITING, State.MAKING), unasked=True).count()
     count = 0

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.timed
 
 def test_a_program_tells_its_steps(arm, shared):
     told = []
-    arm.execute("program", {"text": "R 2\nd 4\nE"}, allow, told.append)
+    arm.execute("program", {"text": "# m\u00e9chant\u2028g 1\x0b\nR 2\nd 4 # s\nE"}, allow, told.append)
     assert told[:2] == ["sent", "acknowledged"]
     steps = list(dict.fromkeys(told[2:]))
     assert steps == [Progress("step 1 of 2", 0.0), Progress("step 2 of 2", 0.5)]

@@ -32,6 +32,7 @@ def written(page, text):
 
 def test_a_mission_is_composed_offline_sent_and_found_done(portal, visitor):
     ada = visitor().cleared("ada")
+    ada.allowed = ("ERR_", "WebSocket")
     page = ada.page
     page.goto("/robots/rover/")
     expect(page.locator("#readings")).to_contain_text("Battery", timeout=30_000)

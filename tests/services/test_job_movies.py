@@ -135,8 +135,8 @@ def test_programs_and_what_a_robot_declares_are_filmed(robot, people, kind, args
     assert movies.ask_due(SYSTEM.now()) == due
 
 
-def of_a_turn(recording):
-    recording.grant.kind = GrantKind.TURN
+def of_staff(recording):
+    recording.grant.kind = GrantKind.STAFF
     recording.grant.save()
 
 
@@ -158,7 +158,7 @@ def of_two_days_ago(recording):
 
 
 @pytest.mark.parametrize(
-    "changed", [of_a_turn, of_another_kind, of_a_robot_that_is_gone, of_a_job_that_goes_on, of_two_days_ago]
+    "changed", [of_staff, of_another_kind, of_a_robot_that_is_gone, of_a_job_that_goes_on, of_two_days_ago]
 )
 def test_no_other_recording_is_filmed_by_itself(robot, people, changed):
     _, recording = ran(robot, people)

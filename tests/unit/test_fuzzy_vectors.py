@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from robots.autonomy.fuzzy import LABELS, PAPER, RuleSet, Variable, speed
-from robots.autonomy.fuzzy_text import write
+from robots.autonomy.fuzzy_text import LINES as LINES_MOST
+from robots.autonomy.fuzzy_text import LONGEST, write
 from robots.contract.errors import BadRequest
 from robots.description import load
 from robots.drivers.srv1.rules import READINGS, crc_of, rules_of
@@ -75,6 +76,9 @@ def vectors():
         paper.replace("input sonar m", "input depth m"), paper.replace("rule N, VF: S", "rule N, VF: VF"),
         paper.replace("VS 0.08, S 0.16, M 0.24, F 0.32, VF 0.4", "VS 0.1, S 0.2, M 0.3, F 0.4, VF 0.5"),
         paper + "rule M, M: M\n", paper.replace("\n", "\r\n"), "x" * 3000, "", *(line + "\n" + paper for line in LINES),
+        paper.replace("N 0.3,", "N 0.3\r,"), paper.replace("N 0.3,", "N 0.3\u2028,"), "# \u2028\n" + paper,
+        *("#" * (LONGEST - len(paper) - 1 + more) + "\n" + paper for more in (0, 1)),
+        *("#\n" * (LINES_MOST - 1 - paper.count("\n") + more) + paper for more in (0, 1)),
     ]  # fmt: skip
     made = load("srv1")
     return {

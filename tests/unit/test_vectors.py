@@ -1,6 +1,7 @@
 """What stands in Python and in TypeScript gives the same for the same vectors (frontend/tests/vectors.test.ts)."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -70,14 +71,15 @@ def test_what_a_click_means(one):
     assert found == pytest.approx(one["target"], abs=1e-8)
 
 
-@pytest.mark.parametrize("one", PROGRAMS, ids=lambda one: repr(one["text"])[:30])
+@pytest.mark.parametrize("one", PROGRAMS, ids=lambda one: ascii(one["text"])[:30])
 def test_programs_as_text(one):
     if "steps" in one:
         assert [[step.letter, *step.numbers] for step in program(one["text"])] == one["steps"]
         return
     with pytest.raises(Malformed) as refused:
         program(one["text"])
-    assert str(refused.value).startswith(f"line {one['refused']}:" if one["refused"] else "a repetition (R) has no end")
+    found = re.match(r"line (\d+): ", str(refused.value))
+    assert (int(found[1]) if found else None) == one["refused"]
 
 
 @pytest.mark.parametrize("one", LINES["understood"], ids=lambda one: one["line"])

@@ -15,6 +15,7 @@ export { RobotPage } from "../page.ts";
 export { allow, fill, refusal, say } from "../parts.ts";
 export { fromOwn } from "../posture.ts";
 export type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still, StreamPacket } from "../protocol.ts";
+export { prefetch } from "../prefetch.ts";
 export { request } from "../request.ts";
 export { byId, set, shape } from "../svg.ts";
 export { Tabs } from "../tabs.ts";

@@ -49,8 +49,8 @@ export class JobPanel {
     return this.asking ? `Your ${this.words.noun} is on its way to the portal.` : "";
   }
 
-  /** Ask for a job, and tell at once what became of it; `program`: the id of a saved program. True if it waits now. */
-  async ask(values: Record<string, number | string>, kind = this.words.kind, program = 0): Promise<boolean> {
+  /** Ask for a job, and tell at once what became of it. True if it waits now. */
+  async ask(values: Record<string, number | string>, kind = this.words.kind): Promise<boolean> {
     if (this.whyNot()) {
       this.page.refuse(() => this.whyNot());
       return false;
@@ -58,7 +58,7 @@ export class JobPanel {
     this.page.settle();
     this.asking = true;
     this.page.draw();
-    const refused = await this.jobs.ask(kind, values, program);
+    const refused = await this.jobs.ask(kind, values);
     this.asking = false;
     if (refused) this.page.refuse(() => refused);
     else this.fresh = this.jobs.own[0]?.id ?? 0;

@@ -27,6 +27,7 @@ export class ProgramDesk<Step> {
   private current: Saved | null = null;
   private blocks: StepBlocks<Step> | null = null;
   private opened = false;
+  private loading = false;
   private keeping = 0;
   private area = byId<HTMLTextAreaElement>("program-text");
   private list = byId<HTMLSelectElement>("program-list");
@@ -43,6 +44,7 @@ export class ProgramDesk<Step> {
 
   /** The mode was opened: fetch the list and the blocks, once. */
   async open(): Promise<void> {
+    void this.openBlocks();
     if (this.opened) return;
     this.opened = true;
     const draft = this.area.value || kept.get(this.place);
@@ -50,7 +52,6 @@ export class ProgramDesk<Step> {
       this.area.value = draft;
       this.typed();
     }
-    void this.openBlocks();
     try {
       await this.refresh();
     } catch {
@@ -61,23 +62,37 @@ export class ProgramDesk<Step> {
   }
 
   private async openBlocks(): Promise<void> {
-    if (this.blocks) return;
+    if (this.blocks || this.loading) return;
+    const box = byId("blocks");
+    this.loading = true;
+    box.replaceChildren();
     try {
-      this.blocks = await this.use.blocks(byId("blocks"), (steps) => this.built(steps));
+      this.blocks = await this.use.blocks(box, (steps) => this.built(steps));
       this.blocks.show(this.steps);
     } catch (error) {
-      byId("blocks").hidden = true;
+      this.offerBlocks(box);
       console.warn(error);
     }
+    this.loading = false;
+  }
+
+  /** The blocks did not come: say so in their place, and let them be asked for again. */
+  private offerBlocks(box: HTMLElement): void {
+    const words = document.createElement("p"), again = document.createElement("button");
+    words.setAttribute("role", "status");
+    words.textContent = "The blocks did not come. Lines of text work without them.";
+    Object.assign(again, { type: "button", className: "button", textContent: "Load the blocks" });
+    again.addEventListener("click", () => void this.openBlocks());
+    box.replaceChildren(words, again);
   }
 
   text(): string {
     return this.area.value.trim();
   }
 
-  /** The number of the saved program that stands here as it was saved; 0 if it was changed, or never saved. */
-  get unchanged(): number {
-    return this.current && this.current.text.trim() === this.text() ? this.current.id : 0;
+  /** Whether what stands here is a saved program as it was read. */
+  private get unchanged(): boolean {
+    return this.current?.text.trim() === this.text();
   }
 
   /** Append a step. */
@@ -128,25 +143,28 @@ export class ProgramDesk<Step> {
   }
 
   private typed(): void {
+    if (this.read()) this.blocks?.show(this.steps);
+  }
+
+  private built(steps: Step[]): void {
+    this.area.value = this.language.print(steps);
+    this.read();
+  }
+
+  /** Read the text, also where blocks wrote it: it is what is sent. Tell whether it is a program. */
+  private read(): boolean {
     this.keep();
     try {
       this.steps = this.language.parse(this.area.value);
-      this.blocks?.show(this.steps);
-      this.tell("", "");
-      this.use.changed(this.steps);
     } catch (error) {
       const why = (error as Error).message;
       this.tell(why, "bad");
       this.use.refused(why);
+      return false;
     }
-  }
-
-  private built(steps: Step[]): void {
-    this.steps = steps;
-    this.area.value = this.language.print(steps);
-    this.keep();
     this.tell("", "");
-    this.use.changed(steps);
+    this.use.changed(this.steps);
+    return true;
   }
 
   /** What is written stays on this device, so that a page that is loaded again, or a lost line, loses nothing. */

@@ -8,7 +8,7 @@ from robots.addresses import HIDDEN
 from robots.clock import TIMER, Limit, Timer
 from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.contract.session import Permit, Trace
-from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
+from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request, lines
 from robots.drivers.stream import OpenStream, Stream, open_stream
 from robots.opening import why_not
 
@@ -105,8 +105,7 @@ class ArmLine:
 
     def teach(self, number: int, program: str, seconds: float = ANSWER_S) -> str:
         """Send a program under a number. Raises as `ask`."""
-        lines = [line for line in program.splitlines() if line.strip() not in ("", ".")]
-        data = "\n".join([f"u {number}", *lines, ".", ""]).encode("ascii", "replace")
+        data = "\n".join([f"u {number}", *(line for _, line in lines(program)), ".", ""]).encode("ascii", "replace")
         return self._exchange(data, seconds)
 
     def _exchange(self, data: bytes, seconds: float, permit: Permit | None = None, shown: bytes = b"") -> str:

@@ -6,12 +6,12 @@ it gives letters and meaning, not units, replies or line ends. All else is ours.
 """
 
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
 from robots.drivers.pa10.forms import FORMS, LARGEST_EPOCH, Value
+from robots.plain import NUMERAL
 
 LONGEST = 200
 LONGEST_ANSWER = 2000  # characters; a state has about 300
@@ -105,9 +105,6 @@ def parse(line: str, stored: bool = False) -> Request:
     return Request(letter, tuple(_number(letter, *pair) for pair in zip(form.values, parts, strict=False)), word)
 
 
-NUMERAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-
-
 def _number(letter: str, value: Value, text: str) -> float:
     try:
         found = float(text)
@@ -196,8 +193,18 @@ def _list(values: tuple[float, ...], convert: Callable[[float], float], digits: 
     return ",".join(f"{convert(v):.{digits}f}" for v in values)
 
 
+def lines(text: str) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a program that say something, with their numbers and without comments.
+
+    A line ends at a line feed alone, as on the page (console/program_text.ts).
+    """
+    for number, line in enumerate(text.split("\n"), 1):
+        if said := line.split("#")[0].strip(BLANKS):
+            yield number, said
+
+
 def program(text: str) -> list[Request]:
-    """Return a program's steps with repetitions expanded, at most 500.
+    """Return a program's steps with repetitions expanded, at most 500, of at most 500 lines that say something.
 
     Raises:
         Malformed: names the line.
@@ -205,12 +212,11 @@ def program(text: str) -> list[Request]:
     if len(text) > LONGEST_TEXT:
         raise Malformed(f"the program is longer than {LONGEST_TEXT} characters")
     stack: list[tuple[int, list[Request]]] = [(1, [])]
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.split("#")[0].strip():
-            continue
+    for count, (number, line) in enumerate(lines(text), 1):
         try:
-            request = parse(line.split("#")[0], stored=True)
-            _nest(stack, request)
+            if count > LONGEST_PROGRAM:
+                raise Malformed(f"the program is longer than {LONGEST_PROGRAM} lines")
+            _nest(stack, parse(line, stored=True))
         except Malformed as error:
             raise type(error)(f"line {number}: {error}") from None
         if sum(len(steps) for _, steps in stack) > LONGEST_PROGRAM:
@@ -220,6 +226,7 @@ def program(text: str) -> list[Request]:
     return stack[0][1]
 
 
+BLANKS = " \t\r"  # around what a line of a program says
 LONGEST_PROGRAM = 500
 LONGEST_TEXT = 20_000
 DEEPEST = 8

@@ -11,9 +11,10 @@ patrol 30
 say Here begins the tour.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import atan2, degrees, hypot, isfinite, pi, radians, remainder, tau
+from math import atan2, ceil, degrees, floor, hypot, nan, pi, radians, remainder, tau
 from typing import Literal
 
 from robots.contract.capabilities import Judgement
@@ -21,6 +22,7 @@ from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.description import load
 from robots.drivers.srv1.hall import Hall, hall
 from robots.drivers.srv1.ways import Place, way
+from robots.plain import NUMERAL
 
 Verb = Literal["go", "turn", "look", "photograph", "read", "wait", "patrol", "say"]
 _MISSION, _MOTION = load("srv1")["mission"], load("srv1")["motion"]
@@ -28,8 +30,12 @@ LONGEST, MOST_STEPS, LONGEST_LINE = int(_MISSION["longest"]), int(_MISSION["most
 LIMIT_S = float(_MISSION["limit_s"])
 MOST_WAIT_S, MOST_PATROL_S = 120.0, 120.0
 SPEED_M_S, TURN_RAD_S = float(_MISSION["speed"]), float(_MISSION["turn"])
+# No text has these: what ends a line elsewhere, what turns or hides a text, and what no database stores. Without them
+# Python and the page's script agree on what a blank is.
+UNWRITABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]|\r(?!$)")
 FASTEST_M_S, FASTEST_RAD_S = float(_MOTION["most_speed"]), float(_MOTION["turn"])
 SETTLE_S, PICTURE_S, LOOK_S = (float(_MISSION[name]) for name in ("settle_s", "picture_s", "look_s"))
+CLEAR_RAD = 2.0  # between two poses of a turn: less than half a turn, so that its direction is clear
 ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end."
 TOO_LONG = (
     "Step {} cannot be done in time: even without a pause the mission would last longer than {:g} minutes there. "
@@ -54,7 +60,7 @@ class Step:
         if self.verb == "go" and self.words:
             return f"go {self.words}"
         shown = (degrees(self.numbers[0]),) if self.verb == "turn" else self.numbers
-        return " ".join([self.verb, *(f"{round(n, 3):g}" for n in shown), *([self.words] if self.words else [])])
+        return " ".join([self.verb, *(f"{_rounded(n):g}" for n in shown), *([self.words] if self.words else [])])
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,9 @@ class Leg:
 def parse(text: str) -> list[Step]:
     """Return the steps of a mission. Empty lines and lines that begin with # are left out.
 
+    A line ends at a line feed alone. Lengths are of characters (code points); numbers count to thousandths. The page
+    reads by the same grammar (console/mission_text.ts).
+
     Raises:
         BadRequest: a line is no step; the sentence names the line.
 
@@ -77,7 +86,9 @@ def parse(text: str) -> list[Step]:
     if len(text) > LONGEST:
         raise BadRequest(f"A mission has at most {LONGEST} characters.")
     found = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.split("\n"), 1):
+        if odd := UNWRITABLE.search(line):
+            raise BadRequest(f"Line {number}: a mission cannot have the character U+{ord(odd[0]):04X}.")
         words = line.strip()
         if not words or words.startswith("#"):
             continue
@@ -100,7 +111,7 @@ def _step(line: str) -> Step:
     if verb == "go":
         return _go(rest)
     if verb == "say":
-        if not rest or not rest.isprintable():
+        if not rest:
             raise ValueError("say what? Write the words after it")
         return Step("say", (), rest)
     if verb == "turn":
@@ -116,7 +127,7 @@ def _step(line: str) -> Step:
     if verb == "read" and not rest:
         return Step("read")
     raise ValueError(
-        f"there is no step {line[:40]!r}; steps are go, turn, look around, photograph, read, wait, patrol and say"
+        f"there is no step “{line[:40]}”; steps are go, turn, look around, photograph, read, wait, patrol and say"
     )
 
 
@@ -125,7 +136,7 @@ def _go(rest: str) -> Step:
     if node is not None:
         return Step("go", node.at, node.name)
     parts = rest.split()
-    if len(parts) != 2 or not any(c.isdigit() for c in rest):
+    if len(parts) != 2 or not re.search("[0-9]", rest):
         names = ", ".join(n.name for n in hall().nodes)
         raise ValueError(f"go where? Write two numbers in m, or one of {names}")
     x = _number(parts[0], 0.0, hall().width, "the distance from the left wall", "m")
@@ -133,13 +144,15 @@ def _go(rest: str) -> Step:
 
 
 def _number(text: str, low: float, high: float, what: str, unit: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not (isfinite(value) and low <= value <= high):
-        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not {text[:20]!r}")
-    return value
+    value = float(text) if NUMERAL.fullmatch(text) else nan
+    if not low <= value <= high:
+        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not “{text[:20]}”")
+    return _rounded(value)
+
+
+def _rounded(value: float) -> float:
+    """Return a number to thousandths, halves up: so that both languages write the same."""
+    return floor(1000 * value + 0.5) / 1000
 
 
 def write(steps: Sequence[Step]) -> str:
@@ -167,15 +180,23 @@ def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterat
                 poses.append(here)
                 seconds, least = seconds + usual, least + fastest
         elif step.verb == "turn":
-            here = (*here[:2], remainder(here[2] + step.numbers[0], tau))
             seconds, least = abs(step.numbers[0]) / TURN_RAD_S + SETTLE_S, abs(step.numbers[0]) / FASTEST_RAD_S
-            poses.append(here)
+            poses += _turned(here, step.numbers[0])
         elif step.verb in ("wait", "patrol"):
             seconds = least = step.numbers[0]
-        else:
-            seconds = {"photograph": PICTURE_S, "look": LOOK_S}.get(step.verb, 0.0)
-            least = tau / FASTEST_RAD_S if step.verb == "look" else 0.0
+        elif step.verb == "look":
+            seconds, least = LOOK_S, tau / FASTEST_RAD_S
+            poses += _turned(here, tau)
+        elif step.verb == "photograph":
+            seconds = PICTURE_S
+        here = poses[-1]
         yield Leg(number, tuple(poses), seconds, least)
+
+
+def _turned(here: Pose, angle: float) -> list[Pose]:
+    """Return the poses of a turn in place by so much (rad, to the left), without the first."""
+    count = max(1, ceil(abs(angle) / CLEAR_RAD))
+    return [(*here[:2], remainder(here[2] + angle * n / count, tau)) for n in range(1, count + 1)]
 
 
 def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:

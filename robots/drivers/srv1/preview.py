@@ -54,7 +54,10 @@ def start(joints: tuple[float, ...]) -> Pose:
 
 
 def sampled(found: list[Leg], here: Pose) -> tuple[list[Pose], list[float]]:
-    """Return poses along the legs and when the rover is there (s): turns in place, then straight lines."""
+    """Return poses along the legs and when the rover is there (s): turns in place, then straight lines.
+
+    At most MOST, the first and the last among them.
+    """
     poses, times, passed = [here], [0.0], 0.0
     for leg in found:
         weights = [_weight(a, b) for a, b in zip(leg.poses, leg.poses[1:], strict=False)]
@@ -70,8 +73,9 @@ def sampled(found: list[Leg], here: Pose) -> tuple[list[Pose], list[float]]:
             passed += leg.seconds
             poses.append(poses[-1])
             times.append(passed)
-    step = max(1, ceil(len(poses) / MOST))
-    return poses[::step], times[::step]
+    last = len(poses) - 1
+    shown = range(last + 1) if last < MOST else [n * last // (MOST - 1) for n in range(MOST)]
+    return [poses[n] for n in shown], [times[n] for n in shown]
 
 
 def _weight(begin: Pose, end: Pose) -> float:

@@ -5,7 +5,8 @@ import type { Step } from "./program_text.ts";
 const POSE = ["x", "y", "z", "roll", "pitch", "yaw"];
 type BlockState = { type: string; fields?: Record<string, unknown>; inputs?: Record<string, { block: BlockState }>; next?: { block: BlockState } };
 
-const number = (name: string, low: number, high: number, value = 0, precision = 0.1): object => ({
+/** A field that shows a number as the text has it: to thousandths, in the bounds of program_text.ts. */
+const number = (name: string, low: number, high: number, value = 0, precision = 0.001): object => ({
   type: "field_number", name, value, min: low, max: high, precision,
 });
 
@@ -15,19 +16,19 @@ function define(axes: string[]): void {
     {
       ...stacked, type: "joints", colour: 195, tooltip: "Move the six joints (degrees).",
       message0: `joints ${axes.slice(0, 3).map((name, i) => `${name} %${i + 1}`).join(" ")}`,
-      args0: axes.slice(0, 3).map((name) => number(name, -270, 270)),
+      args0: axes.slice(0, 3).map((name) => number(name, -720, 720)),
       message1: `${axes.slice(3).map((name, i) => `${name} %${i + 1}`).join(" ")} speed %${axes.length - 2} %%`,
-      args1: [...axes.slice(3).map((name) => number(name, -270, 270)), number("speed", 5, 100, 50, 5)],
+      args1: [...axes.slice(3).map((name) => number(name, -720, 720)), number("speed", 5, 100, 50, 0.1)],
     },
     {
       ...stacked, type: "tool", colour: 195, tooltip: "Move the tool (mm, degrees).",
       message0: "tool %1 x %2 y %3 z %4",
       args0: [
         { type: "field_dropdown", name: "path", options: [["to", "k"], ["straight to", "l"]] },
-        number("x", -1600, 1600, 500), number("y", -1600, 1600), number("z", -1600, 1600, 150),
+        number("x", -2000, 2000, 500), number("y", -2000, 2000), number("z", -2000, 2000, 150),
       ],
       message1: "roll %1 pitch %2 yaw %3 speed %4 %%",
-      args1: [number("roll", -360, 360, 180), number("pitch", -360, 360), number("yaw", -360, 360, 180), number("speed", 5, 100, 50, 5)],
+      args1: [number("roll", -720, 720, 180), number("pitch", -720, 720), number("yaw", -720, 720, 180), number("speed", 5, 100, 50, 0.1)],
     },
     {
       ...stacked, type: "grip", colour: 25, message0: "gripper %1", tooltip: "Open or close the gripper.",
@@ -73,7 +74,7 @@ export class Blocks {
 
   private block(step: Step): BlockState {
     const named = (names: string[], values: number[]): object => Object.fromEntries(names.map((name, i) => [name, values[i] ?? 0]));
-    const share = (speed?: number): number => Math.round((speed ?? 0.5) * 100);
+    const share = (speed?: number): number => Math.round((speed ?? 0.5) * 1000) / 10;
     switch (step.do) {
       case "joints": return { type: "joints", fields: { ...named(this.axes, step.values), speed: share(step.speed) } };
       case "pose": return { type: "tool", fields: { path: step.straight ? "l" : "k", ...named(POSE, step.values), speed: share(step.speed) } };

@@ -8,7 +8,18 @@ export type Step =
   | { do: "repeat"; times: number; steps: Step[] }
   | { do: "line"; text: string };
 
-const KNOWN = "j k l K W g d R E";
+/** The least and the greatest of each value after a letter, and how many are required; see FORMS in forms.py. */
+interface Form { values: readonly Bounds[]; least: number }
+interface Bounds { low: number; high: number; whole?: boolean }
+const six = (first: number, last: number): Bounds[] => [first, first, first, last, last, last].map((most) => ({ low: -most, high: most }));
+const SPEED: Bounds = { low: 0.05, high: 1 };
+const PLACE: Form = { values: [...six(2000, 720), SPEED], least: 6 }, NONE: Form = { values: [], least: 0 };
+const one = (values: Bounds): Form => ({ values: [values], least: 1 });
+const FORMS: Readonly<Record<string, Form>> = {
+  j: { values: [...six(720, 720), SPEED], least: 6 }, k: PLACE, l: PLACE, K: PLACE, W: NONE, g: one({ low: 0, high: 1, whole: true }),
+  d: one({ low: 0, high: 30 }), R: one({ low: 1, high: 100, whole: true }), E: NONE,
+};
+const LONGEST_TEXT = 20_000, LONGEST_LINE = 200, LONGEST = 500, DEEPEST = 8; // characters (code points); steps, and lines that say something
 const NUMERAL = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/; // the arm's own: no 0x10, no Infinity
 
 /** A number as the arm reads it; NaN if the arm would refuse it. */
@@ -16,58 +27,69 @@ export function numeral(word: string): number {
   return NUMERAL.test(word) ? Number(word) : NaN;
 }
 
+/** The words of a line without its comment. Throws a sentence if it is longer than the arm takes, or not plain ASCII. */
+export function words(line: string): string[] {
+  const said = line.replace(/^[ \t\r]+|[ \t\r]+$/g, "");
+  if (said.length > LONGEST_LINE) throw new Error(`the line is longer than ${LONGEST_LINE} characters.`);
+  if (!/^[\t -~]*$/.test(said)) throw new Error("the line must be plain ASCII text.");
+  return said ? said.split(/[ \t]+/) : [];
+}
+
+/** A repetition, or the program itself, that is being read; `size`: its steps with inner repetitions written out. */
+interface Open { steps: Step[]; times: number; size: number }
+
 /** Return the steps in a text. Throws a sentence that names the line. */
 export function parse(text: string): Step[] {
-  const stack: Step[][] = [[]];
+  if ([...text].length > LONGEST_TEXT) throw new Error(`The program is longer than ${LONGEST_TEXT} characters.`);
+  const stack: Open[] = [{ steps: [], times: 1, size: 0 }];
+  let count = 0;
   for (const [i, raw] of text.split("\n").entries()) {
-    const line = (raw.split("#")[0] ?? "").trim();
-    if (!line) continue;
-    const fail = (why: string): never => {
-      throw new Error(`Line ${i + 1}: ${why}`);
-    };
-    const [letter = "", ...parts] = line.split(/\s+/);
-    const numbers = parts.map(numeral);
-    const bad = numbers.findIndex((n) => !Number.isFinite(n));
-    if (!KNOWN.split(" ").includes(letter)) fail(`there is no step that begins with “${letter}”; known: ${KNOWN}.`);
-    if (bad >= 0) fail(`“${parts[bad]}” is not a number.`);
-    const want = (least: number, most = least): void => {
-      if (numbers.length < least || numbers.length > most)
-        fail(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
-    };
-    const here = stack[stack.length - 1]!;
-    const speed = numbers.length > 6 ? { speed: numbers[6]! } : {};
-    if (letter === "j") {
-      want(6, 7);
-      here.push({ do: "joints", values: numbers.slice(0, 6), ...speed });
-    } else if (letter === "k" || letter === "l") {
-      want(6, 7);
-      here.push({ do: "pose", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
-    } else if (letter === "K") {
-      want(6, 7);
-      here.push({ do: "line", text: line });
-    } else if (letter === "W") {
-      want(0);
-      here.push({ do: "line", text: line });
-    } else if (letter === "g") {
-      want(1);
-      here.push({ do: "grip", closed: numbers[0] === 1 });
-    } else if (letter === "d") {
-      want(1);
-      here.push({ do: "wait", seconds: numbers[0]! });
-    } else if (letter === "R") {
-      want(1);
-      if (!Number.isInteger(numbers[0]) || numbers[0]! < 1 || numbers[0]! > 100) fail("a repetition is made 1 to 100 times.");
-      const steps: Step[] = [];
-      here.push({ do: "repeat", times: numbers[0]!, steps });
-      stack.push(steps);
-    } else {
-      want(0);
-      if (stack.length === 1) fail("E ends a repetition (R); there is none.");
-      stack.pop();
+    try {
+      const said = words(raw.split("#")[0] ?? "");
+      if (!said.length) continue;
+      if (++count > LONGEST) throw new Error(`the program is longer than ${LONGEST} lines.`);
+      read(said, stack);
+      if (stack.reduce((sum, { size }) => sum + size, 0) > LONGEST) throw new Error(`the program is longer than ${LONGEST} steps.`);
+    } catch (error) {
+      throw new Error(`Line ${i + 1}: ${(error as Error).message}`);
     }
   }
   if (stack.length > 1) throw new Error("A repetition (R) has no end (E).");
-  return stack[0]!;
+  return stack[0]!.steps;
+}
+
+/** Take the words of one line into the innermost repetition. */
+function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
+  const form = Object.hasOwn(FORMS, letter) ? FORMS[letter] : undefined;
+  if (!form) throw new Error(`there is no step that begins with “${letter}”; known: ${Object.keys(FORMS).join(" ")}.`);
+  const { least, values: { length: most } } = form, numbers = parts.map(numeral);
+  const bad = numbers.findIndex((n) => !Number.isFinite(n));
+  if (bad >= 0) throw new Error(`“${parts[bad]}” is not a number.`);
+  if (numbers.length < least || numbers.length > most)
+    throw new Error(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
+  for (const [n, { low, high, whole }] of form.values.slice(0, numbers.length).entries())
+    if (numbers[n]! < low || numbers[n]! > high || (whole && !Number.isInteger(numbers[n])))
+      throw new Error(`number ${n + 1} of ${letter} must be ${whole ? "a whole number " : ""}from ${low} to ${high}.`);
+  const here = stack.at(-1)!, speed = numbers.length > 6 ? { speed: numbers[6]! } : {};
+  const add = (step: Step): void => void (here.steps.push(step), (here.size += 1));
+  switch (letter) {
+    case "j": return add({ do: "joints", values: numbers.slice(0, 6), ...speed });
+    case "k": case "l": return add({ do: "pose", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
+    case "g": return add({ do: "grip", closed: numbers[0] === 1 });
+    case "d": return add({ do: "wait", seconds: numbers[0]! });
+    case "R": {
+      if (stack.length > DEEPEST) throw new Error(`repetitions stand at most ${DEEPEST} deep in each other.`);
+      const steps: Step[] = [];
+      here.steps.push({ do: "repeat", times: numbers[0]!, steps });
+      return void stack.push({ steps, times: numbers[0]!, size: 0 });
+    }
+    case "E": {
+      if (stack.length === 1) throw new Error("E ends a repetition (R); there is none.");
+      stack.pop();
+      return void (stack.at(-1)!.size += here.times * here.size);
+    }
+    default: return add({ do: "line", text: [letter, ...parts].join(" ") });
+  }
 }
 
 /** Return the text of the steps, one line each. */

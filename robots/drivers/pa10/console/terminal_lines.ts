@@ -1,12 +1,12 @@
 /** The arm's own lines as commands of the portal. */
-import { numeral } from "./program_text.ts";
+import { numeral, words } from "./program_text.ts";
 import type { Target } from "/static/farhand/v1/arm.js";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 
 /** The command that a line stands for. Throws a sentence if there is none. */
 export function understood(line: string, axes: string[]): Target {
-  const [letter = "", ...parts] = line.trim().split(/\s+/);
+  const [letter = "", ...parts] = words(line);
   const numbers = parts.map(numeral);
   if (numbers.some((n) => !Number.isFinite(n))) throw new Error(`${parts[numbers.findIndex((n) => !Number.isFinite(n))]} is not a number.`);
   const count = (least: number, most: number): void => {

@@ -30,9 +30,9 @@ const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
   private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.picked(round(x), round(y)));
-  private deep = new HallInDepth(byId("hall-3d"), byId<HTMLButtonElement>("deep"), description, (x, y) => this.picked(round(x), round(y)));
+  private deep = new HallInDepth(page, byId("hall-3d"), byId<HTMLButtonElement>("deep"), description, (x, y) => this.picked(round(x), round(y)));
   private missions = new Missions(page, {
-    description, here, send: (text, saved) => this.sendMission(text, saved),
+    description, here, send: (text) => this.sendMission(text),
     plan: (corners, good) => [this.map, this.deep].forEach((view) => view.plan(corners, good)),
     ghost: (at) => [this.map, this.deep].forEach((view) => view.ghost(at)),
   });
@@ -76,9 +76,10 @@ class HallConsole extends Basics<RobotPage> {
     if (!this.missions.clicked(x, y, name)) this.send(x, y);
   }
 
-  private sendMission(text: string, saved: number): void {
+  /** Send the text that is shown, also of a saved mission: that may have been changed elsewhere since. */
+  private sendMission(text: string): void {
     if (page.operating) page.command(MISSION, { text });
-    else void this.jobs.ask(saved ? {} : { text }, MISSION, saved);
+    else void this.jobs.ask({ text }, MISSION);
   }
 
   /** Whoever drives sends the rover at once; everybody else asks for it as a job. */

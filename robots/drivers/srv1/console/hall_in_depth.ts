@@ -1,38 +1,53 @@
-/** The hall in 3D in the map's place, once somebody asks for it: a page that nobody turns loads none of it. */
+/** The hall in 3D in the map's place, once somebody asks for it; loaded while the page is idle, for a line that is cut. */
 import type { FloorView } from "/static/farhand/v1/floor_view.js";
-import { byId, say } from "/static/farhand/v1/console.js";
+import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import type { Description } from "./hall_map.ts";
 
 type Pose = readonly [number, number, number];
+const parts = (): Promise<typeof import("/static/farhand/v1/floor_view.js")> => import("/static/farhand/v1/floor_view.js");
+
 export class HallInDepth {
   private view: FloorView | null = null;
   private at: Pose | null = null;
   private planned: [readonly Pose[] | null, boolean] = [null, true];
 
-  constructor(private box: HTMLElement, private button: HTMLButtonElement, private d: Description, private onPick: (x: number, y: number) => void) {
+  constructor(private page: RobotPage, private box: HTMLElement, private button: HTMLButtonElement, private d: Description, private onPick: (x: number, y: number) => void) {
+    prefetch(page, parts);
     button.addEventListener("click", () => void this.turn(button.getAttribute("aria-pressed") !== "true"));
   }
 
   private async turn(deep: boolean): Promise<void> {
+    this.face(deep);
+    if (!deep || this.view) return;
+    const loaded = await parts().catch(() => null);
+    if (loaded) return this.open(loaded.FloorView);
+    this.face(false);
+    this.page.notice("The 3D view did not come. Try again when the connection is back; the map works.", "warning");
+  }
+
+  /** Show the 3D view or the map. */
+  private face(deep: boolean): void {
     this.button.setAttribute("aria-pressed", String(deep));
     say(this.button, deep ? "Show it from above" : "Show it in 3D");
     this.box.hidden = !deep;
     byId("hall").toggleAttribute("hidden", deep);
-    if (!deep || this.view) return;
+  }
+
+  private open(View: typeof FloorView): void {
+    if (this.view) return; // it was pressed again meanwhile
     try {
-      const { FloorView } = await import("/static/farhand/v1/floor_view.js");
       const { hall, body } = this.d;
       const standing = [
         ...hall.case.map(({ name, at, half, high, black }) => ({ name, at, half, high, dark: black === true })),
         ...hall.exhibit.map(({ name, at, radius, high }) => ({ name, at, radius, high })),
       ];
-      this.view = new FloorView(this.box, { width: hall.width, depth: hall.depth, standing, marks: hall.node }, [body.length, body.width, body.height], this.onPick);
+      this.view = new View(this.box, { width: hall.width, depth: hall.depth, standing, marks: hall.node }, [body.length, body.width, body.height], this.onPick);
       this.view.show(this.at);
       this.view.plan(...this.planned);
     } catch (error) {
       console.warn(error);
-      this.button.hidden = true; // this browser draws nothing in 3D, or the line is cut
-      void this.turn(false);
+      this.button.hidden = true; // this browser draws nothing in 3D
+      this.face(false);
     }
   }
 

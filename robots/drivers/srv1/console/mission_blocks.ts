@@ -3,8 +3,9 @@ import { Blockly, workspace } from "/static/farhand/v1/blocks.js";
 import type { Floor, Step } from "./mission_text.ts";
 
 const stacked = { previousStatement: null, nextStatement: null };
-const number = (name: string, low: number, high: number, value: number, precision = 0.1): object => ({
-  type: "field_number", name, value, min: low, max: high, precision,
+/** A field that shows a number as the text has it: to thousandths. */
+const number = (name: string, low: number, high: number, value: number): object => ({
+  type: "field_number", name, value, min: low, max: high, precision: 0.001,
 });
 
 function define(floor: Floor): void {
@@ -13,14 +14,14 @@ function define(floor: Floor): void {
     { ...stacked, type: "go", colour: 195, message0: "go to %1", args0: [{ type: "field_dropdown", name: "place", options: places }], tooltip: "Go to a place of the map." },
     {
       ...stacked, type: "spot", colour: 195, message0: "go to %1 m from the left, %2 m from below",
-      args0: [number("x", 0, floor.width, 1, 0.01), number("y", 0, floor.depth, 1, 0.01)], tooltip: "Go to any place of the hall.",
+      args0: [number("x", 0, floor.width, 1), number("y", 0, floor.depth, 1)], tooltip: "Go to any place of the hall.",
     },
-    { ...stacked, type: "turn", colour: 195, message0: "turn %1 degrees to the left", args0: [number("degrees", -360, 360, 90, 1)], tooltip: "Turn in place." },
+    { ...stacked, type: "turn", colour: 195, message0: "turn %1 degrees to the left", args0: [number("degrees", -360, 360, 90)], tooltip: "Turn in place." },
     { ...stacked, type: "look", colour: 25, message0: "look around", tooltip: "Turn once, and measure in 18 directions." },
     { ...stacked, type: "photograph", colour: 25, message0: "photograph", tooltip: "Take a picture that is kept." },
     { ...stacked, type: "read", colour: 25, message0: "read the sensors", tooltip: "Note what the sensors measure." },
-    { ...stacked, type: "wait", colour: 60, message0: "wait %1 s", args0: [number("seconds", 0, 120, 5, 1)], tooltip: "Stay there." },
-    { ...stacked, type: "patrol", colour: 130, message0: "patrol %1 s", args0: [number("seconds", 1, 120, 30, 1)], tooltip: "Drive by the rules." },
+    { ...stacked, type: "wait", colour: 60, message0: "wait %1 s", args0: [number("seconds", 0, 120, 5)], tooltip: "Stay there." },
+    { ...stacked, type: "patrol", colour: 130, message0: "patrol %1 s", args0: [number("seconds", 1, 120, 30)], tooltip: "Drive by the rules." },
     { ...stacked, type: "say", colour: 290, message0: "say %1", args0: [{ type: "field_input", name: "words", text: "Here I am." }], tooltip: "Write words into what it found." },
   ]);
 }

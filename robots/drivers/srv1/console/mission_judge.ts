@@ -21,6 +21,7 @@ const STEP_M = 0.05; // between two points of a line whose room is looked at
 const CANNOT_STAND = "The rover cannot stand there: a wall, a showcase or an exhibit is too near.";
 const CORNERED = "No way leads out of where the rover seems to be: let it look around, or drive it by hand.";
 const NO_WAY = "No way leads there.";
+const CLEAR_RAD = 2; // between two poses of a turn: less than half a turn, so that its direction is clear
 const ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end.";
 
 export function remainder(angle: number): number {
@@ -111,6 +112,12 @@ export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Le
   return { legs, said };
 }
 
+/** The poses of a turn in place by so much (rad, to the left), without the first. */
+function turned([x, y, heading]: Pose, angle: number): Pose[] {
+  const count = Math.max(1, Math.ceil(Math.abs(angle) / CLEAR_RAD));
+  return Array.from({ length: count }, (_, n): Pose => [x, y, remainder(heading + (angle * (n + 1)) / count)]);
+}
+
 function legOf(d: Judged, step: Step, number: number, begin: Pose): Leg | string {
   const { mission, motion } = d, poses: Pose[] = [begin];
   let here = begin, seconds = 0, least = 0;
@@ -127,11 +134,13 @@ function legOf(d: Judged, step: Step, number: number, begin: Pose): Leg | string
     }
   } else if (step.do === "turn") {
     const angle = (step.degrees * Math.PI) / 180;
-    poses.push([here[0], here[1], remainder(here[2] + angle)]);
+    poses.push(...turned(here, angle));
     seconds = Math.abs(angle) / mission.turn + mission.settle_s;
     least = Math.abs(angle) / motion.turn;
   } else if (step.do === "wait" || step.do === "patrol") seconds = least = step.seconds;
-  else if (step.do === "look") [seconds, least] = [mission.look_s, (2 * Math.PI) / motion.turn];
-  else if (step.do === "photograph") seconds = mission.picture_s;
+  else if (step.do === "look") {
+    poses.push(...turned(here, 2 * Math.PI));
+    [seconds, least] = [mission.look_s, (2 * Math.PI) / motion.turn];
+  } else if (step.do === "photograph") seconds = mission.picture_s;
   return { step: number, poses, seconds, least };
 }

@@ -1,12 +1,15 @@
 /** The mission card: steps as blocks, as text and by clicks on the map, judged at once, tried on a ghost, sent. */
-import { byId, FINAL, fill, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { byId, FINAL, fill, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
+import { ghostAt } from "./mission_ghost.ts";
 import { type Judged, type Judgement, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
 
 export const MISSION = "mission";
 const GHOST_TIMES = 8; // so much faster than the rover
 const GHOST_MS = 50;
+
+const blocks = (): Promise<typeof import("./mission_blocks.ts")> => import("./mission_blocks.ts");
 
 /** What the card needs of the page around it. */
 export interface Around {
@@ -17,7 +20,7 @@ export interface Around {
   plan(corners: readonly Pose[] | null, good: boolean): void;
   ghost(at: Pose | null): void;
   /** Send the mission: at once where this person drives, else as a job. */
-  send(text: string, saved: number): void;
+  send(text: string): void;
 }
 
 export class Missions {
@@ -30,10 +33,11 @@ export class Missions {
   constructor(private page: RobotPage, private around: Around) {
     const { hall } = around.description;
     this.desk = new ProgramDesk<Step>(page, { parse: (text) => parse(text, hall), print }, "mission", {
-      blocks: async (box, changed) => new (await import("./mission_blocks.ts")).MissionBlocks(box, hall, changed),
+      blocks: async (box, changed) => new (await blocks()).MissionBlocks(box, hall, changed),
       changed: (steps) => this.judge(steps),
       refused: () => this.judge([]),
     });
+    prefetch(page, blocks); // so that missions are composed as blocks also when the line is cut
     page.on("try", () => this.play());
     page.on("send", () => this.send());
     const card = byId<HTMLDetailsElement>("mission");
@@ -88,16 +92,11 @@ export class Missions {
   /** Let the ghost drive the mission on the map. */
   private play(): void {
     this.stopGhost();
-    const poses = this.judged.legs.flatMap((leg) => leg.poses.map((pose, i) => ({ pose, seconds: i ? leg.seconds / Math.max(1, leg.poses.length - 1) : 0 })));
-    if (!poses.length) return;
-    const begun = performance.now();
+    const { legs } = this.judged, begun = performance.now();
     this.playing = window.setInterval(() => {
-      let left = ((performance.now() - begun) / 1000) * GHOST_TIMES;
-      const next = poses.findIndex(({ seconds }) => (left -= seconds) < 0);
-      if (next < 0) return this.stopGhost();
-      const from = poses[Math.max(0, next - 1)]!.pose, { pose, seconds } = poses[next]!;
-      const share = seconds ? 1 + left / seconds : 1;
-      this.around.ghost([from[0] + (pose[0] - from[0]) * share, from[1] + (pose[1] - from[1]) * share, pose[2]]);
+      const at = ghostAt(this.around.description, legs, ((performance.now() - begun) / 1000) * GHOST_TIMES);
+      if (at) this.around.ghost(at);
+      else this.stopGhost();
     }, GHOST_MS);
   }
 
@@ -109,7 +108,7 @@ export class Missions {
   private send(): void {
     const why = this.whyNot();
     if (why) return this.page.refuse(() => this.whyNot());
-    this.around.send(this.desk.text(), this.desk.unchanged);
+    this.around.send(this.desk.text());
   }
 
   draw(): void {

@@ -4,7 +4,7 @@ import type { Method, RuleSet, Variable } from "./fuzzy.ts";
 const TERMS = 5, LONGEST = 2048, LINES = 64;
 const LABEL = "[A-Za-z](?:[A-Za-z -]{0,10}[A-Za-z])?";
 const TERM = new RegExp(`^(${LABEL}) (-?[0-9]{1,4}(?:\\.[0-9]{1,3})?)$`);
-const VARIABLE = /^(input|output) ([a-z]{1,16}) ([A-Za-z/%]{1,4}): (.*)$/;
+const VARIABLE = /^(input|output) ([a-z]{1,16}) ([A-Za-z/%]{1,4}): (.*)$/s;
 const RULE = new RegExp(`^rule (${LABEL}), (${LABEL}): (${LABEL})$`);
 
 /** Return the rule set of a text; pairs without a rule have -1. Throws a sentence for a person. */

@@ -48,8 +48,12 @@ def forms(robot: Robot, user: Any, kinds: Iterable[CommandKind], written: Mappin
     return [_form(robot, user, kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
 
 
+def _choices_of(robot: Robot, kind: CommandKind) -> JobChoices | None:
+    return next((one for one in robot.spec().all_of(JobChoices) if one.kind == kind.kind), None)
+
+
 def _form(robot: Robot, user: Any, kind: CommandKind, written: Mapping[str, str]) -> Form:
-    declared = next((one for one in robot.spec().all_of(JobChoices) if one.kind == kind.kind), None)
+    declared = _choices_of(robot, kind)
     found = function(declared.function)(packets_of(robot, declared.stream)) if declared is not None else ()
     choices = tuple((json.dumps(args), words) for words, args in found)
     fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
@@ -66,9 +70,9 @@ def _saved(robot: Robot, user: Any, kind: CommandKind) -> tuple[tuple[int, str],
     return tuple(programs.visible(robot, user).values_list("pk", "name")[:SHOWN])
 
 
-def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
+def values(robot: Robot, kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
     """Return the values of a form; text that is not a number stays text, and the robot's check names it."""
-    if "choice" in written:
+    if "choice" in written and _choices_of(robot, kind) is not None:
         return _chosen(kind, written["choice"])
     if program := written.get("program"):
         return {"program": whole(program)}

@@ -108,7 +108,7 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     kind = request.POST.get("kind", "")
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
     name = request.POST.get("name", "")
-    args = values(spec, request.POST) if spec is not None else {}
+    args = values(robot, spec, request.POST) if spec is not None else {}
     job = ask(
         robot, asker, kind, args, SYSTEM.now(),
         name=name if storable(name) else "", mail=request.POST.get("mail") == "yes", form=form,

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from robots.contract.capabilities import Programs
-from robots.contract.errors import GaveUp
+from robots.contract.errors import BadRequest, GaveUp
 from robots.files import replaced
 from robots.models import Command
+from robots.plain import storable
 
 log = logging.getLogger(__name__)
 LARGEST = 100_000  # bytes of a package
@@ -28,12 +29,15 @@ class Packages:
     def begin(self, command: Command) -> str:
         """Store a program before it runs, and read it again; return its SHA-256, empty for what is no program.
 
-        Raises GaveUp where the machine does not have what the database has.
+        Raises:
+            BadRequest: the text cannot be written. GaveUp: the machine does not have what the database has.
         """
         kind = command.robot.spec().capability(Programs)
         text = command.args.get("text")
         if kind is None or kind.kind != command.kind or not isinstance(text, str):
             return ""
+        if not storable(text):  # as rows of an earlier version may hold
+            raise BadRequest("The program contains characters that cannot be stored; use plain text.")
         digest, self._noted = hashlib.sha256(text.encode()).hexdigest(), (0, "")
         self._write(command, {"sha256": digest, "text": text, "at": ""}, sync=True)
         read = self._read(command.pk)

@@ -8,12 +8,21 @@ from django.db import IntegrityError, transaction
 from django.db.models import Q, QuerySet
 
 from robots import description
+from robots.contract.capabilities import Programs
 from robots.contract.errors import BadRequest, NotPermitted
+from robots.contract.find import spec_or_none
 from robots.models import Program, Robot
 from robots.plain import one_line, plain_breaks, storable
 
 MOST = 50  # of one person for one robot
 LONGEST = 6000
+
+
+def is_program(robot: Robot, kind: str) -> bool:
+    """Return whether this kind of command runs a program; not where the robot's package is not installed."""
+    spec = spec_or_none(robot.driver)
+    found = spec.capability(Programs) if spec is not None else None
+    return found is not None and found.kind == kind
 
 
 def visible(robot: Robot, user: Any) -> QuerySet[Program]:

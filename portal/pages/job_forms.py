@@ -7,7 +7,7 @@ from typing import Any
 
 from queueing.jobs.asking import packets_of
 from robots import programs
-from robots.contract.capabilities import JobChoices, Programs
+from robots.contract.capabilities import JobChoices
 from robots.contract.find import function
 from robots.contract.spec import Argument, CommandKind
 from robots.models import Robot
@@ -64,8 +64,7 @@ def _form(robot: Robot, user: Any, kind: CommandKind, written: Mapping[str, str]
 
 
 def _saved(robot: Robot, user: Any, kind: CommandKind) -> tuple[tuple[int, str], ...]:
-    kept = robot.spec().capability(Programs)
-    if kept is None or kept.kind != kind.kind:
+    if not programs.is_program(robot, kind.kind):
         return ()
     return tuple(programs.visible(robot, user).values_list("pk", "name")[:SHOWN])
 

@@ -20,9 +20,11 @@ from robots.contract.errors import BadRequest
 from robots.contract.find import function, spec_of
 from robots.contract.streams import unpack
 from robots.contract.values import check
+from robots.grants import lease_of
 from robots.models import Robot
 from robots.plain import one_line
 from robots.services.clicks import with_program
+from robots.services.present import present_state
 from robots.stream_store import kept_stream
 
 LIMIT = 10  # open jobs per person and queue
@@ -53,8 +55,8 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense by what the robot
-            shows, or a name that shows a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense from where the robot
+            is or by what it shows, or a name that shows a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -72,7 +74,7 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     args = with_program(robot, user, kind, args)
-    check(robot.driver, kind, args, robot.driver_settings())
+    check(robot.driver, kind, args, robot.driver_settings(), present_state(robot, lease_of(robot), now))
     _refuse_by_what_is_shown(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():

@@ -31,7 +31,8 @@ from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
 from robots.contract.errors import RobotError
-from robots.findings import findings_of
+from robots.findings import SHOWN as FINDINGS
+from robots.findings import findings_of, left_out
 from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
 from robots.plain import storable
@@ -173,6 +174,8 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
     last, mine = commands[-1] if commands else None, may_cancel(job, asker)
     findings, films = list(findings_of(grants)), films_of(grants, request.user)
+    frames = Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")
+    whole = "all" in request.GET
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
         "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
@@ -182,8 +185,9 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "may_cancel": mine,
         "grants": grants,
         "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
-        "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
-        "findings": findings,
+        "frames": frames if whole else frames[:SHOWN], "pictures": frames.count(),
+        "findings": findings if whole else findings[:FINDINGS],
+        "findings_in_all": len(findings), "left_out": left_out(commands),
         "films": films,
         "arriving": any(film.arriving for film in films),
         "figures": figures_of(job.robot, findings, [film.recording for film in films]),

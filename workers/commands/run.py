@@ -137,6 +137,8 @@ class Runner:
         at = self._owned.now()
         if self._moves and self._readings.wanted:
             result = {**(result or {}), **self._readings.end()}
+        if left_out := self._findings.left_out(command):
+            result = {**(result or {}), "left_out": left_out}
         if self._said == command.pk and self._stale(command):
             state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None
         step = self._packages.left_at(command) if state != CommandState.COMPLETED else ""

@@ -5,7 +5,7 @@ from typing import Any
 
 from django.contrib.auth import get_user_model
 from django.db import IntegrityError, transaction
-from django.db.models import Q, QuerySet
+from django.db.models import Case, Q, QuerySet, When
 
 from robots import description
 from robots.contract.capabilities import Programs
@@ -26,10 +26,11 @@ def is_program(robot: Robot, kind: str) -> bool:
 
 
 def visible(robot: Robot, user: Any) -> QuerySet[Program]:
-    """Return the programs of the gallery and, if signed in, the person's own; a guest is None."""
+    """Return, if signed in, the person's own programs, then those of the gallery; a guest is None."""
     mine = Q(author=user.pk) if user is not None and user.is_authenticated else Q(pk=None)
     found = Program.objects.filter(robot=robot).select_related("author")
-    return found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
+    shown = found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
+    return shown.order_by(Case(When(mine, then=0), default=1), "name", "pk")
 
 
 def one(robot: Robot, user: Any, pk: int) -> Program:

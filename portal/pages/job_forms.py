@@ -29,7 +29,8 @@ class Form:
     """The form of one kind. `name`, `mail`: what the person wrote and chose there.
 
     `declared`: the robot offers `choices`, pairs of a value and its words, in place of fields. `saved`: id and name of
-    the programs that may be named in place of a text; `program`: the one that was chosen.
+    the programs that may be named in place of a text, and `more` how many the list leaves out; `program`: the one that
+    was chosen.
     """
 
     kind: CommandKind
@@ -40,6 +41,7 @@ class Form:
     choices: tuple[tuple[str, str], ...] = ()
     choice: str = ""
     saved: tuple[tuple[int, str], ...] = ()
+    more: int = 0
     program: str = ""
 
 
@@ -58,15 +60,13 @@ def _form(robot: Robot, user: Any, kind: CommandKind, written: Mapping[str, str]
     choices = tuple((json.dumps(args), words) for words, args in found)
     fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
     name, mail, choice = written.get("name", ""), written.get("mail") == "yes", written.get("choice", "")
+    saved = (
+        list(programs.visible(robot, user).values_list("pk", "name")) if programs.is_program(robot, kind.kind) else []
+    )
     return Form(
-        kind, fields, name, mail, declared, choices, choice, _saved(robot, user, kind), written.get("program", "")
+        kind, fields, name, mail, declared, choices, choice, tuple(saved[:SHOWN]), max(0, len(saved) - SHOWN),
+        written.get("program", ""),
     )  # fmt: skip
-
-
-def _saved(robot: Robot, user: Any, kind: CommandKind) -> tuple[tuple[int, str], ...]:
-    if not programs.is_program(robot, kind.kind):
-        return ()
-    return tuple(programs.visible(robot, user).values_list("pk", "name")[:SHOWN])
 
 
 def values(robot: Robot, kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:

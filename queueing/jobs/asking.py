@@ -24,6 +24,7 @@ from robots.grants import lease_of
 from robots.models import Robot
 from robots.plain import one_line
 from robots.services.clicks import with_program
+from robots.services.commands import picture_time
 from robots.services.present import present_state
 from robots.stream_store import kept_stream
 
@@ -47,11 +48,12 @@ class Asker:
 
 def ask(
     robot: Robot, asker: Asker, kind: str, args: dict[str, Any], now: datetime, name: str = "", mail: bool = False,
-    form: str = "",
+    form: str = "", seen_ms: int = 0,
 ) -> Job:  # fmt: skip
     """Create a job that waits for its turn, or return the one that the same `form` has made.
 
-    A job that names a saved program runs the text that it has now.
+    A job that names a saved program runs the text that it has now. `seen_ms`: when the picture was taken that the
+    person saw (ms since 1970); 0 where they say nothing.
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
@@ -88,7 +90,7 @@ def ask(
                 job = Job.objects.create(
                     queue=queue, robot=robot, account=account, user=user, guest="" if user else asker.guest,
                     kind=kind, args=args, asked_at=now, mail=mail and user is not None,
-                    shown_name=shown, form=form,
+                    shown_name=shown, form=form, seen_picture_at=picture_time(seen_ms, now),
                 )  # fmt: skip
         except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error

@@ -42,7 +42,7 @@ def promote(queue: Queue, job: Job, now: datetime) -> None:
     JobRun.objects.create(job=job, grant=grant)
     Job.objects.filter(pk=job.pk).update(state=JobState.RUNNING, reason="")
     serve(queue, job.start_tag or 0.0)
-    put(robot, grant, job.kind, job.args, limit_s, now, job.user)
+    put(robot, grant, job.kind, job.args, limit_s, now, job.user, job.seen_picture_at)
     announce(queue)
 
 

@@ -189,11 +189,12 @@ def _write(
 
 
 def put(
-    robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None
-) -> Command:
+    robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None,
+    seen: datetime | None = None,
+) -> Command:  # fmt: skip
     """Write the one command of a grant opened for it in the same transaction; wake its owner after that."""
     epoch = Lease.objects.values_list("epoch", flat=True).get(robot=robot)
-    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now).command
+    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now, seen=seen).command
 
 
 def next_seq(grant: Grant) -> int:

@@ -112,6 +112,19 @@ def test_a_guests_page_offers_the_gallery_alone(scout, saved):
     assert (answer.status_code, Job.objects.get().args) == (302, {"text": TEXT})
 
 
+def test_ones_own_programs_stand_before_a_gallery_that_is_longer_than_the_list(scout, saved, people, client, clock):
+    made = [Program(robot=scout, name=f"A {n}", text=TEXT, approved=True, changed_at=clock.now()) for n in range(201)]
+    Program.objects.bulk_create(made)
+    mine = saved("ada", "Zebra")
+    assert programs.visible(scout, people["ada"])[0].pk == mine
+    client.force_login(people["ada"])
+    page = client.get("/robots/mercury/jobs/").content.decode()
+    assert f'<option value="{mine}">Zebra</option>' in page
+    assert "2 more are in the gallery" in page
+    told = client.get("/robots/mercury/programs/").json()["programs"]
+    assert (len(told), told[0]["id"]) == (200, mine)
+
+
 HIDDEN = "# {}\nroll 1"  # a comment, which no checker of programs looks into
 
 

@@ -13,7 +13,7 @@ from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
 from operatorlog.services import may_see_hidden
 from queueing.models import Turn
 from robots.clock import SYSTEM
-from robots.findings import findings_of
+from robots.findings import SHOWN, findings_of, left_out
 from robots.people import is_person
 from robots.plain import whole
 
@@ -77,13 +77,15 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     chosen = entry.frame_id if entry else (frames[-1].pk if frames else None)
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)
+    commands, findings = turn.grant.commands.order_by("id"), list(findings_of([turn.grant_id]))
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],
-        "commands": turn.grant.commands.order_by("id"), "findings": findings_of([turn.grant_id]),
+        "commands": commands, "findings": findings if "all" in request.GET else findings[:SHOWN],
+        "findings_in_all": len(findings), "left_out": left_out(commands),
     }  # fmt: skip
     return render(request, "operatorlog/turn.html", context, status=status)
 

@@ -7,13 +7,15 @@ from queueing.models import Queue, QueueRobot
 from queueing.rows import links_of
 from robots import bus
 from robots.contract.capabilities import Idle, Need
+from robots.contract.errors import BadRequest
 from robots.contract.find import spec_of, spec_or_none
 from robots.grants import lease_of, newest_grant_that_moves, start_grant
 from robots.models import Grant, Robot
 from robots.services.commands import AFTER_S, START_S, put
-from robots.states import GrantEnd, GrantKind
+from robots.states import CommandState, GrantEnd, GrantKind
 
-AGAIN_S = 30.0  # after a need's command failed
+AGAIN_S = 30.0  # after a need's command failed; between two beginnings of idle behaviour that ends at once
+REFUSED_S = 3600.0  # before the robot is asked again for idle behaviour of which it says that it does not have it
 FRESH_S = 60.0  # an older value of a channel is not used
 NOTED_S = 20.0  # between two notes that somebody watches
 C = TypeVar("C")
@@ -62,14 +64,28 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
 
 
 def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
-    """Start one slice of the robot's idle behaviour, unless nobody has watched for long."""
+    """Start one slice of the robot's idle behaviour, unless nobody has watched for long, or the last did not last."""
     found = _capabilities(robot, Idle)
     if not found or rests(link, now):
         return False
     idle = found[0]
+    if _too_soon(robot, idle, now):
+        return False
     until = now + timedelta(seconds=idle.slice_s)
     put(robot, start_grant(robot, GrantKind.IDLE, now, until=until), idle.kind, {}, idle.slice_s, now)
     return True
+
+
+def _too_soon(robot: Robot, idle: Idle, now: datetime) -> bool:
+    """Return whether the last slice began a moment ago, or was refused lately; one that gave way does not count."""
+    last = newest_grant_that_moves(robot)
+    if last is None or last.kind != GrantKind.IDLE or last.end_code == GrantEnd.PREEMPTED:
+        return False
+    since = (now - last.opened_at).total_seconds()
+    if 0 <= since < min(AGAIN_S, idle.slice_s):
+        return True
+    refused = last.commands.filter(state=CommandState.REJECTED, result__code=BadRequest.code)
+    return 0 <= since < REFUSED_S and refused.exists()
 
 
 def rests(link: QueueRobot, now: datetime) -> bool:

@@ -1,15 +1,23 @@
 """What commands have found on their way, for the pages of turns and jobs."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from django.db.models import QuerySet
 
-from robots.models import Finding
+from robots.models import Command, Finding
 
-SHOWN = 200
+SHOWN = 200  # on a page, until all are asked for
+MOST = 5000  # of one page or movie
 
 
 def findings_of(grants: Any) -> QuerySet[Finding]:
     """Return what was found under these grants (their numbers), in the order in which it was."""
     found = Finding.objects.filter(command__grant__in=grants).select_related("frame", "command__robot")
-    return found.order_by("command_id", "number")[:SHOWN]
+    return found.order_by("command_id", "number")[:MOST]
+
+
+def left_out(commands: Iterable[Command]) -> int:
+    """Return how many findings of these commands were not stored, because there were too many."""
+    told = (command.result.get("left_out") for command in commands)
+    return sum(number for number in told if isinstance(number, int))

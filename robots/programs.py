@@ -5,10 +5,12 @@ from typing import Any
 
 from django.contrib.auth import get_user_model
 from django.db import IntegrityError, transaction
-from django.db.models import Q, QuerySet
+from django.db.models import Case, Q, QuerySet, When
 
 from robots import description
+from robots.contract.capabilities import Programs
 from robots.contract.errors import BadRequest, NotPermitted
+from robots.contract.find import spec_or_none
 from robots.models import Program, Robot
 from robots.plain import one_line, plain_breaks, storable
 
@@ -16,11 +18,19 @@ MOST = 50  # of one person for one robot
 LONGEST = 6000
 
 
+def is_program(robot: Robot, kind: str) -> bool:
+    """Return whether this kind of command runs a program; not where the robot's package is not installed."""
+    spec = spec_or_none(robot.driver)
+    found = spec.capability(Programs) if spec is not None else None
+    return found is not None and found.kind == kind
+
+
 def visible(robot: Robot, user: Any) -> QuerySet[Program]:
-    """Return the programs of the gallery and, if signed in, the person's own; a guest is None."""
+    """Return, if signed in, the person's own programs, then those of the gallery; a guest is None."""
     mine = Q(author=user.pk) if user is not None and user.is_authenticated else Q(pk=None)
     found = Program.objects.filter(robot=robot).select_related("author")
-    return found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
+    shown = found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
+    return shown.order_by(Case(When(mine, then=0), default=1), "name", "pk")
 
 
 def one(robot: Robot, user: Any, pk: int) -> Program:

@@ -116,7 +116,7 @@ MUTANTS = (
            'near, far = description["sand"][axis]', "near, far = -9.0, 9.0",
            "tests/faults/test_promises_wire.py::test_promise_09_nothing_outside_the_envelope_gets_through"),
     Mutant(9, "the server does not look at values", "robots/services/commands.py",
-           "        check(robot.driver, kind, args, robot.driver_settings())\n", "", f"{OUTSIDE}[seed1-mercury]"),
+           "        check(robot.driver, kind, args, robot.driver_settings(), state)\n", "", f"{OUTSIDE}[seed1-mercury]"),
     Mutant(9, "the iRat's driver does not look at values", "robots/drivers/irat/driver.py",
            '        check("irat", kind, args, self.settings)\n', "", f"{OUTSIDE}[seed1-irat]"),
     Mutant(11, "what was held is told as completed", "workers/commands/run.py",

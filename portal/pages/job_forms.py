@@ -7,7 +7,7 @@ from typing import Any
 
 from queueing.jobs.asking import packets_of
 from robots import programs
-from robots.contract.capabilities import JobChoices, Programs
+from robots.contract.capabilities import JobChoices
 from robots.contract.find import function
 from robots.contract.spec import Argument, CommandKind
 from robots.models import Robot
@@ -29,7 +29,8 @@ class Form:
     """The form of one kind. `name`, `mail`: what the person wrote and chose there.
 
     `declared`: the robot offers `choices`, pairs of a value and its words, in place of fields. `saved`: id and name of
-    the programs that may be named in place of a text; `program`: the one that was chosen.
+    the programs that may be named in place of a text, and `more` how many the list leaves out; `program`: the one that
+    was chosen.
     """
 
     kind: CommandKind
@@ -40,6 +41,7 @@ class Form:
     choices: tuple[tuple[str, str], ...] = ()
     choice: str = ""
     saved: tuple[tuple[int, str], ...] = ()
+    more: int = 0
     program: str = ""
 
 
@@ -48,27 +50,28 @@ def forms(robot: Robot, user: Any, kinds: Iterable[CommandKind], written: Mappin
     return [_form(robot, user, kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
 
 
+def _choices_of(robot: Robot, kind: CommandKind) -> JobChoices | None:
+    return next((one for one in robot.spec().all_of(JobChoices) if one.kind == kind.kind), None)
+
+
 def _form(robot: Robot, user: Any, kind: CommandKind, written: Mapping[str, str]) -> Form:
-    declared = next((one for one in robot.spec().all_of(JobChoices) if one.kind == kind.kind), None)
+    declared = _choices_of(robot, kind)
     found = function(declared.function)(packets_of(robot, declared.stream)) if declared is not None else ()
     choices = tuple((json.dumps(args), words) for words, args in found)
     fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
     name, mail, choice = written.get("name", ""), written.get("mail") == "yes", written.get("choice", "")
+    saved = (
+        list(programs.visible(robot, user).values_list("pk", "name")) if programs.is_program(robot, kind.kind) else []
+    )
     return Form(
-        kind, fields, name, mail, declared, choices, choice, _saved(robot, user, kind), written.get("program", "")
+        kind, fields, name, mail, declared, choices, choice, tuple(saved[:SHOWN]), max(0, len(saved) - SHOWN),
+        written.get("program", ""),
     )  # fmt: skip
 
 
-def _saved(robot: Robot, user: Any, kind: CommandKind) -> tuple[tuple[int, str], ...]:
-    kept = robot.spec().capability(Programs)
-    if kept is None or kept.kind != kind.kind:
-        return ()
-    return tuple(programs.visible(robot, user).values_list("pk", "name")[:SHOWN])
-
-
-def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
+def values(robot: Robot, kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
     """Return the values of a form; text that is not a number stays text, and the robot's check names it."""
-    if "choice" in written:
+    if "choice" in written and _choices_of(robot, kind) is not None:
         return _chosen(kind, written["choice"])
     if program := written.get("program"):
         return {"program": whole(program)}

@@ -31,10 +31,11 @@ from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
 from robots.contract.errors import RobotError
-from robots.findings import findings_of
+from robots.findings import SHOWN as FINDINGS
+from robots.findings import findings_of, left_out
 from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
-from robots.plain import storable
+from robots.plain import storable, whole
 
 GUEST = "farhand_guest"
 A_YEAR_S = 365 * 86_400
@@ -64,12 +65,12 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
 
 
 def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
-    link = link_of(robot)
+    link, waiting = link_of(robot), in_order(robot)
     context = {
         "robot": robot, "any_kinds": job_kinds(robot),
         "forms": forms(robot, request.user, kinds_for(robot, request.user), request.POST),
         "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
-        "jobs": in_order(robot)[:SHOWN], "problem": problem,
+        "jobs": waiting[:SHOWN], "more_jobs": len(waiting) - SHOWN, "problem": problem,
     }  # fmt: skip
     return render(request, "pages/jobs.html", context, status=status)
 
@@ -108,10 +109,11 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     kind = request.POST.get("kind", "")
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
     name = request.POST.get("name", "")
-    args = values(spec, request.POST) if spec is not None else {}
+    args = values(robot, spec, request.POST) if spec is not None else {}
     job = ask(
         robot, asker, kind, args, SYSTEM.now(),
         name=name if storable(name) else "", mail=request.POST.get("mail") == "yes", form=form,
+        seen_ms=whole(request.POST.get("seen", "")) or 0,
     )  # fmt: skip
     answer: HttpResponse = JsonResponse(told(job), status=201) if wants_json(request) else redirect(job)
     if fresh:
@@ -173,6 +175,8 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
     last, mine = commands[-1] if commands else None, may_cancel(job, asker)
     findings, films = list(findings_of(grants)), films_of(grants, request.user)
+    frames = Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")
+    everything = "all" in request.GET
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
         "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
@@ -182,8 +186,9 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "may_cancel": mine,
         "grants": grants,
         "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
-        "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
-        "findings": findings,
+        "frames": frames if everything else frames[:SHOWN], "pictures": frames.count(),
+        "findings": findings if everything else findings[:FINDINGS],
+        "findings_in_all": len(findings), "left_out": left_out(commands),
         "films": films,
         "arriving": any(film.arriving for film in films),
         "figures": figures_of(job.robot, findings, [film.recording for film in films]),

@@ -20,9 +20,12 @@ from robots.contract.errors import BadRequest
 from robots.contract.find import function, spec_of
 from robots.contract.streams import unpack
 from robots.contract.values import check
+from robots.grants import lease_of
 from robots.models import Robot
 from robots.plain import one_line
 from robots.services.clicks import with_program
+from robots.services.commands import picture_time
+from robots.services.present import present_state
 from robots.stream_store import kept_stream
 
 LIMIT = 10  # open jobs per person and queue
@@ -45,16 +48,17 @@ class Asker:
 
 def ask(
     robot: Robot, asker: Asker, kind: str, args: dict[str, Any], now: datetime, name: str = "", mail: bool = False,
-    form: str = "",
+    form: str = "", seen_ms: int = 0,
 ) -> Job:  # fmt: skip
     """Create a job that waits for its turn, or return the one that the same `form` has made.
 
-    A job that names a saved program runs the text that it has now.
+    A job that names a saved program runs the text that it has now. `seen_ms`: when the picture was taken that the
+    person saw (ms since 1970); 0 where they say nothing.
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense by what the robot
-            shows, or a name that shows a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense from where the robot
+            is or by what it shows, or a name that shows a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -72,7 +76,7 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     args = with_program(robot, user, kind, args)
-    check(robot.driver, kind, args, robot.driver_settings())
+    check(robot.driver, kind, args, robot.driver_settings(), present_state(robot, lease_of(robot), now))
     _refuse_by_what_is_shown(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():
@@ -86,7 +90,7 @@ def ask(
                 job = Job.objects.create(
                     queue=queue, robot=robot, account=account, user=user, guest="" if user else asker.guest,
                     kind=kind, args=args, asked_at=now, mail=mail and user is not None,
-                    shown_name=shown, form=form,
+                    shown_name=shown, form=form, seen_picture_at=picture_time(seen_ms, now),
                 )  # fmt: skip
         except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error

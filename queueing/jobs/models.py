@@ -52,6 +52,8 @@ class Job(models.Model):
     shown_name = models.CharField(max_length=40, blank=True)
     mail = models.BooleanField(default=False, help_text="Its asker wants a mail at its end.")
     asked_at = models.DateTimeField()
+    # when the picture was taken that its asker saw, as the page said; handed to the command
+    seen_picture_at = models.DateTimeField(null=True, blank=True)
     cancel_asked_at = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
     told_at = models.DateTimeField(null=True, blank=True, help_text="Its asker has seen how it ended.")

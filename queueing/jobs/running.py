@@ -17,10 +17,14 @@ from robots.contract.find import spec_of
 from robots.grants import interruption, start_grant
 from robots.models import Command, Grant, Robot
 from robots.prepared import Prepared
+from robots.programs import is_program
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
+LONGEST = 300  # characters of a reason
 FAULTS = 3  # a job is started again this often after a fault of the robot
+ONCE = "It is not begun again by itself, and costs nothing."
+TOO_LONG = "It took longer than a job is allowed to."
 AGAIN = "It goes on as soon as the robot can."
 _RUNNING: Prepared[Job] = Prepared(
     lambda: Job.objects.filter(queue=QUEUE, state=JobState.RUNNING).select_related("account", "robot", "user")
@@ -38,7 +42,7 @@ def promote(queue: Queue, job: Job, now: datetime) -> None:
     JobRun.objects.create(job=job, grant=grant)
     Job.objects.filter(pk=job.pk).update(state=JobState.RUNNING, reason="")
     serve(queue, job.start_tag or 0.0)
-    put(robot, grant, job.kind, job.args, limit_s, now, job.user)
+    put(robot, grant, job.kind, job.args, limit_s, now, job.user, job.seen_picture_at)
     announce(queue)
 
 
@@ -70,7 +74,11 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
     elif command is not None and command.result.get("code"):  # the robot's own word: again would end alike
         end(queue, job, JobState.FAILED, reason, used if state == CommandState.FAILED else 0.0, now)
     elif grant.end_code == GrantEnd.TIME_UP and state != CommandState.EXPIRED:
-        end(queue, job, JobState.FAILED, "It took longer than a job is allowed to.", used, now)
+        reason = f"{TOO_LONG} {reason}".strip() if is_program(job.robot, job.kind) else TOO_LONG
+        end(queue, job, JobState.FAILED, reason, used, now)
+    elif command is not None and command.sent_at is not None and is_program(job.robot, job.kind):
+        told = f"{reason} {ONCE}".strip()
+        end(queue, job, JobState.FAILED, told if len(told) <= LONGEST else reason, 0.0, now)
     else:
         _wait_again(queue, job, grant, reason, now)
 
@@ -83,7 +91,7 @@ def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime
         end(queue, job, JobState.FAILED, f"It was begun {faults} times in vain. {reason}", 0.0, now)
         return
     reason = f"{interruption(grant.pk)} {PLACE_STAYS}" if preempted else f"{reason} {AGAIN}"
-    Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=reason[:300])
+    Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=reason[:LONGEST])
     announce(queue)
 
 
@@ -101,7 +109,7 @@ def end(
 ) -> None:  # fmt: skip
     """End a job for good, charge it, and tell its asker. `code`: the robot's own word for why it never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
-    if not open_one.update(state=state, reason=reason[:300], code=code, ended_at=now, charged=cost):
+    if not open_one.update(state=state, reason=reason[:LONGEST], code=code, ended_at=now, charged=cost):
         return
     if job.start_tag is not None and cost:
         charge(queue, job.account, job.start_tag, cost)

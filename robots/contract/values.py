@@ -9,6 +9,7 @@ from robots.contract.find import function, spec_of
 from robots.contract.ranges import from_to, plain
 from robots.contract.session import JSON, RobotState
 from robots.contract.spec import Argument, CommandKind, Spec
+from robots.plain import storable
 
 SHOWN = 40  # characters of what somebody sent that an answer says again
 
@@ -44,12 +45,14 @@ def number(args: dict[str, Any], name: str) -> float:
 
 
 def text(args: dict[str, Any], argument: Argument) -> str:
-    """Return a text out of `args`. Raises BadRequest."""
+    """Return a text out of `args`, which every database and file can store. Raises BadRequest."""
     value = args.get(argument.name)
     if not isinstance(value, str) or not argument.low <= len(value) <= argument.high:
         raise BadRequest(
             f"The value {argument.name} must be a text of {from_to(argument.low, argument.high, 'characters')}."
         )
+    if not storable(value):
+        raise BadRequest(f"The value {argument.name} contains characters that cannot be stored; use plain text.")
     return value
 
 

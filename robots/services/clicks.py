@@ -3,7 +3,7 @@
 from typing import Any
 
 from robots import programs
-from robots.contract.capabilities import ClickInPicture, PictureTaken, Programs
+from robots.contract.capabilities import ClickInPicture, PictureTaken
 from robots.contract.channels import Pose
 from robots.contract.errors import BadRequest
 from robots.contract.find import function
@@ -56,8 +56,7 @@ def with_program(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> di
 
     Raises BadRequest: there is none that the person, None for a guest, may see.
     """
-    kept = robot.spec().capability(Programs)
-    if kept is None or kind != kept.kind or "program" not in args:
+    if "program" not in args or not programs.is_program(robot, kind):
         return args
     return {"text": programs.one(robot, user, _integer(args, "program")).text}
 

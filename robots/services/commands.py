@@ -20,6 +20,7 @@ from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_level, need_staff
 from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
+from robots.services.present import state_at_rest
 from robots.states import COMMAND_FINAL, IN_ORDER, GrantEnd, GrantKind, Lane
 
 START_S = 10.0  # a command that has not started by then never starts
@@ -27,8 +28,9 @@ PENDING = 128
 AHEAD_MS = 60_000  # so far the clock of a robot's host may be ahead, which stamps its pictures
 # the fields needed to check a command; few, because every click reads them
 NEEDED = (
-    "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
-    "robot__settings", "robot__lease__epoch", "robot__lease__expires_at",
+    "holder", "until", "opened_at", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
+    "robot__settings", "robot__lease__epoch", "robot__lease__expires_at", "robot__lease__state",
+    "robot__lease__state_at",
 )  # fmt: skip
 SLUG, SEQ, GRANT = Slot("slug", CharField()), Slot("seq", BigIntegerField()), Slot("grant", BigIntegerField())
 REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click
@@ -42,12 +44,14 @@ ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
 
 
 def _counted(grants: QuerySet[Grant]) -> QuerySet[Grant]:
-    """Add to grants `same`, their command with that sequence number, and `waiting`, how many have not ended."""
+    """Add to grants `same`, their command with that sequence number, `waiting`, how many have not ended, `last_end`."""
     theirs = Command.objects.filter(grant=OuterRef("pk")).order_by()
     unfinished = theirs.exclude(state__in=COMMAND_FINAL).values("grant").annotate(number=Count("pk"))
+    ends = theirs.exclude(ended_at=None).values("grant").annotate(last=Max("ended_at"))
     return grants.annotate(
-        same=Subquery(theirs.filter(client_seq=SEQ).values("pk")), waiting=Subquery(unfinished.values("number"))
-    )
+        same=Subquery(theirs.filter(client_seq=SEQ).values("pk")), waiting=Subquery(unfinished.values("number")),
+        last_end=Subquery(ends.values("last")),
+    )  # fmt: skip
 
 
 _OPEN: Prepared[Grant] = Prepared(
@@ -137,7 +141,9 @@ def _issue(
         wanted = spec.command(kind)
         if wanted is not None and wanted.level > 1:
             need_level(user, robot, wanted)
-        check(robot.driver, kind, args, robot.driver_settings())
+        lease, since = getattr(robot, "lease", None), counted.last_end or grant.opened_at
+        state = state_at_rest(robot, lease, now, since, counted.waiting or 0)
+        check(robot.driver, kind, args, robot.driver_settings(), state)
     limit_s = wanted.limit_s if wanted else LIMIT_S
     lane = wanted.lane if wanted else Lane.MOTION
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane, seen)
@@ -183,11 +189,12 @@ def _write(
 
 
 def put(
-    robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None
-) -> Command:
+    robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None,
+    seen: datetime | None = None,
+) -> Command:  # fmt: skip
     """Write the one command of a grant opened for it in the same transaction; wake its owner after that."""
     epoch = Lease.objects.values_list("epoch", flat=True).get(robot=robot)
-    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now).command
+    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now, seen=seen).command
 
 
 def next_seq(grant: Grant) -> int:

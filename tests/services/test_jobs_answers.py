@@ -16,6 +16,7 @@ from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.models import Job, QueueRobot
 from queueing.rows import BadSettings, queue_of
 from robots import description
+from robots.clock import SYSTEM, ms_of
 from robots.models import Command, Robot
 from tests.services.test_jobs import settle
 
@@ -166,3 +167,19 @@ def test_the_page_of_a_robot_that_nobody_drives_offers_no_turn_and_names_staffs_
     assert "It works by itself" in page
     assert "Drive it yourself" not in page
     assert ('"kind": "roam"' in page, '"kind": "roam"' in theirs) == (False, True)
+
+
+def test_the_command_of_a_job_stores_which_picture_its_asker_saw(shuttle, clock):
+    ada, taken = Client(), SYSTEM.now() - timedelta(seconds=3)
+    body = {"kind": "go", "arg-x": "1.0", "seen": str(ms_of(taken))}
+    assert ada.post("/robots/mercury/jobs/", body, headers=JSON).status_code == 201
+    queue.tick(clock.now())
+    assert ms_of(Command.objects.get().seen_picture_at) == ms_of(taken)
+
+
+@pytest.mark.parametrize("seen", ["", "0", "-5", "9" * 18, "9" * 400, "now", "\u0663"])
+def test_a_time_at_which_no_picture_was_taken_is_no_reason_to_refuse_a_job(shuttle, clock, seen):
+    body = {"kind": "go", "arg-x": "1.0", "seen": seen}
+    assert Client().post("/robots/mercury/jobs/", body, headers=JSON).status_code == 201
+    queue.tick(clock.now())
+    assert Command.objects.get().seen_picture_at is None

@@ -1,5 +1,6 @@
 """A job may name a saved program, as a command of a turn may."""
 
+import json
 from datetime import timedelta
 
 import pytest
@@ -109,3 +110,31 @@ def test_a_guests_page_offers_the_gallery_alone(scout, saved):
     assert f'<option value="{pk}">Round</option>' in page and "Secret" not in page
     answer = guest.post("/robots/mercury/jobs/", {"kind": "mission", "program": pk})
     assert (answer.status_code, Job.objects.get().args) == (302, {"text": TEXT})
+
+
+def test_ones_own_programs_stand_before_a_gallery_that_is_longer_than_the_list(scout, saved, people, client, clock):
+    made = [Program(robot=scout, name=f"A {n}", text=TEXT, approved=True, changed_at=clock.now()) for n in range(201)]
+    Program.objects.bulk_create(made)
+    mine = saved("ada", "Zebra")
+    assert programs.visible(scout, people["ada"])[0].pk == mine
+    client.force_login(people["ada"])
+    page = client.get("/robots/mercury/jobs/").content.decode()
+    assert f'<option value="{mine}">Zebra</option>' in page
+    assert "2 more are in the gallery" in page
+    told = client.get("/robots/mercury/programs/").json()["programs"]
+    assert (len(told), told[0]["id"]) == (200, mine)
+
+
+HIDDEN = "# {}\nroll 1"  # a comment, which no checker of programs looks into
+
+
+@pytest.mark.parametrize("never", ["\0", "\ud800"], ids=["NUL", "half a letter"])
+def test_a_text_that_no_database_stores_is_refused_however_it_is_sent(scout, saved, people, clock, client, never):
+    text = HIDDEN.format(never)
+    with pytest.raises(BadRequest, match="cannot be stored"):
+        ask(scout, GUEST, "mission", {"text": text}, clock.now())
+    client.force_login(people["ada"])
+    for choice in (json.dumps({"text": text}), json.dumps({"text": "roll 1"})):
+        answer = client.post("/robots/mercury/jobs/", {"kind": "mission", "choice": choice})
+        assert answer.status_code == 400, "this robot offers no choices"
+    assert not Job.objects.exists()

@@ -261,3 +261,13 @@ def test_the_note_of_an_ended_job_is_dismissed_where_one_is(shuttle, people, clo
     for away in ("https://evil.example/", "//evil.example/?page=1"):
         assert ada.post(address, {**seen, "next": away})["Location"] == "/"
     assert b"Your job on" not in ada.get("/story/").content
+
+
+def test_the_page_says_how_many_open_jobs_it_leaves_out(shuttle, people, clock):
+    for number in range(32):
+        who = Asker(guest=f"{number:064}", network=f"192.0.2.{number}")
+        ask(shuttle, who, "go", {"x": 1.0}, clock.now())
+    page = Client().get("/robots/mercury/jobs/").content.decode()
+    assert (page.count("<td>Waiting</td>"), "2 more wait" in page) == (30, True)
+    Job.objects.filter(pk__in=Job.objects.values("pk")[:2]).delete()
+    assert "more wait" not in Client().get("/robots/mercury/jobs/").content.decode()

@@ -105,3 +105,42 @@ def test_a_silent_web_tier_is_not_nobody(redis_server):
     assert not bus.may_be_watched("mercury")
     bus.watch("mercury", "state")
     assert bus.may_be_watched("mercury")
+
+
+def slices_in(clock, seconds, ends, every=1):
+    """Advance the queue each `every` s; `ends(command)` ends what idle behaviour begins. Return how many it began."""
+    before = Grant.objects.filter(kind=GrantKind.IDLE).count()
+    for _ in range(seconds // every):
+        QueueRobot.objects.update(watched_at=clock.now())
+        queue.tick(clock.go(every))
+        for command in Command.objects.select_related("robot", "grant").filter(ended_at=None):
+            ends(command)
+    return Grant.objects.filter(kind=GrantKind.IDLE).count() - before
+
+
+@pytest.mark.parametrize("state", ["rejected", "failed", "expired", "cancelled", "completed", "unknown"])
+def test_idle_behaviour_that_ends_at_once_however_is_tried_twice_a_minute_and_no_oftener(shuttle, clock, state):
+    assert slices_in(clock, 60, lambda c: finish.finish(c, CommandState(state), clock.now(), "No way.")) == 2
+
+
+def test_idle_behaviour_that_the_robot_does_not_have_is_offered_to_it_once_an_hour(shuttle, people, clock):
+    def refuse(command):
+        finish.finish(command, CommandState.REJECTED, clock.now(), "By hand only.", {"code": "bad_request"})
+
+    assert slices_in(clock, 60, refuse) == 1
+    assert slices_in(clock, 3600, refuse, every=10) == 1
+    assert Command.objects.count() == 2
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    assert running() == job, "people are served meanwhile"
+
+
+def test_after_whoever_came_first_idle_behaviour_goes_on_at_once(shuttle, people, clock):
+    QueueRobot.objects.update(watched_at=clock.now())
+    queue.tick(clock.now())
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.go(1))
+    queue.tick(clock.now())
+    for command in Command.objects.select_related("robot", "grant").order_by("id"):
+        finish.finish(command, CommandState.COMPLETED, clock.now())
+    queue.tick(clock.go(1))
+    assert services.open_grant(shuttle).kind == "idle"

@@ -23,7 +23,7 @@ from tests.conftest import at_length
 
 CPU_S, MEMORY = 0.2, 50e6
 YARDS = 4.5  # as many cost 0.2 s where the limit was set; a slower machine is allowed the same work
-DRIVERS = ("mercury", "pa10", "so101", "irat")
+DRIVERS = ("mercury", "pa10", "so101", "irat", "srv1")
 HUGE = (10**5000, -(10**5000), 1e308, -1e308, 1e4, 1e22, -1e4, 5e-324, math.nan, math.inf, -math.inf)
 HUGE_IDS = ["ten to the 5000", "minus that", *map(str, HUGE[2:])]
 READY = tuple(posture(load("pa10"), "ready"))

@@ -12,7 +12,7 @@ from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState
 from workers.cameras.pictures import Pictures
 from workers.commands.finish import finish
-from workers.commands.packages import Packages
+from workers.commands.packages import Packages, step_of
 from workers.owned import OwnedRobot
 from workers.safety.gate import TOO_LATE
 from workers.safety.lane import Lane
@@ -74,7 +74,7 @@ def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
             ended += finish(command, CommandState.EXPIRED, now, TOO_LATE if ours else RESTARTED)
         elif command.state in COMMAND_RUNNING and (not ours or command.lane == lane):
             state, reason = (CommandState.CANCELLED, BROKEN_OFF) if ours else (CommandState.UNKNOWN, INTERRUPTED)
-            ended += finish(command, state, now, reason)
+            ended += finish(command, state, now, reason, at=step_of(command))
     return ended
 
 
@@ -83,8 +83,8 @@ def abandon(robot: Robot, now: datetime, packages: Packages | None = None) -> li
     left = list(Command.objects.filter(robot=robot, state__in=COMMAND_RUNNING))
     for command in left:
         command.robot = robot
-        at = packages.left_at(command) if packages else ""
-        finish(command, CommandState.UNKNOWN, now, f"{INTERRUPTED} It was at {at}." if at else INTERRUPTED)
+        at = packages.left_at(command) if packages else step_of(command)
+        finish(command, CommandState.UNKNOWN, now, INTERRUPTED, at=at)
         if packages:
             packages.end(command)
     return left

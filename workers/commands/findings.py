@@ -14,6 +14,7 @@ from typing import Any
 from django.db import Error, close_old_connections, transaction
 
 from robots import bus
+from robots.contract.channels import MOST as MOST_VALUES
 from robots.contract.channels import finite, whole
 from robots.contract.errors import CameraFault
 from robots.contract.session import Noted, RobotState
@@ -25,10 +26,12 @@ from workers.cameras.pictures import Pictures
 from workers.owned import OwnedRobot
 
 log = logging.getLogger(__name__)
-MOST, MOST_VALUES, LONGEST = 500, 40, 200  # findings of a command, values and characters of one
+MOST, MOST_PICTURES = 500, 1000  # findings of a command without a picture, and with one
+LONGEST = 200  # characters of one
 AGAIN_S = 2.0  # between two tries while the database is away
 FULL = "The picture could not be stored: the disk may be full."
-SPENT = "Nothing more is stored of this command."
+SPENT = "No more readings of this command are stored."
+SPENT_PICTURES = "No more pictures of this command are stored."
 
 
 class Findings:
@@ -37,6 +40,7 @@ class Findings:
     def __init__(self, owned: OwnedRobot, pictures: Pictures, folder: Path) -> None:
         self._owned, self._pictures, self._folder = owned, pictures, folder
         self._command = self._number = 0
+        self._noted, self._left_out = [0, 0], 0  # of that command: findings without a picture and with one
         self._again_at = 0.0
         self._waits = True  # files may be there: an earlier owner may have left some
 
@@ -44,8 +48,14 @@ class Findings:
         """Store what a command has found, with a picture where it asks for one. What fails ends no motion."""
         if command.pk != self._command:
             self._command, self._number = command.pk, 0
-        if self._number >= MOST:
-            return
+            self._noted, self._left_out = [0, 0], 0
+        most, spent = ((MOST, SPENT), (MOST_PICTURES, SPENT_PICTURES))[noted.photograph]
+        self._noted[noted.photograph] += 1
+        if self._noted[noted.photograph] > most:
+            self._left_out += 1
+            if self._noted[noted.photograph] > most + 1:
+                return
+            noted = Noted(spent)
         self._number += 1
         state = self._owned.driver.latest() or RobotState(0.0, (), (), False, False)
         text, frame = noted.text, None
@@ -57,7 +67,7 @@ class Findings:
                 text = f"{text}: {error}"
         told = {
             "command": command.pk, "grant": command.grant_id, "number": self._number,
-            "at": self._owned.now().isoformat(), "text": one_line(text if self._number < MOST else SPENT)[:LONGEST],
+            "at": self._owned.now().isoformat(), "text": one_line(text)[:LONGEST],
             "values": dict(list(finite(noted.values).items())[:MOST_VALUES]), "pose": whole(state.pose),
             "frame": frame and {**frame, "taken_at": frame["taken_at"].isoformat()},
         }  # fmt: skip
@@ -66,6 +76,10 @@ class Findings:
             self.register()
         else:
             self._stored(told)
+
+    def left_out(self, command: Command) -> int:
+        """Return how many findings of a command were not stored, because there were too many."""
+        return self._left_out if command.pk == self._command else 0
 
     def _waiting(self, told: dict[str, Any]) -> bool:
         """Write the finding to this machine; tell whether that worked."""

@@ -15,6 +15,7 @@ from robots.models import Command
 from robots.prepared import PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState
 
+LONGEST = 300  # characters of a reason
 NEAR = 1e-6  # of a number: a driver may round it
 STAMPS = {
     CommandState.ACCEPTED: "accepted_at",
@@ -90,18 +91,29 @@ def _finite(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < inf
 
 
+def _naming(reason: str, at: str) -> str:
+    """Return a reason that names the step of a program, once: a driver may have done so."""
+    named = f" It was at {at}." if at and at.partition(":")[0].lower() not in reason.lower() else ""
+    return reason[: LONGEST - len(named)] + named
+
+
 def finish(
-    command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
-) -> bool:
-    """End a command, and its grant if that was opened for it alone. Return False if it had ended before."""
+    command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None,
+    at: str = "",
+) -> bool:  # fmt: skip
+    """End a command, and its grant if that was opened for it alone. Return False if it had ended before.
+
+    `at`: the step of a program at which it ended, in words.
+    """
     alone, result = has_own_grant(command), storable(result or {})
     clamping = clamping_of(command.args, result.get("sent"))
     if alone and state == CommandState.CANCELLED:  # it knows that its grant is over, but not why
         reason = interruption(command.grant_id) or reason
+    reason = _naming(reason, at)
     with without_waiting(), transaction.atomic() if alone else nullcontext():
-        done = _FINISH(id=command.pk, state=state, reason=reason[:300], now=now, result=result, clamping=clamping)
+        done = _FINISH(id=command.pk, state=state, reason=reason, now=now, result=result, clamping=clamping)
         if done:
-            command.state, command.reason, command.ended_at = state, reason[:300], now
+            command.state, command.reason, command.ended_at = state, reason, now
             command.result, command.clamping = result, clamping
             if alone:
                 end_with_command(command, now)

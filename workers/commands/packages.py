@@ -9,14 +9,25 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from robots.contract.capabilities import Programs
-from robots.contract.errors import GaveUp
+from robots.contract.errors import BadRequest, GaveUp
 from robots.files import replaced
 from robots.models import Command
+from robots.plain import storable
+from robots.programs import is_program
 
 log = logging.getLogger(__name__)
 LARGEST = 100_000  # bytes of a package
 NOT_STORED = "The program could not be stored on the robot's machine, so nothing was moved: its disk may be full."
+
+
+def step_of(command: Command) -> str:
+    """Return at which step a program was when its progress was stored last, in words; empty for what is none."""
+    return _step(str(command.progress.get("text") or "")) if is_program(command.robot, command.kind) else ""
+
+
+def _step(words: str) -> str:
+    """Return what stands before the first comma of a progress, which is the step; after it is how far that is."""
+    return words.partition(",")[0]
 
 
 class Packages:
@@ -28,12 +39,14 @@ class Packages:
     def begin(self, command: Command) -> str:
         """Store a program before it runs, and read it again; return its SHA-256, empty for what is no program.
 
-        Raises GaveUp where the machine does not have what the database has.
+        Raises:
+            BadRequest: the text cannot be written. GaveUp: the machine does not have what the database has.
         """
-        kind = command.robot.spec().capability(Programs)
         text = command.args.get("text")
-        if kind is None or kind.kind != command.kind or not isinstance(text, str):
+        if not is_program(command.robot, command.kind) or not isinstance(text, str):
             return ""
+        if not storable(text):  # as rows of an earlier version may hold
+            raise BadRequest("The program contains characters that cannot be stored; use plain text.")
         digest, self._noted = hashlib.sha256(text.encode()).hexdigest(), (0, "")
         self._write(command, {"sha256": digest, "text": text, "at": ""}, sync=True)
         read = self._read(command.pk)
@@ -42,11 +55,8 @@ class Packages:
         return digest
 
     def reached(self, command: Command, words: str) -> None:
-        """Note at which step a program is, which is what stands before the first comma of a progress.
-
-        A disk that is full costs the note alone.
-        """
-        words = words.partition(",")[0]
+        """Note at which step a program is. A disk that is full costs the note alone."""
+        words = _step(words)
         told = self._read(command.pk) if (command.pk, words) != self._noted else {}
         self._noted = command.pk, words
         if told:
@@ -60,8 +70,8 @@ class Packages:
         self._path(command.pk).unlink(missing_ok=True)
 
     def left_at(self, command: Command) -> str:
-        """Return how far a program was that an earlier owner had begun, in words; empty if that is not known."""
-        return str(self._read(command.pk).get("at") or command.progress.get("text") or "")
+        """Return at which step a program is or was, in words; empty if that is not known, and for what is none."""
+        return str(self._read(command.pk).get("at") or step_of(command))
 
     def _path(self, number: int) -> Path:
         return self._folder / f"{number}.json"

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 from collections.abc import Callable
+from datetime import datetime
 from typing import Any
 
 from django.db import Error, close_old_connections
@@ -67,6 +68,7 @@ class Runner:
         self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
         self._readings, self._findings, self._packages = Readings(owned), findings, packages
         self._said = 0  # the last command that was sent to the robot, whatever the database says
+        self._sent: tuple[int, datetime] | None = None  # a command, and when it was sent, which the database missed
 
     def run(self, command: Command) -> None:
         """Run a claimed command to a final state."""
@@ -135,12 +137,17 @@ class Runner:
         at = self._owned.now()
         if self._moves and self._readings.wanted:
             result = {**(result or {}), **self._readings.end()}
+        if left_out := self._findings.left_out(command):
+            result = {**(result or {}), "left_out": left_out}
         if self._said == command.pk and self._stale(command):
             state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None
+        step = self._packages.left_at(command) if state != CommandState.COMPLETED else ""
         while True:
             try:
                 self._note_stop()  # first: who sees the end asks whether it was a stop
-                finish.finish(command, state, at, reason, result)
+                if self._sent is not None and self._sent[0] == command.pk:
+                    finish.advance(command, CommandState.SENT, self._sent[1])
+                finish.finish(command, state, at, reason, result, step)
             except Error as error:
                 if not self._owned.running:
                     raise  # the next owner ends it as unknown
@@ -165,12 +172,14 @@ class Runner:
         if isinstance(stage, Noted):
             self._findings.note(command, stage)
             return
-        self._said = command.pk
+        self._said, now = command.pk, self._owned.now()
         if stage == "acknowledged":
             self._lane.gate.begun()
         try:
-            finish.advance(command, STAGES[stage], self._owned.now())
+            finish.advance(command, STAGES[stage], now)
         except Error as error:
+            if self._sent is None or self._sent[0] != command.pk:
+                self._sent = command.pk, now
             log.warning("stage %s of %s is lost: %s", stage, command, error)
             close_old_connections()
 

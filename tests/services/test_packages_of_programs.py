@@ -1,0 +1,31 @@
+"""The owner's package of a program: what it cannot store is refused, and ends nothing but the command."""
+
+import pytest
+
+from robots import services
+from robots.models import Command
+from tests.services.owner import made_owner
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+
+
+@pytest.fixture
+def which():
+    return "srv1"
+
+
+@pytest.fixture
+def owner(robot, people):
+    return made_owner(robot, people)
+
+
+def test_a_text_that_cannot_be_written_is_refused_and_the_owner_goes_on(owner, people):
+    for seq in range(1, 5):
+        text = {"text": "photograph"}
+        command = services.issue(owner.owned.robot.slug, people["ada"], "mission", text, seq, owner.owned.now()).command
+        # as an earlier version may have left it, which checked less
+        Command.objects.filter(pk=command.pk).update(args={"text": "# \ud800\nphotograph"})
+        command.refresh_from_db()
+        owner.motion.run_one(command)
+        command.refresh_from_db()
+        assert (command.state, command.result["code"]) == ("rejected", "bad_request"), command.reason

@@ -11,7 +11,8 @@ PORT = 10001
 UNKNOWN = b"#?"  # the answer to a letter that is none
 VERSION, GRAB, SONAR, COMPASS, ENCODERS, BATTERY = b"V", b"I", b"p", b"$C", b"$E", b"D"
 STOP, TURN_LEFT, TURN_RIGHT = b"5", b"0", b"."  # the two turn by about 20 degrees each
-RECEIVE, CLEAR, CHECKSUM, WRITE, READ, DUMP = b"X", b"zc", b"zC", b"zw", b"zr", b"zd"
+NO_FAILSAFE = b"f"
+RECEIVE, CHECKSUM = b"X", b"zC"  # of the flash buffer
 # Ends a command that was cut off, whatever arguments it lacks: as a speed a byte is 1 %, which moves nothing, as a
 # duration 10 ms, and as a letter it is unknown. Never 00, which as a duration has no end. All go in one write: what a
 # command does not take is thrown away after it.

@@ -86,7 +86,7 @@ def test_what_is_sent_is_in_the_flash_buffer_and_the_sums_agree(data):
 
 def test_the_rules_that_were_sent_are_in_force(bed):
     bed.line.upload(TEXT, allowed)
-    bed.line.ask(Activate(crc_of(paper())))
+    bed.line.ask(Activate(bed.line.epoch, crc_of(paper())))
     assert bed.line.status().rules == crc_of(paper())
 
 

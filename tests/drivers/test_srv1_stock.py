@@ -15,12 +15,12 @@ from tests.world.world import World
 class Rig:
     """The simulator in a process of its world, and a driver that a person calls."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, stock):
         self.world = World(1)
         self.cable = Network(self.world)
         self.sent = []
         self.sim = Simulator(
-            folder, 1, self.world, lambda: self.world.now().timestamp(), self.world, stock=True
+            folder, 1, self.world, lambda: self.world.now().timestamp(), self.world, stock=stock
         )  # fmt: skip
         self.world.spawn(self._run, "simulator", self.world.process("simulator", delayed=False))
         rig = self
@@ -69,8 +69,8 @@ class Rig:
 
 
 @pytest.fixture
-def rig(tmp_path):
-    made = Rig(tmp_path)
+def rig(request, tmp_path):
+    made = Rig(tmp_path, getattr(request, "param", True))
     made.world.sleep(3)
     yield made
     made.close()
@@ -184,6 +184,7 @@ def test_what_another_client_broke_off_moves_nothing_for_who_connects(rig, cut):
     assert rig.sim.journal.counts["motion"] == begun
 
 
+@pytest.mark.parametrize("rig", [True, False], indirect=True, ids=["stock", "ours"])
 def test_the_failsafe_speeds_of_another_client_are_not_taken_when_the_line_is_lost(rig):
     """They are taken after 2 s of silence, so nobody would have permitted that motion."""
     rig.other(b"M\x01\x01\x01", b"F\x3c\x3c")

@@ -24,7 +24,7 @@ def put_in_force(text: str, wheels: Wheels, permit: Permit, began: Callable[[], 
         try:
             wheels.line.upload(data, permit)
             began()
-            wheels.line.ask(Activate(crc), permit=permit)
+            wheels.line.ask(Activate(wheels.line.epoch, crc), permit=permit)
         except LineSilent:
             continue
         except ControllerRefused as error:

@@ -10,7 +10,8 @@ from robots import services, verbs
 from robots.contract.errors import BadRequest
 from robots.description import load
 from robots.drivers.srv1 import flash
-from robots.drivers.srv1.rules import crc_of, paper
+from robots.drivers.srv1.extension import HOLD
+from robots.drivers.srv1.rules import canonical, crc_of, paper
 from robots.states import GrantEnd
 from tests.world.seeds import hunt, seeds
 from tests.world.test_srv1 import REST_S, patrolling
@@ -76,6 +77,25 @@ def test_rules_that_are_changed_on_patrol_halve_the_speed_there(worlds, seed):
     hunt(worlds, seed, halved)
 
 
+def explained(portal):
+    """Comments stay here: the rover gets the rules alone, and a comment that is a hold holds nothing."""
+    command = on_the_way(portal)
+    held, hold = portal.rig.count("hold"), HOLD.decode().strip()
+    changed = put(portal, f"# {hold}\n" + "\n".join(reversed(HALF.splitlines())) + f"\n\n# {hold}")
+    assert changed.state == "completed", changed.reason
+    assert portal.rig.sim.firmware.flash.text().decode() == canonical(changed.args["text"])
+    assert b"#" not in portal.rig.sim.firmware.flash.text()
+    assert in_force(portal) == crc_of(changed.args["text"])
+    assert portal.rig.count("hold") == held
+    command.refresh_from_db()
+    assert command.state == "acknowledged"
+
+
+@seeds(1, 5, 50)
+def test_what_explains_the_rules_is_not_sent(worlds, seed):
+    hunt(worlds, seed, explained)
+
+
 def refused(portal):
     """What cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
     on_the_way(portal)
@@ -84,6 +104,9 @@ def refused(portal):
         (FAST, "Rule 10 (infrared N, sonar VF) is too fast"),
         (paper().replace("rule M, M: M\n", ""), "Rule 13 (infrared M, sonar M) is missing."),
         ("method none\n", "no line of a rule set"),
+        ("# a\0b\n" + HALF, "printable ASCII"),
+        ("# a\x1ab\n" + HALF, "printable ASCII"),
+        ("# \ud800\n" + HALF, "printable ASCII"),
     ):
         with pytest.raises(BadRequest, match=words.replace("(", r"\(").replace(")", r"\)")):
             portal.issue("rules", text=text)

@@ -49,16 +49,24 @@ def paper() -> str:
     return text_of("srv1", "rules.txt")
 
 
+def canonical(text: str) -> str:
+    """Return what the rover is sent of a rule set: its lines in one order, and no comments, which may say anything.
+
+    Raises ValueError where the text is no rule set.
+    """
+    return write(parse(text))
+
+
 def crc_of(text: str) -> int:
-    """Return by which number the rover calls a rule set that it was sent."""
-    return crc_hqx(text.encode("ascii"), 0)
+    """Return by which number the rover calls a rule set that it was sent. Raises ValueError as `canonical`."""
+    return crc_hqx(canonical(text).encode("ascii"), 0)
 
 
 @cache
-def _papers() -> tuple[int, ...]:
-    return 0, crc_of(paper()), crc_of(write(parse(paper())))
+def _paper() -> int:
+    return crc_of(paper())
 
 
 def shown(crc: int) -> int:
     """Return what the channel `rules` shows for the set in force: 0 for the paper's, also where it was sent."""
-    return 0 if crc in _papers() else crc
+    return 0 if crc == _paper() else crc

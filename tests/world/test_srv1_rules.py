@@ -163,6 +163,91 @@ def test_an_operators_rules_are_set_back_at_handover_to_what_staff_set(worlds, s
     hunt(worlds, seed, set_back)
 
 
+def switched_off(portal):
+    """Switch the rover off and on, and wait until it is connected again."""
+    connection = portal.owner.connection
+    times = connection.times
+    portal.rig.power_cycle()
+    portal.until(lambda: connection.times > times and connection.connected, 60, "another connection")
+
+
+def released(portal):
+    """Wait until the robot is ready for anybody, after staff have had it."""
+    portal.ready()
+    portal.until(lambda: not portal.row.stop_latched and not portal.owner.latch.latched, 10, "the release")
+
+
+def before_motions(portal, rules):
+    """Fail unless that set was in force before anything moved since the rover was switched on."""
+    events = [record for record in portal.rig.journal() if record["event"] in ("power_on", "rules", "motion")]
+    start = max(number for number, record in enumerate(events) if record["event"] == "power_on")
+    since = [(record["event"], record.get("crc")) for record in events[start:]]
+    assert since[:3] == [("power_on", None), ("rules", rules), ("motion", None)]
+
+
+def approved(portal):
+    """What staff have set is in force again after a loss of power, before anything moves: the firmware forgets it."""
+    portal.grant()
+    assert by_staff(portal, THIRD).state == "completed"
+    released(portal)
+    switched_off(portal)
+    portal.ready()
+    assert in_force(portal) == crc_of(THIRD), "nobody had the robot"
+    command = on_the_way(portal)
+    before_motions(portal, crc_of(THIRD))
+    assert put(portal).state == "completed"
+    assert in_force(portal) == crc_of(HALF)
+    switched_off(portal)
+    assert portal.final(command).state == "failed"
+    patrolling(portal)
+    assert in_force(portal) == crc_of(THIRD), "in a turn, too; what its operator tried is gone"
+    before_motions(portal, crc_of(THIRD))
+    assert portal.owner.owned.driver.latest().values["rules"] == crc_of(THIRD)
+
+
+@seeds(1, 5, 50)
+def test_what_staff_approved_is_in_force_again_after_a_loss_of_power(worlds, seed):
+    hunt(worlds, seed, approved)
+
+
+def foreign(portal):
+    """Somebody has stored rules in the rover's flash memory, which it reads when it starts: nothing patrols by them."""
+    portal.ready()
+    flash = portal.rig.sim.firmware.flash
+    flash.load(HALF.encode())
+    letters = iter(b"w")
+    flash.do(lambda: next(letters))
+    switched_off(portal)
+    portal.grant()
+    patrolling(portal)
+    assert in_force(portal) == crc_of(paper())
+    before_motions(portal, crc_of(paper()))
+
+
+@seeds(1, 5, 50)
+def test_rules_that_nobody_approved_are_replaced(worlds, seed):
+    hunt(worlds, seed, foreign)
+
+
+def killed_and_off(portal):
+    """The rover loses its power while its owner is away: the next one finds it out by what the rover shows."""
+    portal.grant()
+    assert by_staff(portal, THIRD).state == "completed"
+    released(portal)
+    portal.supervisor.worker.kill()
+    portal.rig.power_cycle()
+    portal.until(lambda: portal.owner, 30, "another owner")
+    portal.ready_again()
+    next_turn(portal)
+    patrolling(portal)
+    before_motions(portal, crc_of(THIRD))
+
+
+@seeds(1, 5, 50)
+def test_a_loss_of_power_while_nobody_owns_the_rover(worlds, seed):
+    hunt(worlds, seed, killed_and_off)
+
+
 def slowed(portal):
     """Have each byte be on its way for a while, so that an upload lasts."""
     portal.rig.fault("slow", 0.02)

@@ -104,9 +104,7 @@ def refused(portal):
         (FAST, "Rule 10 (infrared N, sonar VF) is too fast"),
         (paper().replace("rule M, M: M\n", ""), "Rule 13 (infrared M, sonar M) is missing."),
         ("method none\n", "no line of a rule set"),
-        ("# a\0b\n" + HALF, "printable ASCII"),
-        ("# a\x1ab\n" + HALF, "printable ASCII"),
-        ("# \ud800\n" + HALF, "printable ASCII"),
+        *((f"# a{letter}b\n" + HALF, "printable ASCII|cannot be stored") for letter in "\0\x1a\ud800"),
     ):
         with pytest.raises(BadRequest, match=words.replace("(", r"\(").replace(")", r"\)")):
             portal.issue("rules", text=text)

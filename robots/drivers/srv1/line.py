@@ -21,8 +21,8 @@ from robots.drivers.srv1.protocol import (
     VERSION,
     Malformed,
     PictureHeader,
-    acknowledgement,
     checksum_of,
+    confirms,
     count_of,
     version_of,
 )
@@ -89,7 +89,7 @@ class RoverLine:
                     self._ends = flash.END_OF_ANY  # an owner before may have been cut off while it sent rules
                     self._put_in_order()
                     self.version = self._asked_version()
-        self.acknowledged(NO_FAILSAFE)  # another client's would drive the rover once nobody says anything for 2 s
+        self.letters(NO_FAILSAFE, confirms(NO_FAILSAFE))  # another client's would drive it after 2 s of silence
         try:
             answer = self.ask(extension.Claim(self.epoch))
         except LineSilent as error:
@@ -115,11 +115,6 @@ class RoverLine:
             self._answered(bytes(self._rest), "answer")
             self._rest.clear()
             return found
-
-    def acknowledged(self, data: bytes, permit: Permit | None = None) -> None:
-        """Send a published command that is confirmed by its letter. Raises as `letters`."""
-        done = acknowledgement(data)
-        self.letters(data, lambda said: True if done in said else None, permit)
 
     def close(self) -> None:
         """Close the connection."""

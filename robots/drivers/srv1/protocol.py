@@ -5,6 +5,7 @@ The Surveyor SRV-1 Blackfin's protocol document and its firmware of March 2011 d
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 PORT = 10001
@@ -95,6 +96,12 @@ def quality(level: int) -> bytes:
 def acknowledgement(command: bytes) -> bytes:
     """Return the answer to a command that is confirmed by its letter; `A` is confirmed as `d`."""
     return b"#" + command[:1].replace(b"A", b"d")
+
+
+def confirms(command: bytes) -> Callable[[bytes], bool | None]:
+    """Return what tells of the bytes that have come whether they confirm that command; None: not yet."""
+    done = acknowledgement(command)
+    return lambda said: True if done in said else None
 
 
 @dataclass(frozen=True)

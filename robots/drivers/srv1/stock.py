@@ -80,7 +80,7 @@ class StockRover:
                 free()
                 left, right = self._per_cent(*wanted())
                 self._runs()
-                self._line.acknowledged(protocol.motion(left, right, BURST_S), permit=free)
+                self._line.letters(protocol.motion(left, right, BURST_S), protocol.confirms(b"M"), free)
                 began()
                 self.state()
         finally:
@@ -108,7 +108,7 @@ class StockRover:
             self._stop()
 
     def _stop(self) -> None:
-        self._line.acknowledged(protocol.STOP)
+        self._line.letters(protocol.STOP, protocol.confirms(protocol.STOP))
         turns = (self._line.letters(protocol.ENCODERS, _line(protocol.encoders_of)) for _ in range(ASKED))
         self._may_run = any(left or right for left, right in turns)
 

@@ -1,7 +1,7 @@
 """The rule sets that this rover is sent: which readings they may use, and how it brakes."""
 
 from binascii import crc_hqx
-from functools import cache
+from functools import cache, lru_cache
 
 from robots.autonomy.fuzzy import RuleSet
 from robots.autonomy.fuzzy_check import Braking, check
@@ -44,6 +44,7 @@ def rules_of(text: str) -> RuleSet:
     return rules
 
 
+@cache
 def paper() -> str:
     """Return the text of the rule set that the rover was made with."""
     return text_of("srv1", "rules.txt")
@@ -57,14 +58,10 @@ def canonical(text: str) -> str:
     return write(parse(text))
 
 
+@lru_cache(64)
 def crc_of(text: str) -> int:
     """Return by which number the rover calls a rule set that it was sent. Raises ValueError as `canonical`."""
     return crc_hqx(canonical(text).encode("ascii"), 0)
-
-
-@cache
-def _paper() -> int:
-    return crc_of(paper())
 
 
 def number_of(text: str) -> int:
@@ -77,4 +74,4 @@ def number_of(text: str) -> int:
 
 def shown(crc: int) -> int:
     """Return what the channel `rules` shows for the set in force: 0 for the paper's, also where it was sent."""
-    return 0 if crc == _paper() else crc
+    return 0 if crc == crc_of(paper()) else crc

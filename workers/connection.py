@@ -30,6 +30,7 @@ class Connection:
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, recovery: Recovery) -> None:
         self._owned, self._lease, self._lane, self._recovery = owned, lease, lane, recovery
         self.connected = False
+        self.times = 0  # that it was connected: each time the robot may have been another since
         self._retry_at = 0.0
         self._incident_at: float | None = None  # that it does not answer is an incident then; None: at once
         self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
@@ -54,7 +55,7 @@ class Connection:
         owned = self._owned
         try:
             state = self._ask()
-            self.connected, self._incident_at = True, None
+            self._opened()
         except RobotError as error:
             if owned.robot.reason == str(error):  # as the owner before this one has told
                 self._incident_at = None
@@ -76,6 +77,10 @@ class Connection:
         elif cycle == Cycle.OPERATING and reason:
             self._clear_reason()
 
+    def _opened(self) -> None:
+        self.connected, self._incident_at = True, None
+        self.times += 1
+
     def _said(self, error: RobotError) -> str:
         """Return the words for an error; a simulator that is started together with its owner is no fault yet."""
         starts = self._incident_at is not None and isinstance(error, LineGone)
@@ -95,7 +100,7 @@ class Connection:
     def faulted(self, error: HardwareFault, command: Command) -> None:
         """Recover after a fault during `command`; if that fails, the robot is in fault and later attempts follow."""
         if self._recovery.recover(error, command):
-            self.connected = True
+            self._opened()
             self._clear_reason()
             return
         self._unready(str(error))
@@ -164,7 +169,7 @@ class Connection:
             told = self._said(error)
             self._unready(told, code="" if owned.robot.reason else error.code)  # once, not at each attempt
             return
-        self.connected, self._incident_at = True, None
+        self._opened()
         owned.remember(state)
         self._clear_reason()
         owned.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)

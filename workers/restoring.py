@@ -1,12 +1,15 @@
-"""Settings that the last turn changed are set back before anybody else moves the robot, confirmed by its state."""
+"""Settings are set back before anything moves the robot, confirmed by its state.
+
+That is what the last turn changed, and what the robot has forgotten, as when it loses its power.
+"""
 
 from collections.abc import Mapping
-from typing import Any
 
 from robots.contract.errors import HardwareFault, RobotError
 from robots.contract.spec import CommandKind
+from robots.contract.values import not_shown
 from robots.grants import AnotherGrant, granted, open_grant
-from robots.models import Command, Grant
+from robots.models import Command, Grant, Robot
 from robots.services import restore, to_restore
 from robots.states import CommandState, Cycle, GrantKind
 from workers.commands.claim import Commands
@@ -17,11 +20,13 @@ from workers.safety.memory import StopLatch
 
 LIMIT_S = 180
 POLL_S = 0.1
-NEAR = 0.01  # of an argument's range: so far what the robot shows may be from what was set
 
 
 class Restoring:
-    """Sets back the settings of one robot: at a handover, or at the release of a stop that kept a handover from it."""
+    """Sets back the settings of one robot: at a handover, and after whatever else leaves something to be set back.
+
+    That is the release of a stop that kept a handover from it, and each connection.
+    """
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, connection: Connection,
@@ -29,17 +34,18 @@ class Restoring:
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._latch = owned, lease, latch
         self._connection, self._motion, self._config = connection, motion, config
+        self._at = 0  # the connection after which it was judged what is to be set back
         self.put_off()  # what an earlier owner left is not known
+        motion.before = self.settled
 
     def put_off(self) -> None:
         """Note that a handover could set nothing back, because the robot is stopped: no motion before that is done."""
         self._owed: bool | None = None  # something is to be set back; None: not known
-        self._motion.before = self.settled
 
     def restore(self, grant: Grant) -> None:
         """Set changed settings back under an open grant. Raises HardwareFault if that is not confirmed."""
-        owned, kinds = self._owned, self._owned.robot.spec().commands
-        rows = restore(owned.robot, kinds, grant, self._lease.epoch, owned.now())
+        owned, kinds, at = self._owned, self._owned.robot.spec().commands, self._connection.times
+        rows = restore(owned.robot, kinds, grant, self._lease.epoch, owned.now(), self._values)
         if rows:
             self._config.run_due()
             with self._config.lane.paused(LIMIT_S):  # wait for a command that the lane's own thread has started
@@ -49,23 +55,28 @@ class Restoring:
             if row.state != CommandState.COMPLETED:
                 raise HardwareFault(f"The setting {row.kind} could not be set back: {row.reason}")
             self._confirm(next(kind for kind in kinds if kind.kind == row.kind), row)
-        self._motion.before = None
+        self._owed, self._at = False, at
+
+    @property
+    def _values(self) -> Mapping[str, float]:
+        state = self._owned.driver.latest()
+        return state.values if state is not None else {}
 
     def settled(self) -> bool:
-        """Set back what a stop kept from being set back. Return whether motions may run.
+        """Set back what is still to be set back. Return whether motions may run.
 
         It runs under the open turn, or under a grant of its own where there is none. What cannot be set back keeps
         everything from moving, and is tried again with the connection. Under the latch nothing is tried.
         """
-        owned = self._owned
-        if owned.robot.cycle == Cycle.HANDOVER:
+        owned, times = self._owned, self._connection.times
+        if self._owed is False and self._at == times:
             return True
-        if self._owed is None:
-            self._owed = bool(to_restore(owned.robot, owned.robot.spec().commands, open_grant(owned.robot)))
-        if self._owed:
-            return not self._latch.latched and self._settle()
-        self._motion.before = None
-        return True
+        if Robot.objects.filter(pk=owned.robot.pk, cycle=Cycle.HANDOVER).exists():  # the owner's own row may be older
+            return True
+        if self._owed is None or self._at != times:
+            kinds = owned.robot.spec().commands
+            self._owed, self._at = bool(to_restore(owned.robot, kinds, open_grant(owned.robot), self._values)), times
+        return not self._owed or (not self._latch.latched and self._settle())
 
     def _settle(self) -> bool:
         owned, grant = self._owned, open_grant(self._owned.robot)
@@ -89,20 +100,7 @@ class Restoring:
         """Wait until the robot shows what was set, where its spec says which channels do. Raises HardwareFault."""
         owned = self._owned
         until = owned.clock.monotonic() + kind.limit_s
-        while (wrong := _not_shown(kind, row.args, owned.driver.state().values)) is not None:
+        while (wrong := not_shown(kind, row.args, owned.driver.state().values)) is not None:
             if owned.clock.monotonic() >= until:
                 raise HardwareFault(f"The setting {row.kind} could not be set back: {wrong}")
             owned.clock.sleep(POLL_S)
-
-
-def _not_shown(kind: CommandKind, args: Mapping[str, Any], values: Mapping[str, float]) -> str | None:
-    """Return in words what a state shows otherwise than it was set; None if it shows everything."""
-    for argument in kind.arguments:
-        channel = kind.shown.get(argument.name)
-        if channel is None or argument.name not in args:
-            continue
-        shown, wanted = values.get(channel), args[argument.name]
-        if shown is None or not abs(shown - wanted) <= NEAR * (argument.high - argument.low):
-            told = "nothing" if shown is None else f"{shown:g}"
-            return f"the robot shows {told} for {channel}, not {wanted:g}."
-    return None

@@ -6,8 +6,9 @@
     output speed m/s: VS 0.08, S 0.16, M 0.24, F 0.32, VF 0.4
     rule VN, VN: VS
 
-and so on, one line for each of the 25 pairs, in any order. Empty lines and lines that begin with # say nothing. ASCII,
-at most 2048 characters and 64 lines; numbers have at most four digits before and three after the point.
+and so on, one line for each of the 25 pairs, in any order. Empty lines and lines that begin with # say nothing.
+Printable ASCII, at most 2048 characters and 64 lines; numbers have at most four digits before and three after the
+point.
 """
 
 import re
@@ -16,6 +17,7 @@ from robots.autonomy.fuzzy import TERMS, Method, RuleSet, Variable, rule_name
 
 LONGEST = 2048  # characters
 LINES = 64
+LETTERS = re.compile(r"[ -~\n]*")
 LABEL = r"[A-Za-z](?:[A-Za-z -]{0,10}[A-Za-z])?"
 TERM = re.compile(rf"({LABEL}) (-?[0-9]{{1,4}}(?:\.[0-9]{{1,3}})?)")
 VARIABLE = re.compile(r"(input|output) ([a-z]{1,16}) ([A-Za-z/%]{1,4}): (.*)")
@@ -25,8 +27,8 @@ RULE = re.compile(rf"rule ({LABEL}), ({LABEL}): ({LABEL})")
 
 def parse(text: str) -> RuleSet:
     """Return the rule set of a text. Raises ValueError with a sentence for a person."""
-    if len(text) > LONGEST or text.count("\n") >= LINES or not text.isascii():
-        raise ValueError(f"A rule set has at most {LONGEST} characters, all ASCII, in {LINES} lines.")
+    if len(text) > LONGEST or text.count("\n") >= LINES or not LETTERS.fullmatch(text):
+        raise ValueError(f"A rule set has at most {LONGEST} characters, all printable ASCII, in {LINES} lines.")
     methods: list[Method] = []
     variables: dict[str, list[Variable]] = {"input": [], "output": []}
     rules: list[re.Match[str]] = []

@@ -10,7 +10,7 @@ from typing import Literal
 
 from robots.autonomy.gridmap.beacon import Beacon, with_beacon
 from robots.autonomy.gridmap.belief import Belief, Pose
-from robots.autonomy.gridmap.estimate import Estimate, by_beacon, by_cells, by_fits
+from robots.autonomy.gridmap.estimate import Estimate, by_beacon, by_fits
 from robots.autonomy.gridmap.plan import Plan, RangeSensor
 from robots.autonomy.gridmap.range_map import RangeMap
 from robots.autonomy.gridmap.refine import fits
@@ -18,7 +18,7 @@ from robots.autonomy.gridmap.scan import TURNS, Scan, scan_of
 
 __all__ = [
     "SCANS", "TURNS", "Beacon", "Belief", "Estimate", "Fix", "Plan", "Pose", "RangeMap", "RangeSensor", "Scan",
-    "by_beacon", "by_cells", "locate", "next_step", "scan_of", "with_beacon",
+    "by_beacon", "locate", "next_step", "scan_of", "with_beacon",
 ]  # fmt: skip
 
 CANDIDATES = 24  # cells that are refined

@@ -2,7 +2,7 @@
 
 import threading
 import urllib.request
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from io import BytesIO
 
@@ -15,6 +15,8 @@ from robots.conformance.trial import Trial, children
 from robots.conformance.values import good
 from robots.contract.errors import RobotError
 from robots.contract.session import JSON
+from robots.contract.spec import CommandKind
+from robots.contract.values import number_for
 from robots.description import views
 
 PICTURE_S = 20.0
@@ -35,7 +37,7 @@ def lanes(trial: Trial) -> Iterator[str]:
             trial.settle()
             yield from _beside(trial, listed[0], command.kind, args)
             listed.append(listed.pop(0))
-            yield from _shown(trial, command.kind, args, command.shown)
+            yield from _shown(trial, command, args)
 
 
 def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> Iterator[str]:
@@ -63,18 +65,21 @@ def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> It
         yield f"The motion ended with {said(run.error)} when {what} was carried out beside it."
 
 
-def _shown(trial: Trial, kind: str, args: JSON, where: Mapping[str, str]) -> Iterator[str]:
+def _shown(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
     session = trial.opened_session()
-    for argument, channel in where.items():
-        wanted = args.get(argument)
+    for argument in command.arguments:
+        channel = command.shown.get(argument.name)
+        if channel is None or argument.name not in args:
+            continue
+        wanted = number_for(argument, args[argument.name])
 
-        def reached(channel: str = channel, wanted: object = wanted) -> bool:
+        def reached(channel: str = channel, wanted: float = wanted) -> bool:
             value = trial.spec.named(session.state()).get(channel)
-            return isinstance(wanted, int | float) and value is not None and abs(value - wanted) <= SAME
+            return value is not None and abs(value - wanted) <= SAME
 
         if not trial.poll(reached, trial.limits.answer_s):
             yield (
-                f"The channel {channel!r} does not show that {kind!r} was set to {wanted!r}; "
+                f"The channel {channel!r} does not show that {command.kind!r} was set to {wanted:g}; "
                 "the robot is not offered until it does."
             )
 

@@ -37,7 +37,8 @@ C = TypeVar("C")
 class Argument:
     """One value of a command: name, unit, inclusive range; of a text, the range of its length in characters.
 
-    `whole`: a number without a fraction. `label` is what forms call it, `help` a sentence that explains it.
+    `whole`: a number without a fraction. `label` is what forms call it, `help` a sentence that explains it. `number` is
+    for a text that a channel shows (`CommandKind.shown`): the function that gives its number, as `package.module:name`.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Argument:
     whole: bool = False
     label: str = ""
     help: str = ""
+    number: str = ""
 
     @property
     def title(self) -> str:
@@ -69,7 +71,8 @@ class CommandKind:
     (`turn`), everybody whose clearance suffices, as a job that waits (`anyone`), staff (`staff`).
     `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
     `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and
-    `default` holds the arguments that handover restores after a turn.
+    `default` holds the arguments that handover restores after a turn. `shown` names, by argument, the channel that
+    shows its value: so it is confirmed, and set again where the robot has forgotten it.
     """
 
     kind: str
@@ -346,6 +349,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     if command.lane == "config":
         yield from _wrong_in_setting(command)
     yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)
+    texts = [a.name for a in command.arguments if a.text and not a.number]
+    yield from (f"shows the text {name!r} and has no number for it," for name in command.shown if name in texts)
     yield from (f"shows a value as {c!r}, which no state tells," for c in command.shown.values() if c not in told)
 
 

@@ -1,5 +1,6 @@
 """The values of a command, checked against what the robot says it takes."""
 
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -12,6 +13,7 @@ from robots.contract.spec import Argument, CommandKind, Spec
 from robots.plain import storable
 
 SHOWN = 40  # characters of what somebody sent that an answer says again
+NEAR = 0.01  # of an argument's range: so far what the robot shows may be from what was set
 
 
 def check(name: str, kind: str, args: JSON, settings: JSON, state: RobotState | None = None) -> None:
@@ -54,6 +56,25 @@ def text(args: dict[str, Any], argument: Argument) -> str:
     if not storable(value):
         raise BadRequest(f"The value {argument.name} contains characters that cannot be stored; use plain text.")
     return value
+
+
+def not_shown(kind: CommandKind, args: Mapping[str, Any], values: Mapping[str, float]) -> str | None:
+    """Return in words what a state's values show otherwise than it was set; None if they show everything."""
+    for argument in kind.arguments:
+        channel = kind.shown.get(argument.name)
+        if channel is None or argument.name not in args:
+            continue
+        shown, wanted = values.get(channel), number_for(argument, args[argument.name])
+        near = 0.0 if argument.text else NEAR * (argument.high - argument.low)
+        if shown is None or not abs(shown - wanted) <= near:
+            told = "nothing" if shown is None else f"{shown:g}"
+            return f"the robot shows {told} for {channel}, not {wanted:g}."
+    return None
+
+
+def number_for(argument: Argument, value: Any) -> float:
+    """Return the number by which a channel shows an argument's value."""
+    return float(function(argument.number)(value) if argument.text else value)
 
 
 def known(spec: Spec, kind: str, args: dict[str, Any]) -> CommandKind:

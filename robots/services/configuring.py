@@ -8,18 +8,19 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import transaction
-from django.db.models import F, Min, Q
+from django.db.models import F, Min, Q, QuerySet
 
 from robots import bus
 from robots.clock import SYSTEM
 from robots.contract.errors import BadRequest, NotPermitted
 from robots.contract.find import spec_of
 from robots.contract.spec import CommandKind
+from robots.contract.values import not_shown
 from robots.grants import open_grant, start_grant
 from robots.models import Command, Grant, Robot
 from robots.permissions import need_staff
 from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under, need_worker
-from robots.states import IN_ORDER, CommandState, GrantKind, Lane
+from robots.states import COMMAND_RUNNING, IN_ORDER, CommandState, GrantKind, Lane
 
 # by staff: under their own grant or another person's
 BY_STAFF = Q(grant__kind__in=(GrantKind.UPKEEP, GrantKind.STAFF)) | ~Q(issued_by=F("grant__holder"))
@@ -30,40 +31,57 @@ NEVER_BEGUN = Q(state__in=(CommandState.REJECTED, CommandState.EXPIRED)) | Q(
 
 
 def to_restore(
-    robot: Robot, kinds: Iterable[CommandKind], grant: Grant | None = None
+    robot: Robot, kinds: Iterable[CommandKind], grant: Grant | None = None, values: Mapping[str, float] | None = None
 ) -> list[tuple[CommandKind, Mapping[str, Any]]]:
     """Return (kind, arguments) of each setting that differs from what staff set or from the default.
 
-    What was asked for under the open `grant` is left as it is, also if it waits still.
+    What was asked for under the open `grant` is left as it is, also if it waits still. `values` are those of the
+    robot's newest state: where they show that it has forgotten what was set last, as after a loss of power, or that it
+    has what nobody set, staff's or the default is due again, whatever the open grant is.
     """
     found: list[tuple[CommandKind, Mapping[str, Any]]] = []
     for kind in kinds:
         if kind.lane != "config" or kind.default is None:
             continue
         asked = Command.objects.filter(robot=robot, lane=Lane.CONFIG, kind=kind.kind).exclude(NEVER_BEGUN)
-        if grant is not None and asked.filter(grant=grant, issued_by__isnull=False).exists():
-            continue
         tried = asked.exclude(state=CommandState.QUEUED)
         theirs = tried.filter(BY_STAFF, issued_by__isnull=False)
-        last = tried.first()
-        if last is None or theirs.filter(pk=last.pk).exists():
-            continue
-        by_owner = last.issued_by_id is None and (last.client_seq < 0 or last.grant.kind != GrantKind.TURN)
-        if by_owner and last.state == CommandState.COMPLETED:
-            continue  # set back already
+        if not _is_forgotten(kind, tried, values or {}):
+            if grant is not None and asked.filter(grant=grant, issued_by__isnull=False).exists():
+                continue
+            last = tried.first()
+            if last is None or theirs.filter(pk=last.pk).exists():
+                continue
+            by_owner = last.issued_by_id is None and (last.client_seq < 0 or last.grant.kind != GrantKind.TURN)
+            if by_owner and last.state == CommandState.COMPLETED:
+                continue  # set back already
         kept = theirs.filter(state=CommandState.COMPLETED).first()
         found.append((kind, kept.args if kept else kind.default))
     return found
 
 
-def restore(robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int, now: datetime) -> list[Command]:
-    """Write the commands that set back changed settings, under an open grant. Return them.
+def _is_forgotten(kind: CommandKind, tried: QuerySet[Command], values: Mapping[str, float]) -> bool:
+    """Tell whether the robot shows something else than what was set last, or than the default if nothing ever was."""
+    if not all(channel in values for channel in kind.shown.values()):
+        return False
+    last = tried.first()
+    if last is not None and last.state in COMMAND_RUNNING:
+        return False
+    done = tried.filter(state=CommandState.COMPLETED).first()
+    return not_shown(kind, done.args if done else kind.default or {}, values) is not None
+
+
+def restore(
+    robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int, now: datetime,
+    values: Mapping[str, float] | None = None,
+) -> list[Command]:  # fmt: skip
+    """Write the commands that set back changed settings, under an open grant; see `to_restore`. Return them.
 
     They are numbered downwards, so that the numbers of a holder's commands are not used. The owner runs them as any
     other command; a completed one is confirmed by the robot.
     """
     rows = []
-    for kind, args in to_restore(robot, kinds, grant):
+    for kind, args in to_restore(robot, kinds, grant, values):
         row = Command.objects.create(
             robot=robot, grant=grant, client_seq=_number_below(grant), kind=kind.kind, lane=kind.lane, args=dict(args),
             epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=kind.limit_s,

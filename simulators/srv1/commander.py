@@ -36,7 +36,7 @@ from simulators.srv1.permits import Permits
 from simulators.srv1.rules import RuleSet
 
 MADE_WITH = "rules.txt"  # the rule set that the rover was made with
-FORGOTTEN_S = 60.0  # without a word under an epoch for so long it excludes nobody, so that a wrong one locks nobody out
+FORGOTTEN_S = 60.0  # without a word of its owner for so long an epoch excludes nobody: a wrong one locks nobody out
 Parse = Callable[[str], Rules]
 
 
@@ -57,11 +57,8 @@ class Commander:
         self._began = self._ticked = self._heard = self._clock.monotonic()
         self._now = 0.0  # the motor board's
         self._epoch, self._mode, self._patrol_said, self._aside = 0, "rest", 0.0, 0.0
-        self._course, self._permits, self._log = (
-            Course(),
-            Permits(),
-            Logbook(lambda: self.uptime_ms, lambda: (self._odometry.x, self._odometry.y)),
-        )
+        self._course, self._permits = Course(), Permits()
+        self._log = Logbook(lambda: self.uptime_ms, lambda: (self._odometry.x, self._odometry.y))
         self._odometry = Odometry(hardware.encoders(), hardware.compass())
         self._rules, self._crc = self._stored()
         self._motion, self._reflexes, self._moving = hardware.drive.motion, 0, False
@@ -189,7 +186,17 @@ class Commander:
         self._mode = "hand"
 
     def answer(self, command: Command) -> Answer:
-        """Do a command; return what is answered."""
+        """Do a command; return what is answered.
+
+        Whatever is not refused for its epoch keeps the epoch. A question has none; but one client is connected at a
+        time, and whoever is refused the claim has nothing to ask.
+        """
+        answer = self._answer(command)
+        if answer != Refused(command.letter, Reason.EPOCH):
+            self._heard = self._clock.monotonic()
+        return answer
+
+    def _answer(self, command: Command) -> Answer:
         match command:
             case Claim():
                 return self._claim(command)
@@ -210,12 +217,10 @@ class Commander:
         return Done(command.letter, self._hardware.drive.motion, self.uptime_ms)
 
     def _claim(self, claim: Claim) -> Answer:
-        at = self._clock.monotonic()
-        if at - self._heard > FORGOTTEN_S and not self._permits.runs:
+        if self._clock.monotonic() - self._heard > FORGOTTEN_S and not self._permits.runs:
             self._epoch = 0
         if claim.epoch < self._epoch:
             return Refused(claim.letter, Reason.EPOCH)
-        self._heard = at
         if claim.epoch > self._epoch:
             if self._epoch and self._hardware.drive.moving:
                 self._rest(End.REPLACED)
@@ -225,11 +230,13 @@ class Commander:
             self._note("claim", epoch=claim.epoch)
         return self.status(claim.letter)
 
+    def _is_ours(self, command: Velocity | Patrol | Permit | Activate) -> bool:
+        return bool(command.epoch) and command.epoch == self._epoch
+
     def _why_not(self, command: Velocity | Patrol | Permit) -> Reason | None:
         motion = self._description["motion"]
-        if not command.epoch or command.epoch != self._epoch:
+        if not self._is_ours(command):
             return Reason.EPOCH
-        self._heard = self._clock.monotonic()
         if self._hardware.drive.holding:
             return Reason.HOLDING
         if isinstance(command, Permit):
@@ -265,6 +272,8 @@ class Commander:
                 self._go_on(at)
 
     def _activate(self, command: Activate) -> Answer:
+        if not self._is_ours(command):
+            return Refused(command.letter, Reason.EPOCH)
         text = self._flash.text()
         if not text or crc_hqx(text, 0) != command.crc:
             return Refused(command.letter, Reason.CHECKSUM)

@@ -14,7 +14,6 @@ from robots.drivers.srv1.extension import HOLD
 from robots.drivers.srv1.protocol import STOP
 from simulators.common.faults import FaultBoard
 from simulators.srv1.drive import Note
-from simulators.srv1.radio import Radio
 
 AHEAD_S = 0.25  # what the radio's modem buffers of what the firmware says; then flow control makes it wait
 MOST_LATE = 65536  # bytes that wait in each direction; more are lost
@@ -33,14 +32,24 @@ class Peer(Protocol):
         """End the connection at once."""
 
 
+class Medium(Protocol):
+    """What carries bytes in place of Wi-Fi."""
+
+    def reaches(self, farther: float, /) -> bool:
+        """Return whether anything is heard; `farther`: m that the station is away in addition."""
+
+    def arrival(self, now: float, size: int, /) -> float:
+        """Return when so many bytes that are sent now have arrived; never before what was sent earlier, either way."""
+
+
 class Link:
-    """`receive` is the firmware's. `radio`: in place of Wi-Fi. Thread safe; its thread runs `run`."""
+    """`receive` is the firmware's. Thread safe; its thread runs `run`."""
 
     def __init__(
         self, receive: Callable[[bytes], None], faults: FaultBoard, note: Note, clock: Timer = TIMER,
-        radio: Radio | None = None,
+        medium: Medium | None = None,
     ) -> None:  # fmt: skip
-        self._receive, self._faults, self._note, self._clock, self._radio = receive, faults, note, clock, radio
+        self._receive, self._faults, self._note, self._clock, self._medium = receive, faults, note, clock, medium
         self._changed = threading.Condition()
         self._present: Peer | None = None
         self._late: deque[tuple[float, bool, bytes]] = deque()  # when, whether to the firmware, what
@@ -111,15 +120,15 @@ class Link:
     # bytes
 
     def _carry(self, data: bytes, to_robot: bool) -> float:
-        faults, radio = self._faults, self._radio
-        if faults.value("awol") or (radio is not None and not radio.reaches(faults.value("far"))):
+        faults, medium = self._faults, self._medium
+        if faults.value("awol") or (medium is not None and not medium.reaches(faults.value("far"))):
             return 0.0
         data, now = self._spoilt(data), self._clock.monotonic()
         if not data:
             return 0.0
         with self._changed:
             due = now + faults.value("slow")
-            due = due if radio is None else max(due, radio.arrival(now, len(data)))
+            due = due if medium is None else max(due, medium.arrival(now, len(data)))
             waits = self._waits[to_robot]
             late = due > now or waits > 0
             if late and waits + len(data) <= MOST_LATE + len(data) * (waits == 0):
@@ -128,7 +137,7 @@ class Link:
                 self._changed.notify_all()
         if not late:
             self._deliver(to_robot, data)
-        return 0.0 if radio is None else max(0.0, due - now - AHEAD_S)
+        return 0.0 if medium is None else max(0.0, due - now - AHEAD_S)
 
     def _deliver(self, to_robot: bool, data: bytes) -> None:
         if to_robot:

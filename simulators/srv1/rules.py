@@ -40,8 +40,8 @@ class RuleSet(NamedTuple):
     @classmethod
     def parse(cls, text: str) -> "RuleSet":
         """Return the rule set of a text. Raises ValueError with a sentence."""
-        if len(text) > LONGEST or text.count("\n") >= LINES or not text.isascii():
-            raise ValueError("The text is too long, or has other characters than ASCII.")
+        if len(text) > LONGEST or text.count("\n") >= LINES or any(c != "\n" and not " " <= c <= "~" for c in text):
+            raise ValueError("The text is too long, or has other characters than printable ASCII.")
         methods: list[str] = []
         variables: list[tuple[str, str, Terms]] = []
         rules: list[str] = []

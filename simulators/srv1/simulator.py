@@ -21,13 +21,15 @@ from simulators.srv1.cameras import Overhead, RoverCamera, stage
 from simulators.srv1.drive import Drive, End
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.flash import Flash
-from simulators.srv1.link import Link
+from simulators.srv1.internet import Internet
+from simulators.srv1.link import Link, Medium
 from simulators.srv1.network import Network
 from simulators.srv1.plant import TICK_S
 from simulators.srv1.radio import Radio
 from simulators.srv1.state import Kept, keep, restore, restore_flash
 from simulators.srv1.world import World
 
+LINKS = ("wifi", "radio", "internet")  # what carries bytes: at once, the paper's radio, with the paper's delays
 IDLE_S = 0.1  # of a tick while nothing moves
 CATCH_UP_S = 0.5  # made up for after a stall; more is lost
 LET_IN_S = 5e-5
@@ -38,12 +40,12 @@ END_S = 1.0  # within which it comes to rest at its end
 class Simulator:
     """All parts; it is the hardware that the firmware asks. `real` is the clock that all processes share.
 
-    `stock`: a firmware without our part. `radio`: the paper's radio in place of Wi-Fi.
+    `stock`: a firmware without our part. `link`: see `LINKS`.
     """
 
     def __init__(
         self, folder: Path, seed: int = 1, clock: Timer = TIMER, wall: Wall = WALL, real: Timer = TIMER, *,
-        stock: bool = False, radio: bool = False,
+        stock: bool = False, link: str = LINKS[0],
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock, self._wall, self._lock = folder, clock, wall, clock.lock()
@@ -58,15 +60,20 @@ class Simulator:
         self._frozen: NDArray[np.uint8] | None = None
         self.pictures = 0
         self._running, self._woken = True, threading.Event()
-        note, to_tower = self.journal.note, Radio(self._to_tower) if radio else None
+        note = self.journal.note
         self.firmware = Firmware(
             self, lambda data: self.link.say(data), note, clock, self._lock, stock=stock, boot=(kept.boot + 1) % BOOTS,
             flash=self._flash, wake=self._woken.set,
         )  # fmt: skip
-        self.link = Link(self.firmware.receive, self.faults, note, clock, to_tower)
+        self.link = Link(self.firmware.receive, self.faults, note, clock, self._medium(link, seed))
         self._network: Network | None = None
         self._kept_at, self._power = clock.monotonic(), self.world.power
         self._keep()
+
+    def _medium(self, link: str, seed: int) -> Medium | None:
+        if link == "radio":
+            return Radio(lambda: dist(self.world.plant.pose[:2], self.world.hall.tower))
+        return Internet(seed) if link == "internet" else None
 
     def open(self, port: int = 0) -> int:
         """Open what other programs reach it by: its port (0: any), the view from above, and faults; return the port."""
@@ -153,9 +160,6 @@ class Simulator:
         with self._lock:
             hull, moved = self.world.plant.frame, self.world.moved
         return self._above.take(hull, moved)
-
-    def _to_tower(self) -> float:
-        return dist(self.world.plant.pose[:2], self.world.hall.tower)
 
     # time, on its clock
 

@@ -113,6 +113,50 @@ def test_velocities_count_under_the_claimed_epoch_alone(rig):
     assert rig.ask(Claim(3)).epoch == 3, "an epoch that nobody uses any more locks nobody out"
 
 
+@pytest.mark.parametrize("question", [Ask(), Journal(0), Claim(9), Velocity(9, 0.0, 0.0, 0)])
+def test_an_owner_that_says_anything_keeps_its_epoch(rig, question):
+    rig.ask(Claim(9))
+    for _ in range(70):
+        rig.ask(question, 1.0)
+    assert rig.ask(Claim(3)) == Refused("c", Reason.EPOCH)
+    assert isinstance(rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))), Done)
+
+
+def test_whoever_is_refused_keeps_no_epoch(rig):
+    """So a wrong one locks nobody out for longer than a minute, however often its owner tries."""
+    rig.ask(Claim(2**53 - 1))
+    answers_ = [rig.ask(Claim(3), 3.0) for _ in range(20)]
+    assert answers_ == [Refused("c", Reason.EPOCH)] * 20
+    rig.say(HOLD, 3.0)
+    rig.say(b"V", 3.0)
+    assert rig.ask(Claim(3)).epoch == 3
+
+
+def test_a_power_cycle_forgets_the_epoch_and_says_so(rig):
+    rig.ask(Claim(9))
+    rig.firmware.restart()
+    rig.pass_s(1.1)
+    told = rig.ask(Ask())
+    assert (told.boot, told.epoch) == (2, 0)
+    assert rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH), "it has to claim it anew"
+    assert rig.ask(Claim(9)).epoch == 9
+
+
+def test_rules_come_into_force_under_the_claimed_epoch_alone(rig):
+    """Whoever has filled the buffer: an earlier owner that is still connected, or one that nobody knows."""
+    text = b"speed 150"
+    rig.firmware.flash.load(text)
+    crc = crc_hqx(text, 0)
+    for epoch in (0, 7):
+        assert rig.ask(Activate(epoch, crc)) == Refused("u", Reason.EPOCH)
+    rig.ask(Claim(9))
+    for epoch in (0, 7, 10):
+        assert rig.ask(Activate(epoch, crc)) == Refused("u", Reason.EPOCH)
+    assert (rig.ask(Ask()).rules, rig.count("rules")) == (0, 0)
+    assert isinstance(rig.ask(Activate(9, crc)), Done)
+    assert rig.ask(Ask()).rules == crc
+
+
 def test_a_velocity_is_forgotten(rig):
     rig.ask(Claim(7))
     drive(rig, 1.0)
@@ -233,7 +277,8 @@ def activate(rig, text):
     rig.firmware.flash.load(text)
     rig.firmware.flash.text()
     rig.say(HOLD)
-    return rig.ask(Activate(crc_hqx(text, 0)))
+    rig.ask(Claim(7))
+    return rig.ask(Activate(7, crc_hqx(text, 0)))
 
 
 def test_rules_come_by_xmodem_and_stay_in_flash(rig):
@@ -247,8 +292,9 @@ def test_rules_come_by_xmodem_and_stay_in_flash(rig):
     assert protocol.count_of(answer[1:]) == 128
     assert protocol.checksum_of(rig.say(b"zC")) == crc_hqx(block.ljust(131064, b"\0"), 0)
     crc = crc_hqx(text, 0)
-    assert rig.ask(Activate(crc ^ 1)) == Refused("u", Reason.CHECKSUM)
-    assert isinstance(rig.ask(Activate(crc)), Done)
+    rig.ask(Claim(7))
+    assert rig.ask(Activate(7, crc ^ 1)) == Refused("u", Reason.CHECKSUM)
+    assert isinstance(rig.ask(Activate(7, crc)), Done)
     assert rig.ask(Ask()).rules == crc
     assert protocol.count_of(rig.say(b"zw")) == 65536
     rig.firmware.restart()
@@ -313,7 +359,7 @@ def test_holding_at_rest_is_answered_and_holds_nothing(rig):
 COMMANDS = [
     encode(command)
     for command in (
-        Claim(7), Ask(), Hold(), Patrol(7, 0), Velocity(7, 0.1, 0.2, 0), Permit(7, 5000, 0.2, HALL), Activate(5), Journal(0),
+        Claim(7), Ask(), Hold(), Patrol(7, 0), Velocity(7, 0.1, 0.2, 0), Permit(7, 5000, 0.2, HALL), Activate(7, 5), Journal(0),
     )
 ]  # fmt: skip
 

@@ -48,7 +48,7 @@ COMMANDS = st.one_of(
     st.builds(
         Permit, within(bounds.EPOCH), within(bounds.UPTIME_MS), st.integers(0, 2000).map(lambda n: n / 1000), areas()
     ),
-    st.builds(Activate, within(bounds.CRC)), st.builds(Journal, within(bounds.NUMBER)),
+    st.builds(Activate, within(bounds.EPOCH), within(bounds.CRC)), st.builds(Journal, within(bounds.NUMBER)),
 )  # fmt: skip
 ENTRIES = st.builds(
     Entry,
@@ -163,7 +163,7 @@ def test_a_payload_that_says_nothing_is_refused_with_a_sentence(letter, payload)
     [
         Claim(-1), Claim(2**53), Velocity(1, 1e308, 0.0, 0), Velocity(1, float("nan"), 0.0, 0),
         Velocity(1, float("inf"), 0.0, 0), Velocity(1, 0.0, 11.0, 0), Velocity(1, 0.0, 0.0, -1),
-        Permit(1, 2**40 + 1, 0.1, (0, 0, 1, 1)), Permit(1, 1000, 0.1, (0, 0, float("nan"), 1)), Activate(65536), Journal(-1),
+        Permit(1, 2**40 + 1, 0.1, (0, 0, 1, 1)), Permit(1, 1000, 0.1, (0, 0, float("nan"), 1)), Activate(1, 65536), Journal(-1),
     ],
 )  # fmt: skip
 def test_a_number_that_is_out_of_bounds_cannot_be_said(command):

@@ -86,7 +86,7 @@ def test_what_is_sent_is_in_the_flash_buffer_and_the_sums_agree(data):
 
 def test_the_rules_that_were_sent_are_in_force(bed):
     bed.line.upload(TEXT, allowed)
-    bed.line.ask(Activate(crc_of(paper())))
+    bed.line.ask(Activate(bed.line.epoch, crc_of(paper())))
     assert bed.line.status().rules == crc_of(paper())
 
 
@@ -198,7 +198,7 @@ def test_by_radio_it_takes_a_second_and_what_is_broken_off_is_ended_too(tmp_path
     """7 kbit/s, 37 ms a cycle: what ends a reception is on its way for longer than an answer may take."""
     world = World(1)
     cable = Network(world)
-    sim = Simulator(tmp_path, 1, world, lambda: world.now().timestamp(), world, radio=True)
+    sim = Simulator(tmp_path, 1, world, lambda: world.now().timestamp(), world, link="radio")
     line = RoverLine("rover:10001", 1, None, world, lambda host, port, seconds: cable.connect(host, port, seconds))
     sim.listen(Door(cable))
     world.spawn(sim.run, "simulator")

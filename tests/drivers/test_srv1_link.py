@@ -2,6 +2,7 @@
 
 import contextlib
 import socket
+from functools import partial
 
 import pytest
 
@@ -9,15 +10,18 @@ from robots.clock import FasterTimer, poll
 from robots.drivers.srv1.extension import HOLD
 from robots.drivers.srv1.protocol import RESYNCHRONISE, motion
 from robots.drivers.srv1.wire import Wire, open_wire
+from simulators.common.faults import FaultBoard
 from simulators.common.tcp import TcpListener
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.imaging import jpeg
+from simulators.srv1.internet import Internet
 from simulators.srv1.link import Link
 from simulators.srv1.network import Network
 from simulators.srv1.radio import Radio
 from tests.drivers.srv1_wire import BOOT, JPEG, SEEN, TICK_S, Bench, Rig
 from tests.world.streams import Door
 from tests.world.streams import Network as Between
+from tests.world.world import World
 
 pytestmark = pytest.mark.django_db(transaction=True)
 
@@ -151,6 +155,55 @@ def test_the_radio_is_slow_and_of_a_short_reach(opened):
     assert ask(wire, b"V") == b""
     rig.bench.faults.set("far", 20.0)
     assert ask(wire, b"V").startswith(b"##Version")
+
+
+class Far:
+    """A link alone in a world: what each end says, with when it was said and when it came."""
+
+    name = "the test"
+
+    def __init__(self, seed):
+        self.world, self.came = World(5), {True: [], False: []}
+        self.link = Link(
+            partial(self._come, True), FaultBoard(), lambda *told, **more: None, self.world, Internet(seed)
+        )  # fmt: skip
+        assert self.link.join(self)
+        self.world.spawn(self.link.run, "link")
+
+    def _come(self, to_robot, data):
+        self.came[to_robot].append((self.world.monotonic(), data))
+
+    def say(self, data):
+        self._come(False, data)
+
+    def cut(self):
+        raise AssertionError("nobody cuts it")
+
+    def delays(self, pieces=200):
+        """Say pieces from both ends; return by direction how long each took (s)."""
+        said = {True: [], False: []}
+        for number in range(pieces):
+            data = b"%d" % number
+            for to_robot in (True, False):
+                said[to_robot].append((self.world.monotonic(), data))
+            self.link.take(self, data)
+            self.link.say(data)
+            self.world.sleep(0.013)
+        self.world.sleep(1.0)
+        self.world.close()
+        for way in (True, False):
+            assert [data for _, data in self.came[way]] == [data for _, data in said[way]], "in order, and all"
+        return {way: [b - a for (a, _), (b, _) in zip(said[way], self.came[way], strict=True)] for way in said}
+
+
+def test_the_internet_takes_its_time_each_way_by_the_seed_and_keeps_the_order():
+    one, again, other = (Far(seed).delays() for seed in (1, 1, 2))
+    for way in (True, False):
+        assert min(one[way]) >= 0.07
+        assert max(one[way]) <= 0.1201
+        assert max(one[way]) - min(one[way]) > 0.03, "it is not the same each time"
+    assert one == again
+    assert one != other
 
 
 def test_a_hold_is_heard_while_a_picture_goes_over_the_radio(opened):

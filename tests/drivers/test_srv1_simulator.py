@@ -248,7 +248,7 @@ def test_a_stock_rover_is_silent_to_what_is_ours(opened):
 
 
 def test_by_radio_a_picture_takes_seconds(opened):
-    rig = opened(radio=True)
+    rig = opened(link="radio")
     rig.world.sleep(1.0)
     assert rig.client.tell(b"V", 0.03) == b""
     rig.world.sleep(1.0)

@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import pytest
 
-from robots.contract.errors import BadRequest, ControlsReleased, Held
+from robots.contract.errors import BadRequest, ControlsReleased, HardwareFault, Held, LineSilent
 from robots.drivers.srv1.driver import Driver
-from robots.drivers.srv1.stock import BY_HAND_ONLY
+from robots.drivers.srv1.stock import BY_HAND_ONLY, NOT_AT_REST
 from simulators.srv1.simulator import Simulator
 from tests.world.streams import Door, Network
 from tests.world.world import World
@@ -15,12 +15,12 @@ from tests.world.world import World
 class Rig:
     """The simulator in a process of its world, and a driver that a person calls."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, stock):
         self.world = World(1)
         self.cable = Network(self.world)
         self.sent = []
         self.sim = Simulator(
-            folder, 1, self.world, lambda: self.world.now().timestamp(), self.world, stock=True
+            folder, 1, self.world, lambda: self.world.now().timestamp(), self.world, stock=stock
         )  # fmt: skip
         self.world.spawn(self._run, "simulator", self.world.process("simulator", delayed=False))
         rig = self
@@ -54,14 +54,23 @@ class Rig:
             raise told[0]
         return told[0]
 
+    def other(self, *messages):
+        """Have another client say these, and leave."""
+        end = self.cable.connect("other", 10001, 1.0)
+        for data in messages:
+            end.sendall(data)
+            self.world.sleep(0.1)
+        end.close()
+        self.world.sleep(0.5)
+
     def close(self):
         self.world.close()
         self.sim.journal.close()
 
 
 @pytest.fixture
-def rig(tmp_path):
-    made = Rig(tmp_path)
+def rig(request, tmp_path):
+    made = Rig(tmp_path, getattr(request, "param", True))
     made.world.sleep(3)
     yield made
     made.close()
@@ -141,3 +150,82 @@ def test_no_burst_is_said_twice_when_the_rover_is_silent(rig):
         rig.do(lambda: rig.driver.execute("drive", {"forward": 1.0, "turn": 0.0}, permit, lambda stage: None))
     assert sum(data[:1] == b"M" for data in rig.sent) == 1
     assert all(a <= b for a, b in pairwise(permits))
+
+
+FASTEST = bytes((ord("M"), 60, 60, 0))  # which our driver never says: it has no end
+
+
+def test_what_another_client_left_running_is_stopped_by_who_connects(rig):
+    rig.other(FASTEST)
+    assert rig.sim.moving
+    state = rig.do(rig.driver.connect)
+    assert state.moving, "it rolls still"
+    assert not rig.do(rig.driver.hold).moving
+    assert not rig.sim.moving
+    x = rig.sim.world.plant.pose[0]
+    rig.world.sleep(3)
+    assert rig.do(rig.driver.state).moving is False
+    assert rig.sim.world.plant.pose[0] == pytest.approx(x, abs=0.01)
+
+
+def test_a_rover_that_turns_on_the_spot_counts_as_moving_too(rig):
+    rig.other(bytes((ord("M"), 60, 256 - 60, 0)))
+    assert rig.do(rig.driver.connect).moving
+
+
+@pytest.mark.parametrize("cut", [b"M", b"M\x3c", b"M\x3c\x3c", b"F\x3c", b"$A"])
+def test_what_another_client_broke_off_moves_nothing_for_who_connects(rig, cut):
+    rig.other(cut)
+    rig.do(rig.driver.connect)
+    rig.do(rig.driver.hold)
+    begun = rig.sim.journal.counts["motion"]
+    rig.world.sleep(3)
+    assert not rig.sim.moving
+    assert rig.sim.journal.counts["motion"] == begun
+
+
+@pytest.mark.parametrize("rig", [True, False], indirect=True, ids=["stock", "ours"])
+def test_the_failsafe_speeds_of_another_client_are_not_taken_when_the_line_is_lost(rig):
+    """They are taken after 2 s of silence, so nobody would have permitted that motion."""
+    rig.other(b"M\x01\x01\x01", b"F\x3c\x3c")
+    rig.do(rig.driver.connect)
+    begun = rig.sim.journal.counts["motion"]
+    rig.cable.pull()
+    rig.world.sleep(10)
+    assert rig.sim.journal.counts["motion"] == begun
+
+
+def test_a_burst_that_is_not_answered_leaves_a_rover_that_may_run(rig):
+    """It says so until it was held and asked: by the counts of its wheels, twice."""
+    rig.do(rig.driver.connect)
+    rig.sim.faults.set("mute")
+    with pytest.raises(LineSilent):
+        rig.do(lambda: rig.driver.execute(
+            "drive", {"forward": 1.0, "turn": 0.0}, lambda: None, lambda stage: None
+        ))  # fmt: skip
+    with pytest.raises(LineSilent):
+        rig.do(rig.driver.hold)
+    rig.sim.faults.clear()
+    assert rig.driver.latest().moving
+    assert rig.do(rig.driver.state).moving, "it was not asked whether it rests"
+    assert not rig.do(rig.driver.hold).moving
+    assert rig.sent[-8:].count(b"$E") == 2
+    assert not rig.sim.moving
+
+
+def test_a_rover_that_does_not_heed_a_stop_is_not_said_to_rest(rig):
+    rig.do(rig.driver.connect)
+
+    def shorted():
+        """Be a motor driver that is at full power, whatever it is told."""
+        while True:
+            with rig.sim._lock:
+                rig.sim.drive.percent(60, 60)
+            rig.sim._woken.set()
+            rig.world.sleep(0.01)
+
+    rig.world.spawn(shorted, "shorted", rig.world.process("shorted", delayed=False))
+    rig.world.sleep(1)
+    with pytest.raises(HardwareFault, match=NOT_AT_REST):
+        rig.do(rig.driver.hold)
+    assert rig.do(rig.driver.state).moving

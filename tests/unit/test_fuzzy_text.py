@@ -62,8 +62,13 @@ def test_lines_may_stand_in_any_order_and_be_explained():
         ("VF 0.4", "VF 0.325", "at least 0.01 m/s apart"),
         ("VF 0.75", "VF 0.7501", "The terms of the infrared"),
         ("VF 10", "VF 10000", "The terms of the sonar"),
-        ("method sugeno", "method sugeno\r", "no line of a rule set"),
-        ("method sugeno", "# é\nmethod sugeno", "all ASCII"),
+        ("method sugeno", "method sugeno\r", "printable ASCII"),
+        ("method sugeno", "# é\nmethod sugeno", "printable ASCII"),
+        ("method sugeno", "# a\x00b\nmethod sugeno", "printable ASCII"),
+        ("method sugeno", "# a\x1ab\nmethod sugeno", "printable ASCII"),
+        ("method sugeno", "# a\tb\nmethod sugeno", "printable ASCII"),
+        ("method sugeno", "# a\x7fb\nmethod sugeno", "printable ASCII"),
+        ("method sugeno", "# \ud800\nmethod sugeno", "printable ASCII"),
     ],
 )
 def test_a_text_that_is_none_is_refused_by_both(old, new, why):
@@ -114,7 +119,27 @@ def outcome(reader, text):
 
 
 PIECES = st.sampled_from(
-    ["", " ", ",", ":", "\n", "#", "-", ".", "0", "7", "VF", "rule ", "input ", "X" * 13, "é", "\x00"]
+    [
+        "",
+        " ",
+        ",",
+        ":",
+        "\n",
+        "#",
+        "-",
+        ".",
+        "0",
+        "7",
+        "VF",
+        "rule ",
+        "input ",
+        "X" * 13,
+        "é",
+        "\x00",
+        "\x1a",
+        "\x7f",
+        "%h*EDAE",
+    ]
 )
 
 

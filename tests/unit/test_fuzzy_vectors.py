@@ -18,6 +18,7 @@ from robots.drivers.srv1.rules import READINGS, crc_of, rules_of
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "fuzzy.json"
 NUMBER, CASES = 40, 12
 LINES = ("method no", "input sonar m: A 1, B 2", "rule VN, VN: VS", "rule XX, N: S", "output speed m/s: A 1.2345", "#")
+NOT_PRINTABLE = ("\x00", "\x1a", "\x04", "\t", "\r", "\x1f", "\x7f", "\x85", "\u00e9", "\u2028", "\U0001f600", "\ud800")
 
 
 def drawn(dice):
@@ -79,6 +80,7 @@ def vectors():
         paper.replace("N 0.3,", "N 0.3\r,"), paper.replace("N 0.3,", "N 0.3\u2028,"), "# \u2028\n" + paper,
         *("#" * (LONGEST - len(paper) - 1 + more) + "\n" + paper for more in (0, 1)),
         *("#\n" * (LINES_MOST - 1 - paper.count("\n") + more) + paper for more in (0, 1)),
+        "# %h*EDAE\n" + paper, *(f"# a{letter}b\n" + paper for letter in NOT_PRINTABLE),
     ]  # fmt: skip
     made = load("srv1")
     return {

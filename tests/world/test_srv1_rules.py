@@ -10,7 +10,8 @@ from robots import services, verbs
 from robots.contract.errors import BadRequest
 from robots.description import load
 from robots.drivers.srv1 import flash
-from robots.drivers.srv1.rules import crc_of, paper
+from robots.drivers.srv1.extension import HOLD
+from robots.drivers.srv1.rules import canonical, crc_of, paper
 from robots.states import GrantEnd
 from tests.world.seeds import hunt, seeds
 from tests.world.test_srv1 import REST_S, patrolling
@@ -76,6 +77,25 @@ def test_rules_that_are_changed_on_patrol_halve_the_speed_there(worlds, seed):
     hunt(worlds, seed, halved)
 
 
+def explained(portal):
+    """Comments stay here: the rover gets the rules alone, and a comment that is a hold holds nothing."""
+    command = on_the_way(portal)
+    held, hold = portal.rig.count("hold"), HOLD.decode().strip()
+    changed = put(portal, f"# {hold}\n" + "\n".join(reversed(HALF.splitlines())) + f"\n\n# {hold}")
+    assert changed.state == "completed", changed.reason
+    assert portal.rig.sim.firmware.flash.text().decode() == canonical(changed.args["text"])
+    assert b"#" not in portal.rig.sim.firmware.flash.text()
+    assert in_force(portal) == crc_of(changed.args["text"])
+    assert portal.rig.count("hold") == held
+    command.refresh_from_db()
+    assert command.state == "acknowledged"
+
+
+@seeds(1, 5, 50)
+def test_what_explains_the_rules_is_not_sent(worlds, seed):
+    hunt(worlds, seed, explained)
+
+
 def refused(portal):
     """What cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
     on_the_way(portal)
@@ -84,6 +104,7 @@ def refused(portal):
         (FAST, "Rule 10 (infrared N, sonar VF) is too fast"),
         (paper().replace("rule M, M: M\n", ""), "Rule 13 (infrared M, sonar M) is missing."),
         ("method none\n", "no line of a rule set"),
+        *((f"# a{letter}b\n" + HALF, "printable ASCII|cannot be stored") for letter in "\0\x1a\ud800"),
     ):
         with pytest.raises(BadRequest, match=words.replace("(", r"\(").replace(")", r"\)")):
             portal.issue("rules", text=text)
@@ -138,6 +159,91 @@ def set_back(portal):
 @seeds(1, 5, 50)
 def test_an_operators_rules_are_set_back_at_handover_to_what_staff_set(worlds, seed):
     hunt(worlds, seed, set_back)
+
+
+def switched_off(portal):
+    """Switch the rover off and on, and wait until it is connected again."""
+    connection = portal.owner.connection
+    times = connection.times
+    portal.rig.power_cycle()
+    portal.until(lambda: connection.times > times and connection.connected, 60, "another connection")
+
+
+def released(portal):
+    """Wait until the robot is ready for anybody, after staff have had it."""
+    portal.ready()
+    portal.until(lambda: not portal.row.stop_latched and not portal.owner.latch.latched, 10, "the release")
+
+
+def before_motions(portal, rules):
+    """Fail unless that set was in force before anything moved since the rover was switched on."""
+    events = [record for record in portal.rig.journal() if record["event"] in ("power_on", "rules", "motion")]
+    start = max(number for number, record in enumerate(events) if record["event"] == "power_on")
+    since = [(record["event"], record.get("crc")) for record in events[start:]]
+    assert since[:3] == [("power_on", None), ("rules", rules), ("motion", None)]
+
+
+def approved(portal):
+    """What staff have set is in force again after a loss of power, before anything moves: the firmware forgets it."""
+    portal.grant()
+    assert by_staff(portal, THIRD).state == "completed"
+    released(portal)
+    switched_off(portal)
+    portal.ready()
+    assert in_force(portal) == crc_of(THIRD), "nobody had the robot"
+    command = on_the_way(portal)
+    before_motions(portal, crc_of(THIRD))
+    assert put(portal).state == "completed"
+    assert in_force(portal) == crc_of(HALF)
+    switched_off(portal)
+    assert portal.final(command).state == "failed"
+    patrolling(portal)
+    assert in_force(portal) == crc_of(THIRD), "in a turn, too; what its operator tried is gone"
+    before_motions(portal, crc_of(THIRD))
+    assert portal.owner.owned.driver.latest().values["rules"] == crc_of(THIRD)
+
+
+@seeds(1, 5, 50)
+def test_what_staff_approved_is_in_force_again_after_a_loss_of_power(worlds, seed):
+    hunt(worlds, seed, approved)
+
+
+def foreign(portal):
+    """Somebody has stored rules in the rover's flash memory, which it reads when it starts: nothing patrols by them."""
+    portal.ready()
+    flash = portal.rig.sim.firmware.flash
+    flash.load(HALF.encode())
+    letters = iter(b"w")
+    flash.do(lambda: next(letters))
+    switched_off(portal)
+    portal.grant()
+    patrolling(portal)
+    assert in_force(portal) == crc_of(paper())
+    before_motions(portal, crc_of(paper()))
+
+
+@seeds(1, 5, 50)
+def test_rules_that_nobody_approved_are_replaced(worlds, seed):
+    hunt(worlds, seed, foreign)
+
+
+def killed_and_off(portal):
+    """The rover loses its power while its owner is away: the next one finds it out by what the rover shows."""
+    portal.grant()
+    assert by_staff(portal, THIRD).state == "completed"
+    released(portal)
+    portal.supervisor.worker.kill()
+    portal.rig.power_cycle()
+    portal.until(lambda: portal.owner, 30, "another owner")
+    portal.ready_again()
+    next_turn(portal)
+    patrolling(portal)
+    before_motions(portal, crc_of(THIRD))
+
+
+@seeds(1, 5, 50)
+def test_a_loss_of_power_while_nobody_owns_the_rover(worlds, seed):
+    hunt(worlds, seed, killed_and_off)
 
 
 def slowed(portal):

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from math import isfinite, tau
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, shift
 
 from robots.autonomy.gridmap.compass import angle, facing
 from robots.autonomy.gridmap.plan import Floats
@@ -48,27 +47,6 @@ class Belief:
         looks = np.exp(-0.5 * (angle(ranges.headings - pose[2]) / turn) ** 2)
         near = cls.uniform(ranges)._normal(looks[:, None, None] * at)
         return replace(near, mass=(1.0 - lost) * near.mass + lost * cls.uniform(ranges).mass)
-
-    def after_motion(self, ahead: float, turned: float, spread: float, heading_spread: float) -> "Belief":
-        """Return the belief after the rover drove `ahead` (m) and then turned (rad); spreads: standard deviations.
-
-        Raises ValueError for numbers that are none or out of bounds.
-        """
-        numbers = ahead, turned, spread, heading_spread
-        if not (all(abs(number) < MOST for number in numbers) and spread >= 0 and heading_spread >= 0):
-            raise ValueError("A motion and its spread are numbers within bounds, and the spread is not negative.")
-        ranges, mass = self.ranges, self.mass
-        if ahead:
-            steps = ahead / ranges.cell * np.stack([np.sin(ranges.headings), np.cos(ranges.headings)], 1)
-            mass = np.stack([shift(m, s, order=1, prefilter=False) for m, s in zip(mass, steps, strict=True)])
-        bins = turned / tau * ranges.bins
-        whole = int(np.floor(bins))
-        mass = (1.0 - bins + whole) * np.roll(mass, whole, 0) + (bins - whole) * np.roll(mass, whole + 1, 0)
-        blur = min(spread / ranges.cell, float(max(ranges.shape[1:])))
-        wide = min(heading_spread / tau, 1.0) * ranges.bins, blur, blur
-        if any(wide):
-            mass = gaussian_filter(mass, wide, mode=("wrap", "constant", "constant"), truncate=3.0)
-        return self._normal(mass)
 
     def after_scan(self, scan: Scan) -> "Belief":
         """Return the belief after a scan in place, as of its last reading."""

@@ -1,4 +1,4 @@
-"""Where the rover is and how sure that is: by the cells alone, by the fits of a scan, or by the tower alone."""
+"""Where the rover is and how sure that is: by the fits of a scan, or by the tower alone."""
 
 from dataclasses import dataclass
 from math import cos, inf, isfinite, pi, remainder, sin, tau
@@ -39,24 +39,6 @@ class Estimate:
     def is_known(self) -> bool:
         """Return whether the rover may drive by it: one place alone, within 0.3 m, that looks like it."""
         return self.share >= SHARE and self.spread <= SPREAD_M and self.agree >= AGREE
-
-
-def by_cells(belief: Belief) -> Estimate:
-    """Return the likeliest place by the cells alone: their mean around the peak."""
-    ranges = belief.ranges
-    peak = belief.peaks(1)[0][0]
-    x, y = ranges.x - peak[0], ranges.y - peak[1]
-    turn = angle(ranges.headings - peak[2])
-    beside = np.hypot(x[None, :], y[:, None]) <= max(SAME_M, 1.5 * ranges.cell)
-    near = beside & (np.abs(turn) <= max(SAME_RAD, 1.5 * tau / ranges.bins))[:, None, None]
-    mass = np.where(near, belief.mass, 0.0)
-    share = float(mass.sum())
-    shift = [float((mass * part).sum()) / share for part in (x, y[:, None], turn[:, None, None])]
-    pose = float(peak[0] + shift[0]), float(peak[1] + shift[1]), float(angle(peak[2] + shift[2]))
-    away = np.hypot(x[None, :] - shift[0], y[:, None] - shift[1])
-    spread = float(np.hypot(_quantile(away.ravel(), belief.mass.sum(0).ravel()), 0.5 * ranges.cell))
-    heading_spread = _quantile(np.abs(angle(ranges.headings - pose[2])), belief.mass.sum((1, 2)))
-    return Estimate(pose, spread, float(np.hypot(heading_spread, 0.5 * tau / ranges.bins)), share)
 
 
 def by_fits(found: Fits, belief: Belief) -> Estimate:

@@ -50,7 +50,7 @@ class Driver(Session):
             return self.wheels.connect()
         except StockFirmware:
             self._stock = StockRover(self.wheels.line, self.keep, self.clock)
-            return self._stock.state()
+            return self._stock.connect()
 
     def state(self) -> RobotState:
         """Ask the rover."""

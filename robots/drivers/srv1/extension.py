@@ -23,7 +23,10 @@ def _whole(value: float, unit: float) -> int:
 
 @dataclass(frozen=True)
 class Claim:
-    """Command it from now on under this epoch; an older one is refused from now on. Answered by `Status`."""
+    """Command it from now on under this epoch; an older one is refused from now on. Answered by `Status`.
+
+    It is forgotten where nobody says anything that counts under it for a minute, and when the power is lost.
+    """
 
     letter: ClassVar[str] = "c"
     epoch: int
@@ -157,16 +160,17 @@ class Activate:
     """Put the rule set in the flash buffer into force if its text has this CRC. Answered by `Done`."""
 
     letter: ClassVar[str] = "u"
+    epoch: int
     crc: int
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        return Frame(self.letter, written((self.crc,), (CRC,)))
+        return Frame(self.letter, written((self.epoch, self.crc), (EPOCH, CRC)))
 
     @classmethod
     def decode(cls, payload: str) -> "Activate":
         """See `Claim`."""
-        return cls(*numbers(payload, (CRC,)))
+        return cls(*numbers(payload, (EPOCH, CRC)))
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,13 @@ from robots.drivers.srv1.protocol import (
     HEADER,
     HEADER_BYTES,
     LONGEST_LINE,
+    NO_FAILSAFE,
     RESYNCHRONISE,
     VERSION,
     Malformed,
     PictureHeader,
     checksum_of,
+    confirms,
     count_of,
     version_of,
 )
@@ -87,6 +89,7 @@ class RoverLine:
                     self._ends = flash.END_OF_ANY  # an owner before may have been cut off while it sent rules
                     self._put_in_order()
                     self.version = self._asked_version()
+        self.letters(NO_FAILSAFE, confirms(NO_FAILSAFE))  # another client's would drive it after 2 s of silence
         try:
             answer = self.ask(extension.Claim(self.epoch))
         except LineSilent as error:
@@ -97,12 +100,8 @@ class RoverLine:
         return answer
 
     def letters(
-        self,
-        data: bytes,
-        answered: Callable[[bytes], T | None],
-        seconds: float = ANSWER_S,
-        permit: Permit | None = None,
-    ) -> T:
+        self, data: bytes, answered: Callable[[bytes], T | None], permit: Permit | None = None
+    ) -> T:  # fmt: skip
         """Send published letters; `answered` returns what they are answered, None while the answer is not whole.
 
         Raises LineGone, LineSilent, and whatever `permit` raises.

@@ -5,13 +5,15 @@ The Surveyor SRV-1 Blackfin's protocol document and its firmware of March 2011 d
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 PORT = 10001
 UNKNOWN = b"#?"  # the answer to a letter that is none
 VERSION, GRAB, SONAR, COMPASS, ENCODERS, BATTERY = b"V", b"I", b"p", b"$C", b"$E", b"D"
 STOP, TURN_LEFT, TURN_RIGHT = b"5", b"0", b"."  # the two turn by about 20 degrees each
-RECEIVE, CLEAR, CHECKSUM, WRITE, READ, DUMP = b"X", b"zc", b"zC", b"zw", b"zr", b"zd"
+NO_FAILSAFE = b"f"
+RECEIVE, CHECKSUM = b"X", b"zC"  # of the flash buffer
 # Ends a command that was cut off, whatever arguments it lacks: as a speed a byte is 1 %, which moves nothing, as a
 # duration 10 ms, and as a letter it is unknown. Never 00, which as a duration has no end. All go in one write: what a
 # command does not take is thrown away after it.
@@ -94,6 +96,12 @@ def quality(level: int) -> bytes:
 def acknowledgement(command: bytes) -> bytes:
     """Return the answer to a command that is confirmed by its letter; `A` is confirmed as `d`."""
     return b"#" + command[:1].replace(b"A", b"d")
+
+
+def confirms(command: bytes) -> Callable[[bytes], bool | None]:
+    """Return what tells of the bytes that have come whether they confirm that command; None: not yet."""
+    done = acknowledgement(command)
+    return lambda said: True if done in said else None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The rule sets that this rover is sent: which readings they may use, and how it brakes."""
 
 from binascii import crc_hqx
-from functools import cache
+from functools import cache, lru_cache
 
 from robots.autonomy.fuzzy import RuleSet
 from robots.autonomy.fuzzy_check import Braking, check
@@ -44,21 +44,34 @@ def rules_of(text: str) -> RuleSet:
     return rules
 
 
+@cache
 def paper() -> str:
     """Return the text of the rule set that the rover was made with."""
     return text_of("srv1", "rules.txt")
 
 
+def canonical(text: str) -> str:
+    """Return what the rover is sent of a rule set: its lines in one order, and no comments, which may say anything.
+
+    Raises ValueError where the text is no rule set.
+    """
+    return write(parse(text))
+
+
+@lru_cache(64)
 def crc_of(text: str) -> int:
-    """Return by which number the rover calls a rule set that it was sent."""
-    return crc_hqx(text.encode("ascii"), 0)
+    """Return by which number the rover calls a rule set that it was sent. Raises ValueError as `canonical`."""
+    return crc_hqx(canonical(text).encode("ascii"), 0)
 
 
-@cache
-def _papers() -> tuple[int, ...]:
-    return 0, crc_of(paper()), crc_of(write(parse(paper())))
+def number_of(text: str) -> int:
+    """Return what the channel `rules` shows while that set is in force; -1, which it never shows, of no rule set."""
+    try:
+        return shown(crc_of(text))
+    except ValueError:  # an earlier version may have taken it
+        return -1
 
 
 def shown(crc: int) -> int:
     """Return what the channel `rules` shows for the set in force: 0 for the paper's, also where it was sent."""
-    return 0 if crc in _papers() else crc
+    return 0 if crc == crc_of(paper()) else crc

@@ -107,9 +107,13 @@ def spec() -> Spec:
                 limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False, policies=permitted,
             ),
             CommandKind(
-                "rules", "Rules of the patrol", (Argument("text", "", 1, LONGEST_RULES, text=True, label="rule set"),),
-                limit_s=RULES_S, lane="config", asked_by=BY_DRIVER, default={"text": paper()}, moves=False,
-                still_after=False,
+                "rules", "Rules of the patrol",
+                (Argument(
+                    "text", "", 1, LONGEST_RULES, text=True, label="rule set",
+                    number="robots.drivers.srv1.rules:number_of",
+                ),),
+                limit_s=RULES_S, lane="config", asked_by=BY_DRIVER, default={"text": paper()}, shown={"text": "rules"},
+                moves=False, still_after=False,
             ),
         ),
     )  # fmt: skip

@@ -9,8 +9,8 @@ const RULE = new RegExp(`^rule (${LABEL}), (${LABEL}): (${LABEL})$`);
 
 /** Return the rule set of a text; pairs without a rule have -1. Throws a sentence for a person. */
 export function parse(text: string): RuleSet {
-  if (text.length > LONGEST || text.split("\n").length > LINES || !/^[\0-\x7f]*$/.test(text))
-    throw new Error(`A rule set has at most ${LONGEST} characters, all ASCII, in ${LINES} lines.`);
+  if (text.length > LONGEST || text.split("\n").length > LINES || !/^[ -~\n]*$/.test(text))
+    throw new Error(`A rule set has at most ${LONGEST} characters, all printable ASCII, in ${LINES} lines.`);
   const methods: Method[] = [], inputs: Variable[] = [], outputs: Variable[] = [], rules: RegExpExecArray[] = [];
   for (const line of text.split("\n")) {
     const rule = RULE.exec(line), one = VARIABLE.exec(line);

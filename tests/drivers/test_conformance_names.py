@@ -13,7 +13,7 @@ from robots.contract.channels import IN_PLANE
 from robots.contract.errors import HardwareFault, LineGone
 from robots.contract.policies import Bound, Policies
 from robots.contract.session import Outcome, Progress, RobotState
-from tests.drivers.rail import CAMERA, CLOCK, SPEC, Cart, Rail
+from tests.drivers.rail import ALONE_S, CAMERA, CLOCK, REST_S, SPEC, Cart, Rail
 
 PATIENT = Limits(answer_s=600.0, watch_s=1.0, beyond_s=600.0)  # of a clock that runs ten times faster
 HASTY = Limits(answer_s=10.0, watch_s=1.0, beyond_s=5.0)  # for what never ends
@@ -31,7 +31,7 @@ def test_a_driver_that_is_in_order_passes_every_check_that_applies():
     report = tried(Rail)
     assert not report.failures, report.text()
     assert {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE} == set(), report.text()
-    assert "19 passed, 0 failed" in report.text()
+    assert "22 passed, 0 failed" in report.text()
 
 
 class TakesAnything(Rail):
@@ -90,12 +90,12 @@ class ReturnsNothing(Rail):
 
 
 class EndsEarly(Rail):
-    def until_there(self, free, on_stage):
+    def until_there(self, free, on_stage, alone=False):
         self.state()
 
 
 class FailsWithoutWords(Rail):
-    def until_there(self, free, on_stage):
+    def until_there(self, free, on_stage, alone=False):
         raise KeyError("x")
 
 
@@ -259,17 +259,19 @@ class JogsOn(Rail):
 
 
 class CannotBeReplaced(Rail):
-    def until_there(self, free, on_stage):
+    def until_there(self, free, on_stage, alone=False):
         before = self.holds
         while self.state().moving:
+            self.go_on(alone)
             self.clock.sleep(0.02)
         if self.holds != before:
             free()
 
 
 class GoesOnWithoutALine(Rail):
-    def until_there(self, free, on_stage):
+    def until_there(self, free, on_stage, alone=False):
         while self.cart.x() != self.cart.goal or not self.open:
+            self.go_on(alone)
             self.clock.sleep(0.02)
 
 
@@ -292,6 +294,45 @@ class LostWithoutWords(Rail):
 class BelievesNoise(Rail):
     def told(self, x, moving):
         return super().told(float("inf") if "corrupt" in self.cart.faults else x, moving)
+
+
+class IgnoresTheStick(Rail):
+    def end_of(self, args):
+        self.first = getattr(self, "first", args)
+        return super().end_of(self.first)
+
+
+class AsksOnce(Rail):
+    def steered(self, args):
+        self.newest = getattr(self, "newest", None) or super().steered(args)
+        return self.newest
+
+
+class GoesOnPastItsTime(Rail):
+    def time_left(self):
+        return ALONE_S + REST_S
+
+
+class NeverRests(Rail):
+    def go_on(self, alone):
+        super().go_on(alone)
+        self.cart.go_on(1e6)
+
+
+class SaysMoreThanItsSpec(Rail):
+    def rests_within(self):
+        return None if super().rests_within() is None else 1e3
+
+
+class NeverAtRest(Rail):
+    def rests_within(self):
+        return super().rests_within() or ALONE_S
+
+
+class AsksTheWire(Rail):
+    def rests_within(self):
+        self.heard()
+        return super().rests_within()
 
 
 class NoPicture(Rail):
@@ -333,6 +374,11 @@ BROKEN = [
     (CannotBeReplaced, "replaced", "did not call permit() on its way"),
     (LostWithoutWords, "lost line", "execute ended with OSError"),
     (BelievesNoise, "noise", "Under the fault 'corrupt' state() tells inf for 'cart'"),
+    (AsksOnce, "steered", "does not call steered() while it moves"),
+    (GoesOnPastItsTime, "time left", "may move for 2.5 s more, and without a word the robot would rest within"),
+    (SaysMoreThanItsSpec, "rests within", "rests_within() says 1000.0 s in go("),
+    (NeverAtRest, "rests within", "rests_within() says 5.0 of a robot at rest"),
+    (AsksTheWire, "rests within", "answers LineGone (The cart does not answer.) on a silent line"),
     (NoPicture, "pictures", "6 bytes that are no JPEG or PNG"),
 ]
 WAITS_FOR_EVER = [
@@ -343,6 +389,8 @@ WAITS_FOR_EVER = [
     (PaceWaits, "lanes", "waits for the motion that runs"),
     (NotShown, "lanes", "The channel 'pace' does not show"),
     (GoesOnWithoutALine, "close in motion", "execute did not end after close()"),
+    (IgnoresTheStick, "steered", "goes on as it began after newer values had come (jog(way="),
+    (NeverRests, "rests within", "and it still moves long after the"),
     (CloseWaits, "close in motion", "close() under a motion did not return"),
 ]
 

@@ -64,7 +64,8 @@ class Driver(Session):
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
         check("srv1", kind, args, self.settings, self.latest())
-        began, motions, locating = _once(on_stage), self._motions, self._locating
+        stages, motions, locating = Stages(on_stage), self._motions, self._locating
+        began, tell = stages.began, stages.tell
         if self._stock is not None:
             self._stock.refuse(kind)
             self._stock.drive(lambda: self._wanted(args), permit, began)
@@ -72,16 +73,13 @@ class Driver(Session):
             crc = put_in_force(str(args["text"]), self.wheels, permit, began)
             return Outcome({"crc": crc}, self.latest())
 
-        def tell(words: str) -> None:
-            on_stage(Progress(words))
-
         def drive() -> JSON:
             motions.drive(lambda: self._wanted(args), permit, began)
             return {}
 
         def go() -> JSON:
             def left(metres: float, share: float) -> None:
-                on_stage(Progress(f"{metres:.1f} m to go", share))
+                tell(f"{metres:.1f} m to go", share)
 
             place = number(args, "x"), number(args, "y")
             return {"metres": round(go_to(place, motions, locating, permit, began, left, tell), 2)}
@@ -143,15 +141,26 @@ class Driver(Session):
         self.wheels.close()
 
 
-def _once(on_stage: OnStage) -> Callable[[], None]:
-    """Return what tells at its first call that the rover has understood."""
-    told = False
+class Stages:
+    """Tells the stages of one command in their order: what it does is told only once the rover has understood it."""
 
-    def began() -> None:
-        nonlocal told
-        if not told:
-            told = True
-            on_stage("sent")
-            on_stage("acknowledged")
+    def __init__(self, on_stage: OnStage) -> None:
+        self._on_stage, self._begun = on_stage, False
+        self._waits: Progress | None = None
 
-    return began
+    def began(self) -> None:
+        """Tell that the rover has understood; only the first call counts."""
+        if self._begun:
+            return
+        self._begun = True
+        self._on_stage("sent")
+        self._on_stage("acknowledged")
+        if self._waits is not None:
+            self._on_stage(self._waits)
+
+    def tell(self, words: str, share: float | None = None) -> None:
+        """Tell how far it is."""
+        if self._begun:
+            self._on_stage(Progress(words, share))
+        else:
+            self._waits = Progress(words, share)

@@ -6,7 +6,7 @@ from django.db.models import QuerySet
 
 from robots.models import Finding
 
-SHOWN = 200
+SHOWN = 200  # findings, and pictures beside them
 
 
 def findings_of(grants: Any) -> QuerySet[Finding]:

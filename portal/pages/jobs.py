@@ -31,6 +31,7 @@ from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
 from robots.contract.errors import RobotError
+from robots.findings import SHOWN as PICTURES
 from robots.findings import findings_of
 from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
@@ -182,7 +183,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "may_cancel": mine,
         "grants": grants,
         "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
-        "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
+        "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:PICTURES],
         "findings": findings,
         "films": films,
         "arriving": any(film.arriving for film in films),

@@ -110,9 +110,9 @@ export class ProgramDesk<Step> {
     box.className = `program-said ${kind}`;
   }
 
-  /** Show what is to say of its steps, in the element `program-judged`. */
+  /** Show what is to say of its steps, in the element `program-judged`, if the page has one. */
   judge(said: readonly Judgement[]): void {
-    byId("program-judged").replaceChildren(...said.map(({ text, at_s, refuses }) => {
+    document.getElementById("program-judged")?.replaceChildren(...said.map(({ text, at_s, refuses }) => {
       const item = document.createElement("li");
       item.className = refuses ? "bad" : "warning";
       item.textContent = `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`;

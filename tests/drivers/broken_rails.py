@@ -2,6 +2,9 @@
 
 import threading
 from dataclasses import replace
+from io import BytesIO
+
+from PIL import Image
 
 from robots.clock import SYSTEM
 from robots.contract.errors import HardwareFault, LineGone
@@ -308,6 +311,13 @@ class AsksTheWire(Rail):
     def rests_within(self):
         self.heard()
         return super().rests_within()
+
+
+class AnotherShape(Rail):
+    def picture(self, view, seconds):
+        data = BytesIO()
+        Image.new("L", (32, 9)).save(data, "PNG")
+        return data.getvalue()
 
 
 class NoPicture(Rail):

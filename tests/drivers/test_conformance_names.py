@@ -70,6 +70,7 @@ BROKEN = [
     (broken.SaysMoreThanItsSpec, "rests within", "rests_within() says 1000.0 s in go("),
     (broken.NeverAtRest, "rests within", "rests_within() says 5.0 of a robot at rest"),
     (broken.AsksTheWire, "rests within", "answers LineGone (The cart does not answer.) on a silent line"),
+    (broken.AnotherShape, "pictures", "gave a picture of 32 x 9 px; robot.toml says 32 x 8"),
     (broken.NoPicture, "pictures", "6 bytes that are no JPEG or PNG"),
 ]
 WAITS_FOR_EVER = [

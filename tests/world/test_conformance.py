@@ -65,11 +65,11 @@ def test_the_hall_rover_conforms_in_virtual_time(tmp_path, seed):
         report = conform(
             lambda: rig.session("srv1", "", {"epoch": 1}), spec_of("srv1"), world, description=description,
             examples=description["conformance"], faults=lambda: Board(rig, lambda: rig.sim.firmware.boot),
-            limits=Limits(watch_s=4.0),
+            limits=Limits(watch_s=45.0),  # a look around, before which it does not know its place, takes so long,
         )  # fmt: skip
     finally:
         rig.close()
         world.close()
     assert not report.failures, report.text()
     left = {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
-    assert left == {"replaced", "streams"}, report.text()
+    assert left == {"replaced"}, report.text()

@@ -164,8 +164,13 @@ def policies(trial: Trial) -> Iterator[str]:
         if one is None:
             continue
         seen, told = True, trial.spec.named(one)
+        lost = trial.spec.pose.coordinates if trial.spec.pose and not one.pose else ()
         for area in bound.area:
-            if not isfinite(told.get(area.name, float("nan"))):
+            if area.name in lost:
+                yield Note(
+                    f"The robot did not know where it was in {command.kind!r}, whose policy bounds {area.name!r}."
+                )
+            elif not isfinite(told.get(area.name, float("nan"))):
                 yield f"The policy of {command.kind!r} bounds {area.name!r}, which its states do not tell; tell it."
         velocities, turn = trial.spec.speeds(one)
         if bound.speed is not None and not velocities:

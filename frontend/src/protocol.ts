@@ -67,7 +67,9 @@ export interface TraceLine { t: "trace"; direction: string; hex: string; words: 
  * Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). `poses`: of the
  * body along the motion in the robot's own frame (from here, ahead, left), each at its time (s).
  */
-export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number; poses?: number[][]; times?: number[] }
+/** What is to say of a step of a program before anything moves: `at_s`, when it begins; `refuses`: it will not run. */
+export interface Judgement { step: number; at_s: number; text: string; refuses: boolean }
+export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number; poses?: number[][]; times?: number[]; judgements?: Judgement[] }
 export type Message =
   | Snapshot | Answer | TraceLine | PlanAnswer
   | ({ t: "command" } & CommandInfo)

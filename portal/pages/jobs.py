@@ -186,7 +186,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "may_cancel": mine,
         "grants": grants,
         "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
-        "frames": frames if everything else frames[:SHOWN], "pictures": frames.count(),
+        "frames": frames if everything else frames[:FINDINGS], "pictures": frames.count(),
         "findings": findings if everything else findings[:FINDINGS],
         "findings_in_all": len(findings), "left_out": left_out(commands),
         "films": films,

@@ -8,7 +8,7 @@ sure it is, and is called unknown if it is not (`gridmap.estimate`).
 from dataclasses import dataclass
 from typing import Literal
 
-from robots.autonomy.gridmap.beacon import Beacon, with_beacon
+from robots.autonomy.gridmap.beacon import Beacon, beacon_of, with_beacon
 from robots.autonomy.gridmap.belief import Belief, Pose
 from robots.autonomy.gridmap.estimate import Estimate, by_beacon, by_fits
 from robots.autonomy.gridmap.plan import Plan, RangeSensor
@@ -18,7 +18,7 @@ from robots.autonomy.gridmap.scan import TURNS, Scan, scan_of
 
 __all__ = [
     "SCANS", "TURNS", "Beacon", "Belief", "Estimate", "Fix", "Plan", "Pose", "RangeMap", "RangeSensor", "Scan",
-    "by_beacon", "locate", "next_step", "scan_of", "with_beacon",
+    "beacon_of", "by_beacon", "locate", "next_step", "scan_of", "with_beacon",
 ]  # fmt: skip
 
 CANDIDATES = 24  # cells that are refined
@@ -34,11 +34,20 @@ class Fix:
 
 
 def locate(belief: Belief, scan: Scan, beacon: Beacon | None = None) -> Fix:
-    """Return where a rover is that has just scanned, as of the last reading; `belief` is what it knew before."""
+    """Return where a rover is that has just scanned, as of the last reading; `belief` is what it knew before.
+
+    Where the map explains the scan in no place that is the beacon's, the hall has changed: the place is the beacon's,
+    the heading the compass's. A beacon that has the rover outside the map is wrong, and tells nothing.
+    """
+    if beacon is not None and not belief.ranges.plan.holds(*beacon.place):
+        beacon = None
     before = belief if beacon is None else with_beacon(belief, beacon)
     after = before.after_scan(scan)
     found = fits(belief.ranges, after.peaks(CANDIDATES)[0], scan, beacon)
-    return Fix(by_fits(found, belief), after)
+    estimate = by_fits(found, belief)
+    if beacon is None or scan.heading is None or (estimate.is_known and beacon.agrees(*estimate.pose[:2])):
+        return Fix(estimate, after)
+    return Fix(by_beacon(beacon, scan.heading, scan.heading_spread), before)
 
 
 def next_step(found: Estimate, scans: int) -> Literal["go", "scan", "ask"]:

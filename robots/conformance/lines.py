@@ -80,7 +80,8 @@ def recovery(trial: Trial) -> Iterator[str]:
     yield from (f"The state that recover() returns {wrong}" for wrong in wrong_in(trial, state))
 
 
-def _board(trial: Trial) -> Faults:
+def board_of(trial: Trial) -> Faults:
+    """Return the fault board. Raises NotApplicable where there is none."""
     if trial.faults is None:
         raise NotApplicable("there is no fault board, as simulators of Farhand have one")
     return trial.faults
@@ -88,7 +89,7 @@ def _board(trial: Trial) -> Faults:
 
 def lost_line(trial: Trial) -> Iterator[str]:
     """A robot that falls silent under a motion is a fault with a sentence, and it comes back."""
-    board = _board(trial)
+    board = board_of(trial)
     for verb in SILENT:
         run, session = _begun(trial), trial.opened_session()
         board.set(verb)
@@ -109,7 +110,7 @@ def lost_line(trial: Trial) -> Iterator[str]:
 
 def lost_power(trial: Trial) -> Iterator[str]:
     """So is a controller that is started again under a motion."""
-    board = _board(trial)
+    board = board_of(trial)
     boots = board.boots()
     if boots is None:
         raise NotApplicable("the simulator does not tell when its controller is started again")
@@ -155,7 +156,7 @@ def _mended(trial: Trial, board: Faults, when: str) -> Iterator[str]:
 
 def noise(trial: Trial) -> Iterator[str]:
     """Bytes that are corrupted, lost, doubled or late cost time, never a wrong state or an error without a sentence."""
-    board, taken = _board(trial), False
+    board, taken = board_of(trial), False
     trial.opened()
     listed = longest(trial)
     for verb, value in NOISE:

@@ -56,6 +56,11 @@ class Board:
         counts = self._ask(verb="status").get("counts")
         return int(counts.get("motion", 0)) if isinstance(counts, dict) else None
 
+    def moving(self) -> bool | None:
+        """Tell whether the simulated robot moves; None where the simulator does not tell it."""
+        moving = self._ask(verb="status").get("moving")
+        return moving if isinstance(moving, bool) else None
+
     def boots(self) -> int | None:
         """Return the number of the controller's present start; None where the simulator does not tell it."""
         boot = self._ask(verb="status").get("boot")

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from math import isfinite
 
-from robots.conformance.report import NotApplicable
+from robots.conformance.report import NotApplicable, Note
 from robots.conformance.runs import said
 from robots.conformance.trial import Broken, Trial
 from robots.contract import capabilities as can
@@ -101,6 +101,8 @@ def state(trial: Trial) -> Iterator[str]:
     seen = [("state()", trial.asked(session.state, "state")), ("hold()", trial.asked(session.hold, "hold"))]
     for words, one in (*seen, *((f"In motion ({kind}) state()", one) for kind, one in trial.states.items())):
         yield from (f"{words} {wrong}" for wrong in wrong_in(trial, one))
+    if trial.spec.pose and not any(one.pose for one in (*trial.states.values(), *(one for _, one in seen))):
+        yield Note("No state told a pose: the robot never knew where it was.")
     for ask, words in ((session.state, "state()"), (session.hold, "hold()")):
         yield from _stamped(trial, ask, words)
     kept = session.latest()
@@ -124,7 +126,7 @@ def wrong_in(trial: Trial, one: RobotState) -> Iterator[str]:
     if len(one.joints) != len(spec.joints):
         yield f"tells {len(one.joints)} joints; the spec declares {len(spec.joints)}."
     coordinates = spec.pose.coordinates if spec.pose else ()
-    if len(one.pose) != len(coordinates):
+    if one.pose and len(one.pose) != len(coordinates):  # empty: it does not know where it is
         yield f"tells a pose of {len(one.pose)} numbers; the spec declares {len(coordinates)}."
     if one.twist and len(one.twist) != len(coordinates):
         yield f"tells a twist of {len(one.twist)} numbers for a pose of {len(coordinates)}; tell as many or none."
@@ -162,8 +164,13 @@ def policies(trial: Trial) -> Iterator[str]:
         if one is None:
             continue
         seen, told = True, trial.spec.named(one)
+        lost = trial.spec.pose.coordinates if trial.spec.pose and not one.pose else ()
         for area in bound.area:
-            if not isfinite(told.get(area.name, float("nan"))):
+            if area.name in lost:
+                yield Note(
+                    f"The robot did not know where it was in {command.kind!r}, whose policy bounds {area.name!r}."
+                )
+            elif not isfinite(told.get(area.name, float("nan"))):
                 yield f"The policy of {command.kind!r} bounds {area.name!r}, which its states do not tell; tell it."
         velocities, turn = trial.spec.speeds(one)
         if bound.speed is not None and not velocities:

@@ -49,6 +49,9 @@ class Faults(Protocol):
     def motions(self) -> int | None:
         """Return how many motions the simulator has counted; None where it does not count them."""
 
+    def moving(self) -> bool | None:
+        """Tell whether the simulated robot moves; None where the simulator does not tell it."""
+
     def boots(self) -> int | None:
         """Return the number of the controller's present start; None where the simulator does not tell it."""
 

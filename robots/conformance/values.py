@@ -32,9 +32,14 @@ def refusal(trial: Trial, kind: str, args: JSON, state: RobotState | None) -> Ba
 
 
 def good(trial: Trial, command: CommandKind) -> list[JSON]:
-    """Return values with which a command can be carried out here: the robot's examples, else inside its ranges."""
+    """Return values with which a command can be carried out here.
+
+    They are the robot's examples, else inside its ranges, else its default.
+    """
     found = trial.examples.get(command.kind)
     tried = list(found) if found is not None else list(_inside(command))
+    if found is None and not tried and command.default is not None:
+        tried = [dict(command.default)]
     state = trial.opened_session().latest()
     return [args for args in tried if refusal(trial, command.kind, args, state) is None]
 

@@ -95,6 +95,12 @@ class Judgement:
     text: str
     refuses: bool = True
 
+    @property
+    def sentence(self) -> str:
+        """Return it with its time, as pages show it."""
+        minutes, seconds = divmod(round(self.at_s), 60)
+        return f"{'Will not run' if self.refuses else 'Note'}, after {minutes}:{seconds:02d} min: {self.text}"
+
 
 @dataclass(frozen=True)
 class Foreseen:

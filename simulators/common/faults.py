@@ -20,7 +20,7 @@ VERBS = frozenset(
         "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "cam_stamp", "drift", "disturb",
         "mic_gone", "mic_mute", "slip", "restart", "stall", "ir_dead", "carried", "charge",
         "contacts_bent", "false_marker", "cut", "flushed_hold", "half_frame", "lying_length", "far",
-        "blind_infrared", "sonar_ghost", "dead_encoder", "moved_case",
+        "blind_infrared", "sonar_ghost", "dead_encoder", "moved_case", "beacon_gone",
     }
 )  # fmt: skip
 

@@ -297,5 +297,5 @@ class Commander:
             hardware.battery(), sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE)),
             sensors.share(hardware.analogue(Channel.HUMIDITY)), sensors.share(hardware.analogue(Channel.LIGHT)),
             sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._crc,
-            self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, asked,
+            self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, asked, hardware.beacon(),
         )  # fmt: skip

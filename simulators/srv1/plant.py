@@ -125,16 +125,27 @@ class Plant:
         pairs = [(c.geom1, c.geom2) for c in self._data.contact if self._hull in (c.geom1, c.geom2)]
         return tuple(sorted({self._names[a + b - self._hull] for a, b in pairs}))
 
+    def sees(self, origin: tuple[float, float, float], place: tuple[float, float, float]) -> bool:
+        """Return whether nothing stands between a point of the rover's frame and a place of the hall (m)."""
+        begin = self._place(origin)
+        way = np.subtract(place, begin)
+        long = float(np.linalg.norm(way))
+        away = mujoco.mj_ray(self._model, self._data, begin, way / max(long, 1e-9), self._groups, 1, -1, self._hit)
+        return not 0.0 <= away < long
+
+    def _place(self, origin: tuple[float, float, float]) -> Floats:
+        """Return a point of the rover's frame in the hall (m)."""
+        x, y, heading = self.pose
+        ahead, aside, high = origin
+        c, s = cos(heading), sin(heading)
+        return np.array([x + c * ahead - s * aside, y + s * ahead + c * aside, high])
+
     def ray(self, origin: tuple[float, float, float], angle: float) -> tuple[float, str]:
         """Return how far a level ray runs (m), and the name of what it meets; infinite and "" where there is nothing.
 
         `origin` is in the rover's frame (m), `angle` (rad) to the left of its heading.
         """
-        x, y, heading = self.pose
-        ahead, aside, high = origin
-        place = np.array([
-            x + cos(heading) * ahead - sin(heading) * aside, y + sin(heading) * ahead + cos(heading) * aside, high,
-        ])  # fmt: skip
+        place, heading = self._place(origin), self.pose[2]
         direction = np.array([cos(heading + angle), sin(heading + angle), 0.0])
         away = mujoco.mj_ray(self._model, self._data, place, direction, self._groups, 1, -1, self._hit)
         return (float(away), self._names[int(self._hit[0])]) if away >= 0 else (float("inf"), "")

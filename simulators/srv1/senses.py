@@ -1,6 +1,6 @@
 """What the rover's sensors say of the hall: each with its noise, and with the faults of the fault board."""
 
-from math import degrees, floor, hypot, sin, tau
+from math import atan2, degrees, floor, hypot, remainder, sin, tau
 
 import numpy as np
 
@@ -15,21 +15,25 @@ RAYS = 9  # of the sonar's cone
 GHOST = (0.3, 0.9)  # share of the true distance at which a ghost appears
 COMPASS_DEG, IRON_DEG = 0.8, 1.5  # its noise, and what the rover's own iron does, which depends on the heading
 BEACON_M, BEACON_RAD = 0.05, 0.02  # noise of range and bearing
+SET_UP_RAD = 0.01  # how exactly the tower was turned to the hall
+REFLECTED, DETOUR_M = 0.02, (0.3, 2.0)  # share of readings that come by a reflection, and how much longer their way is
 WARMTH_C, SHARE = 0.1, 0.004  # noise of the thermometer, and of what is a share from 0 to 1
 
 
 class Senses:
     """Reads the plant. `advance` is called after each of its ticks."""
 
-    def __init__(self, plant: Plant, where: Hall, faults: FaultBoard, seed: int = 1) -> None:
+    def __init__(self, plant: Plant, where: Hall, faults: FaultBoard, seed: int = 1, beacon: bool = False) -> None:
         self._plant, self._hall, self._faults = plant, where, faults
         known = load("srv1")
         self._infrared, self._sonar, self._ticks = known["infrared"], known["sonar"], known["body"]["ticks"]
         self._reach = float(known["line"]["radio_m"])
+        self._antenna = 0.0, 0.0, float(known["body"]["height"])
         self._dice = np.random.default_rng(seed)
         self._iron = float(self._dice.uniform(0, tau))
         self._climate = Climate(where, seed)
         self._black = frozenset(case.name for case in where.cases if case.black)
+        self._has_beacon, self._set_up = beacon, SET_UP_RAD * float(np.random.default_rng([seed, 1]).standard_normal())
         self.now = 0.0
         self.power_on()
 
@@ -81,14 +85,21 @@ class Senses:
         return float((90.0 - degrees(heading) + off) % 360.0)
 
     def beacon(self) -> tuple[float, float] | None:
-        """Return where the rover is from the tower: range (m) and bearing (rad, from +x); None: out of reach."""
-        x, y, _ = self._plant.pose
-        east, north = x - self._hall.tower[0], y - self._hall.tower[1]
-        if hypot(east, north) > self._reach:
+        """Return where the rover is from the tower: range (m) and bearing (rad, from +x).
+
+        None where there is no beacon, and where it is not heard: out of reach, or something stands before it.
+        """
+        if not self._has_beacon or self._faults.value("beacon_gone"):
+            return None
+        (x, y, _), (tower_x, tower_y) = self._plant.pose, self._hall.tower
+        east, north = x - tower_x, y - tower_y
+        if hypot(east, north) > self._reach or not self._plant.sees(self._antenna, (tower_x, tower_y, self._hall.high)):
             return None
         noise = self._dice.standard_normal(2)
         away = max(0.0, hypot(east, north) + BEACON_M * float(noise[0]))
-        return away, float(np.arctan2(north, east) + BEACON_RAD * noise[1])
+        if self._dice.random() < REFLECTED:
+            away += float(self._dice.uniform(*DETOUR_M))
+        return away, remainder(atan2(north, east) + self._set_up + BEACON_RAD * float(noise[1]), tau)
 
     def analogue(self, channel: int) -> int:
         """Return the counts (0 to 1023) of a channel; 0 of one to which nothing is connected."""

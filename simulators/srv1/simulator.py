@@ -40,18 +40,18 @@ END_S = 1.0  # within which it comes to rest at its end
 class Simulator:
     """All parts; it is the hardware that the firmware asks. `real` is the clock that all processes share.
 
-    `stock`: a firmware without our part. `link`: see `LINKS`.
+    `stock`: a firmware without our part. `link`: see `LINKS`. `beacon`: as of `World`.
     """
 
     def __init__(
         self, folder: Path, seed: int = 1, clock: Timer = TIMER, wall: Wall = WALL, real: Timer = TIMER, *,
-        stock: bool = False, link: str = LINKS[0],
+        stock: bool = False, link: str = LINKS[0], beacon: bool = False,
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock, self._wall, self._lock = folder, clock, wall, clock.lock()
         self.faults, self.journal = FaultBoard(seed), Journal(folder / "journal.jsonl", real)
         kept = restore(folder / "state.json")
-        self.world = World(self.journal.note, self.faults, seed, kept.pose, kept.charge)
+        self.world = World(self.journal.note, self.faults, seed, kept.pose, kept.charge, beacon)
         self._flash = Flash(restore_flash(folder / "flash"))
         self._stored = self._flash.user
         self._camera, self._busy = RoverCamera(stage(), seed=seed), threading.Lock()

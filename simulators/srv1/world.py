@@ -26,15 +26,19 @@ MOVED_M = 0.6  # how far a showcase is moved, along the hall and towards its mid
 
 
 class World:
-    """The rover in its hall. `note` writes to the journal, `faults` says what is broken."""
+    """The rover in its hall. `note` writes to the journal, `faults` says what is broken.
+
+    `beacon`: the tower tells the rover range and bearing, also where the description has no beacon.
+    """
 
     def __init__(
-        self, note: Note, faults: FaultBoard, seed: int = 1, pose: Pose | None = None, charge: float = 1.0
-    ) -> None:
+        self, note: Note, faults: FaultBoard, seed: int = 1, pose: Pose | None = None, charge: float = 1.0,
+        beacon: bool = False,
+    ) -> None:  # fmt: skip
         self.hall = hall()
         self._note, self._faults = note, faults
         self.plant = Plant(pose or self.hall.home, self.hall)
-        self.senses = Senses(self.plant, self.hall, faults, seed)
+        self.senses = Senses(self.plant, self.hall, faults, seed, beacon or self.hall.beacon)
         known = load("srv1")
         self.battery = Battery({**known["battery"], "resistance": OHM}, charge)
         self.drive = Drive(note)

@@ -18,16 +18,49 @@ from tests.packaged import SHUTTLE, TURNTABLE, installed_from
 from tests.rig import PYTHON, ROOT
 
 # how many times faster than real time each simulator runs; the others run in real time
-SPEED = {"mercury": 2.0, "pa10": 4.0, "irat": 2.0}
+SPEED = {"mercury": 2.0, "pa10": 4.0, "irat": 2.0, "srv1": 4.0}
 OURS = sorted(file.parent.name for file in (ROOT / "robots/drivers").glob("*/driver.py"))
 # what a robot has nothing to show for, of its own spec and simulator
 WITHOUT = {
-    "mercury": {"replaced", "policies", "streams"},
-    "pa10": {"policies", "lanes", "streams"},
-    "irat": {"replaced", "policies"},
-    "so101": {"held motions", "replaced", "policies", "lanes", "pictures", "streams", "lost power"},
-    "turntable": {"held motions", "replaced", "lost line", "lost power", "noise", "pictures"},
-    "shuttle": {"held motions", "replaced", "policies", "lanes", "lost line", "lost power", "noise", "streams"},
+    "mercury": {"replaced", "policies", "streams", "steered", "time left"},
+    "pa10": {"policies", "lanes", "streams", "steered", "time left"},
+    "irat": {"replaced", "policies", "steered", "time left"},
+    "srv1": {"replaced", "streams"},
+    "so101": {
+        "held motions",
+        "steered",
+        "time left",
+        "rests within",
+        "replaced",
+        "policies",
+        "lanes",
+        "pictures",
+        "streams",
+        "lost power",
+    },
+    "turntable": {
+        "steered",
+        "rests within",
+        "held motions",
+        "replaced",
+        "lost line",
+        "lost power",
+        "noise",
+        "pictures",
+    },
+    "shuttle": {
+        "steered",
+        "time left",
+        "rests within",
+        "held motions",
+        "replaced",
+        "policies",
+        "lanes",
+        "lost line",
+        "lost power",
+        "noise",
+        "streams",
+    },
 }
 
 

@@ -1,6 +1,7 @@
 """Our frames behind `%`: each is read as it was written, bounded, and found among whatever else arrives."""
 
 from binascii import crc_hqx
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -66,6 +67,7 @@ STATUSES = st.builds(
     scaled(bounds.RANGE_MM), scaled(bounds.MV), scaled(bounds.DECIDEGREES, 10), scaled(bounds.THOUSANDTHS),
     scaled(bounds.THOUSANDTHS), st.booleans(), within(bounds.CRC), within(bounds.PERMIT_MS), within(bounds.NUMBER),
     within(bounds.UPTIME_MS), st.sampled_from(answers.STATUSES),
+    st.none() | st.tuples(scaled(bounds.RANGE_MM), scaled(bounds.MRAD)),
 )  # fmt: skip
 ANSWERS = st.one_of(
     STATUSES,
@@ -103,6 +105,13 @@ def test_an_answer_is_read_as_it_was_written(answer):
     assert len(data) <= LONGEST_ANSWER
     (frame,) = Frames(ANSWER).feed(data)
     assert close(answers.decode(frame), answer)
+
+
+@given(STATUSES, st.sampled_from(["5000", "-1,0", "100001,0", "5000,6285", "5000,0,0", "5000,", "nan,0"]))
+def test_a_beacon_that_no_tower_tells_is_refused(status, told):
+    frame = replace(status, beacon=None).encode()
+    with pytest.raises(Malformed):
+        answers.decode(Frame(frame.letter, f"{frame.payload},{told}"))
 
 
 def test_a_frame_is_what_the_description_says():

@@ -237,8 +237,19 @@ def test_who_carries_it_away_is_seen_by_judges_and_not_by_its_odometry(rig):
     told = rig.client.ask(Ask())
     assert dist((told.x, told.y), hall().home[:2]) < 0.1
     assert dist((x, y), hall().home[:2]) > 0.5
-    away, bearing = rig.sim.beacon()
-    assert hall().tower[0] + away * np.cos(bearing) == pytest.approx(x, abs=0.4)
+
+
+def test_a_status_carries_the_beacon_where_there_is_one(rig, opened):
+    assert rig.client.ask(Ask()).beacon is None
+    other = opened(beacon=True)
+    for _ in range(5):
+        told = other.client.ask(Ask())
+        away, bearing = told.beacon
+        x, y, _ = other.sim.status()["pose"]
+        assert hall().tower[1] + away * np.sin(bearing) == pytest.approx(y, abs=2.2)  # it may come by a reflection
+        assert bearing == pytest.approx(np.arctan2(y - hall().tower[1], x - hall().tower[0]), abs=0.13)
+    other.sim.faults.set("beacon_gone")
+    assert other.client.ask(Ask()).beacon is None
 
 
 def test_a_stock_rover_is_silent_to_what_is_ours(opened):

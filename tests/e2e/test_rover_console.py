@@ -41,7 +41,7 @@ def test_a_mission_is_composed_offline_sent_and_found_done(portal, visitor):
     ada.axe("the mission card")
     page.context.set_offline(True)
     written(page, "go 6.0 2.3\ngo 3.0 2.6\nphotograph\n")
-    said = page.locator("#mission-said")
+    said = page.locator("#program-judged")
     expect(said).to_contain_text("Will not run")
     expect(said).to_contain_text("Step 2, go 3 2.6: The rover cannot stand there")
     written(page, "dance\n")

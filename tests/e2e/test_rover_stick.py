@@ -57,7 +57,7 @@ class RoverRows:
             streams.publish()
             values = {
                 "infrared": self.near, "sonar": 3.0, "spread": 0.1, "battery": 8.0 + 0.1 * math.sin(number),
-                "temperature": 21.0, "humidity": 40.0, "light": 50.0, "presence": 0.0, "driven": 7.0,
+                "temperature": 21.0, "humidity": 40.0, "light": 50.0, "presence": 0.0, "compass": 90.0, "driven": 7.0,
             }  # fmt: skip
             state = RobotState(time.monotonic(), (), (3.0, 1.5, 0.2), False, True, "", (), (), "resting", values)
             told = spec.named(state)

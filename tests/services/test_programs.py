@@ -156,6 +156,18 @@ def test_where_a_target_would_lead(robot, people):
     assert not Command.objects.exists()
 
 
+def test_a_program_that_will_not_run_is_judged_with_step_and_time(robot, people):
+    """By the judgement of missions: which step, when it would begin, and what is wrong with it."""
+    text = "j 10 25 75 0 80 0\nd 2\nk 500 160 -50 180 0 180\nd 1"
+    before = preview(robot, people["ada"], "program", {"text": text.partition("\nk")[0]}, READY)
+    found = preview(robot, people["ada"], "program", {"text": text}, READY)
+    (said,) = found["judgements"]
+    assert (found["ok"], found["text"]) == (False, said["text"])
+    assert (said["step"], said["refuses"]) == (3, True)
+    assert said["at_s"] == pytest.approx(before["seconds"], abs=0.01) and said["at_s"] > 2.0
+    assert said["text"].startswith("Step 3: ") and "the table" in said["text"]
+
+
 @pytest.mark.parametrize(
     "message",
     [

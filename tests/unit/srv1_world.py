@@ -10,9 +10,9 @@ from simulators.srv1.world import World
 ROOM_M = 0.25  # around the middle of a rover that touches nothing
 
 
-def world(pose=None, seed=3, charge=1.0):
+def world(pose=None, seed=3, charge=1.0, beacon=False):
     noted = []
-    made = World(lambda event, **more: noted.append({"event": event, **more}), FaultBoard(), seed, pose, charge)
+    made = World(lambda event, **more: noted.append({"event": event, **more}), FaultBoard(), seed, pose, charge, beacon)
     made.noted, made.faults = noted, made._faults
     return made
 

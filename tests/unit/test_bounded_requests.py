@@ -3,6 +3,7 @@
 import contextlib
 import gc
 import math
+import re
 import tracemalloc
 from functools import partial
 
@@ -257,17 +258,19 @@ def test_a_line_from_one_end_of_the_reach_to_the_other_is_looked_at_in_time(meas
 
 def test_a_program_that_lasts_too_long_is_refused_with_the_bound():
     text = "\n".join(["d 30"] * 11)
-    with pytest.raises(OutOfWorkspace, match="step 11: the program would take longer than the 300 s"):
-        preview("program", {"text": text}, READY)
-    with pytest.raises(Refused, match="300 s"):
+    (said,) = preview("program", {"text": text}, READY).judgements
+    assert (said.step, said.at_s, said.refuses) == (11, 300.0, True)
+    assert "the program would take longer than the 300 s" in said.text
+    with pytest.raises(Refused, match=r"step 11, after 300.0 s: .* 300 s"):
         Courses().check(program(text), np.array(READY))
     moves = "R 60\nj 90 0 60 0 60 0\nj -90 0 60 0 60 0\nE"
-    with pytest.raises(OutOfWorkspace, match=r"step \d+: the program would take longer than the 300 s"):
-        preview("program", {"text": moves}, READY)
+    (said,) = preview("program", {"text": moves}, READY).judgements
+    assert re.match(r"Step \d+: the program would take longer than the 300 s", said.text)
+    assert 290.0 < said.at_s <= 300.0, "the time at which that step would begin"
 
 
 def test_a_program_that_is_too_much_to_plan_is_refused_with_the_bound():
-    with pytest.raises(Refused, match=r"step \d+: .* about 10 m of straight lines"):
+    with pytest.raises(Refused, match=r"step \d+, after [\d.]+ s: .* about 10 m of straight lines"):
         Courses().check(program(PROGRAMS["different lines"]), np.array(READY))
 
 

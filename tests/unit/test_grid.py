@@ -1,5 +1,6 @@
 """Grid scanning: the belief, where a scan puts the rover, how sure it says it is, and what it does when it is not."""
 
+from dataclasses import replace
 from math import atan2, hypot, inf, nan, pi, tau
 
 import numpy as np
@@ -16,12 +17,14 @@ from robots.autonomy.grid import (
     Plan,
     RangeMap,
     Scan,
+    beacon_of,
     by_beacon,
     locate,
     next_step,
     scan_of,
     with_beacon,
 )
+from robots.autonomy.gridmap.beacon import HEARD
 from robots.autonomy.gridmap.turns import headings_of
 from robots.drivers.srv1.grid_map import range_map, sensors
 from simulators.common.faults import FaultBoard
@@ -201,6 +204,69 @@ def test_with_the_beacon_an_ambiguous_scan_is_none():
     there = locate(Belief.uniform(ranges), scan, beacon).estimate
     assert there.is_known
     assert off(there.pose, (1.3, 0.9, heading[-1]))[0] < 0.03
+
+
+def beacon_readings(draw, pose, count=TURNS):
+    """Return what the tower tells of a rover that stands there, with noise and reflections."""
+    east, north = pose[0] - WORLD.hall.tower[0], pose[1] - WORLD.hall.tower[1]
+    away, bearing = hypot(east, north), atan2(north, east) + 0.01 * draw.normal()
+    detours = np.where(draw.random(count) < 0.02, draw.uniform(0.3, 2.0, count), 0.0)
+    ranges, bearings = away + 0.05 * draw.normal(size=count) + detours, bearing + 0.02 * draw.normal(size=count)
+    return list(zip(ranges, bearings, strict=True))
+
+
+@given(SEEDS)
+def test_readings_of_the_beacon_tell_the_place_within_their_spread(seed):
+    draw = dice(seed)
+    pose = WORLD.place(draw)
+    beacon = beacon_of(WORLD.hall.tower, beacon_readings(draw, pose))
+    assert np.abs(beacon.differences(pose[0], pose[1])).max() < 4.0
+    assert beacon.range_spread < 0.05, "together they tell more than one"
+
+
+def test_a_beacon_that_is_heard_too_seldom_is_none():
+    assert beacon_of((6.0, 4.0), [(1.0, 0.1)] * (HEARD - 1)) is None
+    assert beacon_of((6.0, 4.0), [(1.0, pi - 0.01), (1.0, 0.01 - pi)] * HEARD).bearing == pytest.approx(pi, abs=0.02)
+
+
+@pytest.mark.parametrize("bad", [nan, inf, 1e308])
+def test_numbers_that_no_tower_tells_are_refused(bad):
+    for reading in ((bad, 0.0), (1.0, bad)):
+        with pytest.raises(ValueError):
+            beacon_of((6.0, 4.0), [reading] * HEARD)
+
+
+def changed(draw):
+    """Return the hall with four showcases moved by half a metre the same way, which the map does not know."""
+    cases, way = list(WORLD.hall.cases), float(draw.choice([-0.5, 0.5]))
+    for number in draw.permutation(len(cases))[:4]:
+        x, y = cases[number].at
+        cases[number] = replace(cases[number], at=(x + way, y))
+    return World(replace(WORLD.hall, cases=tuple(cases)))
+
+
+def test_in_a_hall_that_has_changed_the_beacon_places_the_rover_where_the_map_lies():
+    known, false, lies = 0, 0, 0
+    for seed in range(30):
+        draw = dice(seed)
+        there = changed(draw)
+        scan, pose = there.scan(there.place(draw), draw)
+        beacon = beacon_of(WORLD.hall.tower, beacon_readings(draw, pose))
+        with_it = locate(Belief.uniform(MAP), scan, beacon).estimate
+        without = locate(Belief.uniform(MAP), scan).estimate
+        known += with_it.is_known
+        false += with_it.is_known and off(with_it.pose, pose)[0] > max(0.15, 1.5 * with_it.spread)
+        lies += not without.is_known or off(without.pose, pose)[0] > 0.3
+    assert lies >= 6, "sonar and map alone do not tell, or tell another place"
+    assert known == 30
+    assert false <= 1
+
+
+def test_a_beacon_that_has_the_rover_outside_the_hall_tells_nothing():
+    draw = dice(3)
+    scan, _ = WORLD.scan(WORLD.place(draw), draw)
+    wild = beacon_of(WORLD.hall.tower, [(90.0, 0.3)] * TURNS)
+    assert locate(Belief.uniform(MAP), scan, wild).estimate == locate(Belief.uniform(MAP), scan).estimate
 
 
 @given(SEEDS, st.floats(0.10, 0.35))

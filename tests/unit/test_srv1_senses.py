@@ -1,7 +1,7 @@
 """What the hall rover's sensors say, against the geometry of the hall."""
 
 from itertools import pairwise
-from math import atan2, cos, degrees, dist, pi, sin
+from math import atan2, cos, degrees, hypot, pi, sin
 
 import numpy as np
 import pytest
@@ -98,13 +98,51 @@ def test_the_compass_counts_clockwise_from_north(one, pose):
     assert abs((read - (90 - degrees(pose[2])) + 180) % 360 - 180) < 7
 
 
+def heard(one, count=200):
+    """Return what the beacon told of so many readings: ranges and bearings."""
+    told = [one.senses.beacon() for _ in range(count)]
+    return np.array([reading for reading in told if reading is not None]).reshape(-1, 2)
+
+
+def test_the_beacon_tells_where_the_rover_is_from_the_tower():
+    """With noise, and now and then by a reflection, whose way is longer."""
+    one = world((2.0, 1.0, 0.7), beacon=True)
+    x, y = 2.0 - HALL.tower[0], 1.0 - HALL.tower[1]
+    ranges, bearings = heard(one, 2000).T
+    assert len(ranges) == 2000
+    off = ranges - hypot(x, y)
+    assert np.median(off) == pytest.approx(0.0, abs=0.01)
+    assert 0.005 < (off > 0.3).mean() < 0.05, "reflections"
+    assert off[off < 0.3].std() == pytest.approx(0.05, rel=0.1)
+    turned = np.remainder(bearings - atan2(y, x) + pi, 2 * pi) - pi
+    assert abs(turned.mean()) < 0.04, "the tower is not turned exactly"
+    assert turned.std() == pytest.approx(0.02, rel=0.1)
+
+
 @given(pose=poses())
-def test_the_beacon_tells_where_the_rover_is_from_the_tower(one, pose):
-    one.plant.put(*pose)
-    away, bearing = one.senses.beacon()
-    x, y = pose[0] - HALL.tower[0], pose[1] - HALL.tower[1]
-    assert away == pytest.approx(dist(pose[:2], HALL.tower), abs=0.3)
-    assert abs((bearing - atan2(y, x) + pi) % (2 * pi) - pi) < 0.13
+def test_the_bearing_of_the_beacon_is_from_minus_to_plus_half_a_turn(pose):
+    one = world(pose, beacon=True)
+    assert all(-pi <= bearing <= pi and away >= 0.0 for away, bearing in heard(one, 3))
+
+
+def test_a_beacon_that_is_not_there_out_of_view_or_broken_tells_nothing():
+    assert len(heard(world((2.0, 1.0, 0.7)))) == 0, "the hall has none, unless somebody says so"
+    one = world((10.95, 4.0, 0.0), beacon=True)
+    assert len(heard(one)) == 200
+    one.faults.set("beacon_gone")
+    assert len(heard(one)) == 0
+    one.faults.clear()
+    one.plant.put(9.0, 6.1, 0.0)  # a showcase stands between
+    assert len(heard(one)) == 0
+
+
+def test_a_beacon_changes_nothing_else_of_a_rover():
+    """Without one the same seed gives the same readings as with one that nobody asks."""
+    plain, other = world((2.0, 1.0, 0.7)), world((2.0, 1.0, 0.7), beacon=True)
+    assert [plain.senses.sonar() for _ in range(9)] == [other.senses.sonar() for _ in range(9)]
+    plain.senses.beacon()
+    other_reading = plain.senses.sonar()
+    assert other_reading == other.senses.sonar(), "a beacon that is not there draws no noise"
 
 
 # encoders

@@ -27,7 +27,7 @@ class RoverRig:
     faults = ("awol", "mute", "slow", "slip", "blind_infrared", "cam_gone")
     strengths = {"slow": 0.2}
 
-    def __init__(self, world: World, folder: Path, link: str = "wifi") -> None:
+    def __init__(self, world: World, folder: Path, **options: str | bool) -> None:
         self.world, self.folder, self.cable = world, folder, Network(world)
         self.pull, self.plug = self.cable.pull, self.cable.plug
         self.stall, self.halve = self.cable.stall, self.cable.halve
@@ -36,7 +36,7 @@ class RoverRig:
         self._last: dict = {}  # the motion before
         self._end = ""  # how it ended, if nobody has held the rover since
         self.process = world.process("simulator", delayed=False)
-        self.sim = Simulator(folder, world.seed, world, lambda: world.now().timestamp(), world, link=link)
+        self.sim = Simulator(folder, world.seed, world, lambda: world.now().timestamp(), world, **options)
         world.spawn(self._run, "simulator", self.process)
 
     def _run(self) -> None:

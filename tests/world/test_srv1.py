@@ -3,12 +3,14 @@
 import random
 import shutil
 from hashlib import sha256
+from itertools import pairwise
 from math import dist, inf, pi
 
 import pytest
 from django.conf import settings
 
 from robots.drivers.srv1.hall import hall
+from robots.drivers.srv1.missions import LOOK_S
 from robots.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
 from tests.world.seeds import hunt, seeds
@@ -282,6 +284,46 @@ def mission(portal):
 @seeds(1, 10, 100)
 def test_a_mission_stores_what_it_finds(worlds, seed):
     hunt(worlds, seed, mission)
+
+
+def looks_around(portal):
+    """Each of the 18 stops leaves its readings and a picture, and the page's pictures tell where the rover looked."""
+    portal.grant()
+    command = portal.final(portal.issue("mission", text="look around"), 120)
+    assert command.state == "completed", command.reason
+    told = found(command)
+    assert [one.text for one in told] == [f"look {number} of 18" for number in range(1, 19)]
+    assert all(set(one.values) == {"compass", "infrared", "sonar"} for one in told)
+    turned = [(b.values["compass"] - a.values["compass"]) % 360 for a, b in pairwise(told)]
+    assert all(325 < turn < 355 for turn in turned), "20 degrees to the left each, less what slips"
+    assert len({one.frame_id for one in told} - {None}) == 18
+    for one in told:
+        assert abs((one.frame.values["compass"] - one.values["compass"] + 180) % 360 - 180) < 5
+    assert [unit for name, _, unit in told[0].readings() if name == "compass"] == ["°"]
+
+
+@seeds(1, 5, 50)
+def test_a_look_around_leaves_18_pictures_with_what_was_read(worlds, seed):
+    hunt(worlds, seed, looks_around)
+
+
+def looks_without_a_camera(portal):
+    """A camera that is gone is asked once, and the readings stay."""
+    portal.grant()
+    portal.rig.fault("cam_gone")
+    begun = portal.world.monotonic()
+    command = portal.final(portal.issue("mission", text="look around"), 120)
+    assert command.state == "completed", command.reason
+    told = found(command)
+    assert told[0].text == "look 1 of 18: The camera does not answer."
+    assert [one.text for one in told[1:]] == [f"look {number} of 18" for number in range(2, 19)]
+    assert not any(one.frame for one in told)
+    assert portal.world.monotonic() - begun < LOOK_S, "it waited for one picture, not for 18"
+
+
+@seeds(1, 5, 50)
+def test_a_camera_that_is_gone_costs_a_look_around_a_moment(worlds, seed):
+    hunt(worlds, seed, looks_without_a_camera)
 
 
 def killed_in_a_mission(portal):

@@ -18,7 +18,7 @@ class Far:
 
     def __init__(self, folder, seed):
         self.world = World(seed)
-        self.rig = RoverRig(self.world, folder, "internet")
+        self.rig = RoverRig(self.world, folder, link="internet")
         self.session = self.rig.session("srv1", "", {"epoch": 1})
         self.session.on_time_left = lambda: 100.0
         self.process = self.world.process("people", delayed=False)

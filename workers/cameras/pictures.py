@@ -138,7 +138,7 @@ class Pictures:
         """Take a picture of the robot at rest with the first camera. Raises CameraFault."""
         with self.cameras[0].lock:
             verdict = self.settle()
-            picture = self.grab(self._stills.exposure_s if self._stills else None)
+            picture = self.grab(self._stills.exposure_s) if self._stills else verdict.picture
             number = self.cameras[0].next()
         shown, self.newest_at = self._corrected(picture), self._clock.now()
         return Taken(shown, jpeg(shown), number, self.newest_at, verdict)

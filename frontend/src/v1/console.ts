@@ -14,7 +14,7 @@ export { type Box, objectsAfter, type Placed } from "../objects.ts";
 export { RobotPage } from "../page.ts";
 export { allow, fill, refusal, say } from "../parts.ts";
 export { fromOwn } from "../posture.ts";
-export type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still, StreamPacket } from "../protocol.ts";
+export type { CommandInfo, Judgement, PicturePacket, PlanAnswer, StatePacket, Still, StreamPacket } from "../protocol.ts";
 export { prefetch } from "../prefetch.ts";
 export { request } from "../request.ts";
 export { byId, set, shape } from "../svg.ts";

@@ -1,4 +1,4 @@
 /** `/static/farhand/v1/programs.js`: programs in a robot's own language, as text and as blocks. */
 import "../widgets/programs.css";
 
-export { type Language, ProgramDesk, type ProgramUse, type StepBlocks } from "../widgets/program_desk.ts";
+export { minutes, type Language, ProgramDesk, type ProgramUse, type StepBlocks } from "../widgets/program_desk.ts";

@@ -2,6 +2,7 @@
 import { kept } from "../kept.ts";
 import type { RobotPage } from "../page.ts";
 import { allow } from "../parts.ts";
+import type { Judgement } from "../protocol.ts";
 import { request } from "../request.ts";
 import { byId } from "../svg.ts";
 
@@ -109,6 +110,16 @@ export class ProgramDesk<Step> {
     box.className = `program-said ${kind}`;
   }
 
+  /** Show what is to say of its steps, in the element `program-judged`, if the page has one. */
+  judge(said: readonly Judgement[]): void {
+    document.getElementById("program-judged")?.replaceChildren(...said.map(({ text, at_s, refuses }) => {
+      const item = document.createElement("li");
+      item.className = refuses ? "bad" : "warning";
+      item.textContent = `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`;
+      return item;
+    }));
+  }
+
   private async refresh(): Promise<void> {
     const answer = await request(`/robots/${this.page.slug}/programs/`);
     this.saved = answer.ok ? ((await answer.json()) as { programs: Saved[] }).programs : [];
@@ -159,10 +170,12 @@ export class ProgramDesk<Step> {
     } catch (error) {
       const why = (error as Error).message;
       this.tell(why, "bad");
+      this.judge([]);
       this.use.refused(why);
       return false;
     }
     this.tell("", "");
+    this.judge([]);
     this.use.changed(this.steps);
     return true;
   }
@@ -215,4 +228,10 @@ export class ProgramDesk<Step> {
     }
     return null;
   }
+}
+
+/** So many seconds as minutes and seconds. */
+export function minutes(seconds: number): string {
+  const whole = Math.round(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
 }

@@ -1,7 +1,7 @@
 """Where the rover is and how sure that is: by the fits of a scan, or by the tower alone."""
 
 from dataclasses import dataclass
-from math import cos, inf, isfinite, pi, remainder, sin, tau
+from math import inf, isfinite, pi, remainder, tau
 
 import numpy as np
 
@@ -80,9 +80,7 @@ def by_beacon(beacon: Beacon, heading: float, heading_spread: float) -> Estimate
         raise ValueError("A heading is a finite number with a spread above 0.")
     across = beacon.range * beacon.bearing_spread
     spread = _quantile(np.hypot(DRAWS[:, 0] * beacon.range_spread, DRAWS[:, 1] * across), np.ones(len(DRAWS)))
-    x = beacon.tower[0] + beacon.range * cos(beacon.bearing)
-    y = beacon.tower[1] + beacon.range * sin(beacon.bearing)
-    return Estimate((x, y, remainder(heading, tau)), spread, min(NORMAL * heading_spread, pi), 1.0)
+    return Estimate((*beacon.place, remainder(heading, tau)), spread, min(NORMAL * heading_spread, pi), 1.0)
 
 
 def _quantile(values: Floats, mass: Floats) -> float:

@@ -69,6 +69,11 @@ class Plan:
         x, y = self.segments[:, [0, 2]], self.segments[:, [1, 3]]
         return float(x.min()), float(y.min()), float(x.max()), float(y.max())
 
+    def holds(self, x: float, y: float) -> bool:
+        """Return whether a place is inside the extent."""
+        x0, y0, x1, y1 = self.extent
+        return x0 <= x <= x1 and y0 <= y <= y1
+
     def room(self, x: Floats, y: Floats) -> Floats:
         """Return how far the nearest surface is (m), 0 inside of something or outside the hall; any shape."""
         ax, ay, bx, by = self.segments.T

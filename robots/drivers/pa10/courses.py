@@ -28,6 +28,14 @@ class Course:
     plan: Plan
 
 
+class StepRefused(Refused):
+    """A step of a program is not planned: which one, counted from 1, when it would begin (s), and why."""
+
+    def __init__(self, code: str, step: int, at_s: float, why: str) -> None:
+        super().__init__(code, f"step {step}, after {at_s:.1f} s: {why}")
+        self.step, self.at_s, self.why = step, at_s, why
+
+
 def is_default(request: Request) -> bool:
     """Return whether this is the paper's way out of a range error: all joints to zero."""
     return request.letter == "j" and not any(request.numbers[:6])
@@ -87,14 +95,12 @@ class Courses:
     def along(self, steps: list[Request], q: Joints) -> Iterator[tuple[int, Path]]:
         """Yield the motions of a program from rest at `q`, each with the number of its step.
 
-        Waiting and moving times are added up on the way.
-
-        Raises:
-            Refused: names the step.
+        Waiting and moving times are added up on the way. Raises StepRefused.
         """
         here, seconds, budget = q, 0.0, Budget(MOST)
         known: dict[tuple[Request, bytes], Plan] = {}  # repeated steps are planned once
         for number, step in enumerate(steps, 1):
+            begins = seconds
             try:
                 seconds += self.pause(step)
                 if step.letter in MOTIONS:
@@ -110,7 +116,7 @@ class Courses:
                         "make two of it",
                     )
             except Refused as error:
-                raise Refused(error.code, f"step {number}: {error}") from error
+                raise StepRefused(error.code, number, begins, str(error)) from error
             if step.letter in MOTIONS:
                 yield number, known[key].path
 
@@ -118,13 +124,13 @@ class Courses:
         """Check a whole program from rest at `q` and return its duration (s). Calls `go_on` between steps.
 
         Raises:
-            Refused: names the step. And whatever `go_on` raises.
+            StepRefused, and whatever `go_on` raises.
         """
-        seconds = self.pauses(steps)
+        seconds = 0.0
         for _, path in self.along(steps, q):
             go_on()
             seconds += path.seconds
-        return seconds
+        return seconds + self.pauses(steps)
 
     @staticmethod
     def pauses(steps: list[Request]) -> float:

@@ -4,23 +4,25 @@ from typing import Any
 
 import numpy as np
 
-from robots.contract.capabilities import Foreseen
+from robots.contract.capabilities import Foreseen, Judgement
 from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.contract.values import number
 from robots.description import load
 from robots.drivers.pa10.checks import PLACES, bounded, courses, request_of, steps_of
-from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.courses import Courses, StepRefused
 from robots.drivers.pa10.protocol import Request
 from robots.motion.chain import Joints
 from robots.motion.described import posture
-from robots.motion.planner import Refused
 
 BETWEEN_S = 0.1  # two poses of a preview
 FARTHEST_RAD = 7.0
 
 
 def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any]) -> Foreseen:
-    """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
+    """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace.
+
+    What a step of a program lacks is its judgement.
+    """
     bounded(kind, args)
     arm = load("pa10")
     here = start(joints, posture(arm, "ready"))
@@ -44,11 +46,14 @@ def start(joints: tuple[float, ...], ready: Joints) -> Joints:
 def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool) -> Foreseen:
     """Return the path through `steps` from rest at `here` (rad); `numbered`: the steps are those of a program.
 
+    A program of which a step cannot be done, or that lasts or costs too much, has a judgement that refuses it.
+
     Raises:
-        OutOfWorkspace: a step cannot be done, or the whole lasts or costs too much.
+        OutOfWorkspace: the same of a command that is no program.
 
     """
     parts, steps_of, seconds = [here[None]], [0], 0.0
+    said: tuple[Judgement, ...] = ()
     try:
         for step, path in courses.along(steps, here):
             count = max(2, int(path.seconds / BETWEEN_S))
@@ -56,12 +61,15 @@ def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool
             steps_of += [step] * count
             seconds += path.seconds
         seconds += courses.pauses(steps)
-    except Refused as error:
-        text = str(error) if numbered else str(error).removeprefix("step 1: ")
-        raise OutOfWorkspace(f"The arm cannot go there: {text}.") from error
+    except StepRefused as error:
+        if not numbered:
+            raise OutOfWorkspace(f"The arm cannot go there: {error.why}.") from error
+        said = (Judgement(error.step, error.at_s, f"Step {error.step}: {error.why}."),)
+        seconds = error.at_s
     q = np.concatenate(parts)
     tool = courses.planner.chain.forward(q)[:, :3, 3]
     rows = tuple(tuple(row) for row in q.tolist())
     return Foreseen(
-        rows[-1], rows, tuple(tuple(row) for row in tool.tolist()), seconds, tuple(steps_of) if numbered else ()
-    )
+        rows[-1], rows, tuple(tuple(row) for row in tool.tolist()), seconds, tuple(steps_of) if numbered else (),
+        judgements=said,
+    )  # fmt: skip

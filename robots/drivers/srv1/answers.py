@@ -13,6 +13,7 @@ from robots.drivers.srv1.protocol import Malformed
 
 ENDS = ("none", "done", "silence", "held", "lost", "replaced", "permit")  # of a motion
 MODES = ("rest", "hand", "patrol")
+BEACON = (bounds.RANGE_MM, bounds.MRAD)  # range and bearing, at the end of a status where the tower is heard
 REFUSED = "!"
 
 
@@ -23,7 +24,8 @@ class Status:
     `motion` is the newest motion's number, `end` how it ended. `temperature` is in degrees Celsius, `humidity` and
     `light` are shares. `rules` is the CRC of the set in force, 0 for the one that it was made with. `permit_ms` is what
     is left of its permit, `journal` the number of its newest entry, `uptime_ms` the time since its start. `asked` is
-    the letter of the command that this answers.
+    the letter of the command that this answers. `beacon`: range (m) and bearing (rad, from the hall's x axis to the
+    left) of the rover from the tower; None where that is not heard, or the rover has no receiver for it.
     """
 
     boot: int
@@ -50,6 +52,7 @@ class Status:
     journal: int
     uptime_ms: int
     asked: str = Ask.letter
+    beacon: tuple[float, float] | None = None
 
     def encode(self) -> Frame:
         """Return the frame. Raises Malformed."""
@@ -62,21 +65,27 @@ class Status:
                 values.append(unit.index(value))
             else:  # a sensor's spike must not silence it
                 values.append(min(max(round(value / unit), limits.low), limits.high))
-        return Frame(self.asked, written(values, [limits for _, _, limits in _FIELDS]))
+        all_limits = [limits for _, _, limits in _FIELDS]
+        if self.beacon is not None:
+            all_limits += BEACON
+            values += [min(max(round(v * 1000), b.low), b.high) for v, b in zip(self.beacon, BEACON, strict=True)]
+        return Frame(self.asked, written(values, all_limits))
 
     @classmethod
     def decode(cls, frame: Frame) -> "Status":
         """Return what a frame says. Raises Malformed."""
         said: dict[str, Any] = {}
-        read = numbers(frame.payload, [limits for _, _, limits in _FIELDS])
-        for value, (name, unit, limits) in zip(read, _FIELDS, strict=True):
+        heard = BEACON if frame.payload.count(",") >= len(_FIELDS) else ()
+        read = numbers(frame.payload, [*(limits for _, _, limits in _FIELDS), *heard])
+        for value, (name, unit, limits) in zip(read, _FIELDS, strict=False):
             if isinstance(unit, tuple):
                 said[name] = unit[value]
             elif unit is None:
                 said[name] = bool(value) if limits is bounds.FLAG else value
             else:
                 said[name] = round(value * unit, 3)
-        return cls(**said, asked=frame.letter)
+        beacon = (read[-2] / 1000, read[-1] / 1000) if heard else None
+        return cls(**said, asked=frame.letter, beacon=beacon)
 
 
 _FIELDS: tuple[tuple[str, float | tuple[str, ...] | None, Bounds], ...] = (

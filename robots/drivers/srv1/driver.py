@@ -4,19 +4,22 @@ import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
-from robots.contract.errors import HardwareFault, RobotError
+from robots.contract.errors import RobotError
 from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
+from robots.drivers.permits import until_held
 from robots.drivers.srv1.alone import Alone
+from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
+from robots.drivers.srv1.pictures import Pictures
 from robots.drivers.srv1.refusals import StockFirmware
 from robots.drivers.srv1.sending import put_in_force
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.stock import StockRover
-from robots.drivers.srv1.touring import go_to, tour
+from robots.drivers.srv1.touring import go_to, noted, tour
 from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.wheels import Wheels
 from robots.drivers.stream import open_stream
@@ -40,7 +43,9 @@ class Driver(Session):
         unseen = Unseen(line, lambda data: self.stream("unseen", data))
         self.wheels = Wheels(line, alone, unseen, self.keep, self.clock, file)
         self._motions = Motions(self.wheels)
-        self._locating = Locating(self._motions)
+        beacon = settings.get("beacon", hall().beacon)
+        self._pictures = Pictures(line)
+        self._locating = Locating(self._motions, hall().tower if beacon else None)
         self._stock: StockRover | None = None  # where the rover has its maker's firmware
 
     def connect(self) -> RobotState:
@@ -64,16 +69,15 @@ class Driver(Session):
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
         check("srv1", kind, args, self.settings, self.latest())
-        began, motions, locating = _once(on_stage), self._motions, self._locating
+        stages, motions, locating = Stages(on_stage), self._motions, self._locating
+        began, tell = stages.began, stages.tell
         if self._stock is not None:
             self._stock.refuse(kind)
             self._stock.drive(lambda: self._wanted(args), permit, began)
         if kind == "rules":
             crc = put_in_force(str(args["text"]), self.wheels, permit, began)
             return Outcome({"crc": crc}, self.latest())
-
-        def tell(words: str) -> None:
-            on_stage(Progress(words))
+        permit = until_held(permit, lambda: self.wheels.holds)  # also while a picture is taken, or nothing moves
 
         def drive() -> JSON:
             motions.drive(lambda: self._wanted(args), permit, began)
@@ -81,7 +85,7 @@ class Driver(Session):
 
         def go() -> JSON:
             def left(metres: float, share: float) -> None:
-                on_stage(Progress(f"{metres:.1f} m to go", share))
+                tell(f"{metres:.1f} m to go", share)
 
             place = number(args, "x"), number(args, "y")
             return {"metres": round(go_to(place, motions, locating, permit, began, left, tell), 2)}
@@ -99,11 +103,11 @@ class Driver(Session):
             return {"metres": round(motions.patrol(until - self.clock.monotonic(), permit, began, tell), 2)}
 
         def look() -> JSON:
-            locating.find(permit, began, tell)
+            locating.find(permit, began, tell, noted(self._pictures, on_stage))
             return {"spread": round(self.wheels.where.spread, 2)}
 
         def mission() -> JSON:
-            return tour(str(args["text"]), motions, locating, permit, began, on_stage)
+            return tour(str(args["text"]), motions, locating, self._pictures, permit, began, on_stage)
 
         does: dict[str, Callable[[], JSON]] = {
             "drive": drive, "go": go, "turn": turn, "patrol": patrol, "look": look, "mission": mission
@@ -124,11 +128,8 @@ class Driver(Session):
         return self.wheels.alone.rests_within or None
 
     def picture(self, view: str, seconds: float) -> bytes | None:
-        """Return the next picture of the rover's camera, None where it has none or the line is lost."""
-        try:
-            return self.wheels.line.picture(seconds)
-        except HardwareFault:
-            return None
+        """Return the next picture of the rover's camera, None where it has none or the line is lost or too slow."""
+        return self._pictures.take(seconds)
 
     def hold(self) -> RobotState:
         """Hold at once; return when the rover says that it rests."""
@@ -143,15 +144,26 @@ class Driver(Session):
         self.wheels.close()
 
 
-def _once(on_stage: OnStage) -> Callable[[], None]:
-    """Return what tells at its first call that the rover has understood."""
-    told = False
+class Stages:
+    """Tells the stages of one command in their order: what it does is told only once the rover has understood it."""
 
-    def began() -> None:
-        nonlocal told
-        if not told:
-            told = True
-            on_stage("sent")
-            on_stage("acknowledged")
+    def __init__(self, on_stage: OnStage) -> None:
+        self._on_stage, self._begun = on_stage, False
+        self._waits: Progress | None = None
 
-    return began
+    def began(self) -> None:
+        """Tell that the rover has understood; only the first call counts."""
+        if self._begun:
+            return
+        self._begun = True
+        self._on_stage("sent")
+        self._on_stage("acknowledged")
+        if self._waits is not None:
+            self._on_stage(self._waits)
+
+    def tell(self, words: str, share: float | None = None) -> None:
+        """Tell how far it is."""
+        if self._begun:
+            self._on_stage(Progress(words, share))
+        else:
+            self._waits = Progress(words, share)

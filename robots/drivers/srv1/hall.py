@@ -74,7 +74,10 @@ class Node:
 
 @dataclass(frozen=True)
 class Hall:
-    """All of it. `home`: x, y (m) and heading (rad) of the rover at first; `tower`: where the radio beacon is."""
+    """All of it. `home`: x, y (m) and heading (rad) of the rover at first; `tower`: where the radio tower stands.
+
+    `beacon`: whether the tower tells the rover range and bearing.
+    """
 
     width: float
     depth: float
@@ -84,6 +87,7 @@ class Hall:
     cases: tuple[Case, ...]
     exhibits: tuple[Exhibit, ...]
     nodes: tuple[Node, ...]
+    beacon: bool = False
 
     @property
     def things(self) -> tuple[Case | Exhibit, ...]:
@@ -123,6 +127,7 @@ def read(described: dict[str, Any]) -> Hall:
             Exhibit(str(e["name"]), _point(e["at"]), float(e["radius"]), float(e["high"])) for e in described["exhibit"]
         ),
         tuple(Node(str(n["name"]), _point(n["at"]), tuple(map(str, n["to"]))) for n in described["node"]),
+        bool(described.get("beacon", False)),
     )  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """The owner's end of the rover's line: one question, one answer; a hold goes at once, whatever is awaited."""
 
 import contextlib
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
@@ -21,6 +22,7 @@ from robots.drivers.srv1.protocol import (
     VERSION,
     Malformed,
     PictureHeader,
+    Size,
     checksum_of,
     confirms,
     count_of,
@@ -38,6 +40,7 @@ HELD_S = 0.3  # how long the answer to a hold may take
 PICTURE_S = 3.0
 BLOCK_S = 2.0  # how long the answer to a block may take
 UPLOAD_S = 8.0  # a whole text, also by radio
+STATUSES = 8  # that tell how quick the line is
 LOOK_S = 0.05  # between two looks whether a hold has come in between
 ENDED_S, RADIO_BYTE_S = 0.3, 8 / 7000  # how long the answer to the end of a reception may take, and each byte of it
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
@@ -65,12 +68,19 @@ class RoverLine:
         self._held = False  # a hold was sent, and is not answered yet
         self._ends = b""  # what ends a reception into the flash buffer, while the rover may be at one
         self._free_at = 0.0
+        self._took = deque[float](maxlen=STATUSES)  # how long the newest statuses took (s)
+        self.size: Size | None = None  # of its pictures, as far as that is known
         self.version = ""
 
     @property
     def is_open(self) -> bool:
         """Return whether a connection is open."""
         return self._stream is not None
+
+    @property
+    def answer_s(self) -> float:
+        """Return how long a status takes (s): the quickest of the newest ones; 0 before the first."""
+        return min(self._took, default=0.0)
 
     def open(self) -> Status:
         """Connect, put the line in order, and claim the rover. Raises LineGone, LineBusy, LineSilent."""
@@ -99,9 +109,7 @@ class RoverLine:
             raise LineSilent("The rover does not say how it is.")
         return answer
 
-    def letters(
-        self, data: bytes, answered: Callable[[bytes], T | None], permit: Permit | None = None
-    ) -> T:  # fmt: skip
+    def letters(self, data: bytes, answered: Callable[[bytes], T | None], permit: Permit | None = None) -> T:
         """Send published letters; `answered` returns what they are answered, None while the answer is not whole.
 
         Raises LineGone, LineSilent, and whatever `permit` raises.
@@ -158,6 +166,8 @@ class RoverLine:
                 self._send(extension.encode(command), permit, type(command).__name__.lower())
                 try:
                     answer = self._answer_to(command.letter, limit)
+                    if isinstance(answer, Status):
+                        self._took.append(seconds - limit.left)
                     break
                 except Overtaken:
                     if not isinstance(command, extension.Ask):  # a question may be asked again, and nothing else
@@ -262,6 +272,7 @@ class RoverLine:
         while (at := self._rest.find(HEADER)) < 0 or len(self._rest) < at + HEADER_BYTES:
             self._more_of_picture(limit)
         header = PictureHeader.decode(bytes(self._rest[at : at + HEADER_BYTES]))
+        self.size = header.size
         del self._rest[: at + HEADER_BYTES]
         while len(self._rest) < header.length:
             self._more_of_picture(limit)
@@ -335,6 +346,7 @@ class RoverLine:
             raise ConnectionResetError("what the rover says has no end")
         self._rest.clear()
         self._astray = self._held = False
+        self.size = None  # what was cut off may have been anything
 
     def _asked_version(self) -> str:
         """Return what the firmware calls itself. Raises TimeoutError, OSError."""

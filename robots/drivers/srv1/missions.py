@@ -244,4 +244,4 @@ def refuse(said: Sequence[Judgement]) -> None:
     """Raise OutOfWorkspace with the first judgement that refuses a mission, if there is one."""
     for one in said:
         if one.refuses:
-            raise OutOfWorkspace(one.text)
+            raise OutOfWorkspace(one.sentence)

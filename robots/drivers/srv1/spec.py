@@ -33,7 +33,7 @@ GO_S = 300.0  # two looks around, and the longest way through the hall slowly
 HAND_LONGEST_S = 120.0
 TURN_S = 20.0
 RULES_S = 30.0  # three uploads, by radio
-LOOK_S = 120.0  # three times around
+LOOK_S = 240.0  # three times around, by radio
 MOST = 65_535  # of a CRC-16
 BY_DRIVER, BY_ALL = frozenset({TURN, STAFF}), frozenset({TURN, ANYONE})
 STATISTICS = Statistics(
@@ -60,6 +60,7 @@ def spec() -> Spec:
         modes=tuple(Mode),
         channels=(
             *(Scalar(name, "m", table["near"], table["far"]) for name, table in ranges),
+            Scalar("compass", "°", 0.0, 360.0),
             Scalar("spread", "m", 0.0, 1.0),
             Scalar("driven", "m", 0.0, 1e6),
             Scalar("battery", "V", battery["empty"], battery["full"]),
@@ -79,6 +80,11 @@ def spec() -> Spec:
                 "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],
                 default=description["line"]["permit_s"],
                 help="On patrol, for at most so long while nothing reaches it. 0: it rests at once.",
+            ),
+            Setting(
+                "beacon", "Beacon on the hall's tower", low=0.0, high=1.0, default=float(hall.get("beacon", False)),
+                help="1: the tower tells the rover range and bearing, for a hall in which showcases are moved. 0: there"
+                " is none.",
             ),
         ),
         commands=(
@@ -133,6 +139,7 @@ def _scales(hall: dict[str, Any]) -> dict[str, Scale]:
     return {
         "x": Scale(-wide, 2 * wide, 0.002), "y": Scale(-wide, 2 * wide, 0.002), "heading": Scale(-pi, pi, 0.002),
         "infrared": Scale(0.0, 1.0, 0.005), "sonar": Scale(0.0, 12.0, 0.01), "spread": Scale(0.0, 10.0, 0.01),
+        "compass": Scale(0.0, 360.0, 0.1),
         "driven": Scale(0.0, 1e6, 0.01), "battery": Scale(0.0, 10.0, 0.01), "temperature": Scale(-20.0, 60.0, 0.1),
         "humidity": Scale(0.0, 100.0, 0.1), "light": Scale(0.0, 100.0, 0.1), "presence": Scale(0.0, 1.0, 1.0),
         "rules": Scale(0.0, MOST, 1.0),

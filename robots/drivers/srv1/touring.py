@@ -7,12 +7,31 @@ from robots.contract.errors import GaveUp, RobotError
 from robots.contract.session import JSON, Noted, OnStage, Permit, Progress
 from robots.drivers.permits import until_held
 from robots.drivers.srv1.answers import Status
-from robots.drivers.srv1.locating import Locating
+from robots.drivers.srv1.locating import Locating, Looked
 from robots.drivers.srv1.missions import Step, parse
 from robots.drivers.srv1.motions import Began, Left, Motions
+from robots.drivers.srv1.pictures import NONE, Pictures
 from robots.drivers.srv1.ways import Place
+from robots.drivers.srv1.wheels import compass_deg
 
 READINGS = ("temperature", "humidity", "light", "presence", "infrared", "sonar")
+
+
+def noted(pictures: Pictures, on_stage: OnStage) -> Looked:
+    """Return what notes each reading of a look around, with a picture where the line carries one.
+
+    After one that did not come the others are left out, so that a camera that is gone costs a moment, not minutes.
+    """
+    missed = pictures.missed
+
+    def looked(number: int, status: Status) -> None:
+        if number == 1 and pictures.size is None:
+            on_stage(Noted(f"looks around {NONE}"))
+        values = {"compass": compass_deg(status), "infrared": status.infrared, "sonar": status.sonar}
+        wanted = pictures.size is not None and pictures.missed == missed
+        on_stage(Noted(f"look {number} of {TURNS}", values, photograph=wanted))
+
+    return looked
 
 
 def go_to(
@@ -36,7 +55,9 @@ def go_to(
     return metres + motions.go(place, permit, began, left)
 
 
-def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began: Began, on_stage: OnStage) -> JSON:
+def tour(
+    text: str, motions: Motions, locating: Locating, pictures: Pictures, permit: Permit, began: Began, on_stage: OnStage
+) -> JSON:
     """Carry out the mission; return how many steps it had.
 
     Raises what its steps raise, with the step's number and words before the sentence.
@@ -55,7 +76,7 @@ def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began:
 
         tell()
         try:
-            _do(step, motions, locating, free, tell, on_stage)
+            _do(step, motions, locating, pictures, free, tell, on_stage)
         except RobotError as error:
             error.args = (f"Step {number} of {len(steps)}, {_named(step)}: {error}",)
             raise
@@ -63,8 +84,9 @@ def tour(text: str, motions: Motions, locating: Locating, permit: Permit, began:
 
 
 def _do(
-    step: Step, motions: Motions, locating: Locating, permit: Permit, tell: Callable[[str], None], on_stage: OnStage
-) -> None:
+    step: Step, motions: Motions, locating: Locating, pictures: Pictures, permit: Permit,
+    tell: Callable[[str], None], on_stage: OnStage,
+) -> None:  # fmt: skip
     def began() -> None:
         """A mission has begun once."""
 
@@ -78,14 +100,11 @@ def _do(
     elif step.verb == "patrol":
         motions.patrol(step.numbers[0], permit, began, tell)
     elif step.verb == "look":
-
-        def looked(number: int, status: Status) -> None:
-            on_stage(Noted(f"look {number} of {TURNS}", {"infrared": status.infrared, "sonar": status.sonar}))
-
-        locating.look(permit, began, looked)
+        locating.look(permit, began, noted(pictures, on_stage))
     elif step.verb == "photograph":
         permit()
-        on_stage(Noted("photograph", photograph=True))
+        given = pictures.size is not None
+        on_stage(Noted("photograph" if given else f"photograph {NONE}", photograph=given))
     elif step.verb == "read":
         on_stage(Noted("readings", _readings(motions, READINGS)))
     else:

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable
+from math import degrees
 from pathlib import Path
 
 from robots.clock import TIMER, Timer
@@ -23,6 +24,11 @@ LOST_S = 0.25  # without an answer for so long, a velocity is lost
 RESTARTED = "The rover was started again and does not know its owner; connect again."
 OUT_OF_REACH = "The rover was out of reach for so long that it has come to rest by itself."
 WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
+
+
+def compass_deg(status: Status) -> float:
+    """Return where the rover looks, clockwise from north, which is the hall's y axis (degrees, 0 to 360)."""
+    return (90.0 - degrees(status.heading)) % 360.0
 
 
 class Wheels:
@@ -90,6 +96,7 @@ class Wheels:
                     "driven": self.where.driven, "battery": status.volts, "temperature": status.temperature,
                     "humidity": 100 * status.humidity, "light": 100 * status.light,
                     "presence": float(status.presence), "rules": float(shown(status.rules)),
+                    "compass": compass_deg(status),
                 },
             )
         )  # fmt: skip

@@ -44,7 +44,10 @@ export class Programs {
 
   /** The server has checked the program, or refuses it. */
   checked(answer: PlanAnswer): void {
-    this.desk.tell(answer.ok ? `Checked: ${answer.seconds?.toFixed(0)} s, no forbidden box is touched.` : answer.text, answer.ok ? "good" : "bad");
+    const said = answer.judgements ?? [];
+    this.desk.judge(said);
+    if (answer.ok) this.desk.tell(`Checked: ${answer.seconds?.toFixed(0)} s, no forbidden box is touched.`, "good");
+    else this.desk.tell(said.length ? "" : answer.text, "bad");
     if (answer.ok) this.arm.play(answer);
   }
 

@@ -174,6 +174,7 @@ function readings(): void {
     ["Now", page.state?.mode || "not known"],
     ["Ahead, by infrared", told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : "nothing within 80 cm"))],
     ["Ahead, by sonar", told("sonar", (v) => `${v.toFixed(2)} m`)],
+    ["Looks", told("compass", (v) => `${v.toFixed(0)}° from north, clockwise`)],
     ["Sure of its place", told("spread", (v) => (v > 1 ? "not known: let it look around" : `within ${(100 * v).toFixed(0)} cm`))],
     ["Battery", told("battery", (v) => `${v.toFixed(2)} V`)],
     ["Temperature", told("temperature", (v) => `${v.toFixed(1)} °C`)],

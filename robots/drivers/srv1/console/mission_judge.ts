@@ -1,4 +1,5 @@
 /** What a mission would do, and what is to say of it: as ways.py and missions.py, so that it is known without a line. */
+import type { Judgement } from "/static/farhand/v1/console.js";
 import type { Case, Exhibit, Node } from "./hall_map.ts";
 import { lineOf, type Step } from "./mission_text.ts";
 
@@ -12,7 +13,6 @@ export interface Judged {
 export type Pose = readonly [number, number, number];
 /** What a step does: the poses at its corners (m, rad), how long it lasts as usual, and at least (s). */
 export interface Leg { step: number; poses: Pose[]; seconds: number; least: number }
-export interface Judgement { step: number; at_s: number; text: string; refuses: boolean }
 type Place = readonly [number, number];
 
 const CORNER_M = 0.001; // that a corner counts as longer

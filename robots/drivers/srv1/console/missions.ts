@@ -1,8 +1,8 @@
 /** The mission card: steps as blocks, as text and by clicks on the map, judged at once, tried on a ghost, sent. */
-import { byId, FINAL, fill, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
-import { ProgramDesk } from "/static/farhand/v1/programs.js";
+import { byId, FINAL, fill, type Judgement, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { minutes, ProgramDesk } from "/static/farhand/v1/programs.js";
 import { ghostAt } from "./mission_ghost.ts";
-import { type Judged, type Judgement, judge, type Leg, type Pose } from "./mission_judge.ts";
+import { type Judged, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
 
 export const MISSION = "mission";
@@ -74,18 +74,12 @@ export class Missions {
     const { legs, said } = this.judged;
     const bad = said.some(({ refuses }) => refuses), seconds = legs.reduce((sum, leg) => sum + leg.seconds, 0);
     if (this.open) this.around.plan(legs.length ? legs.flatMap((leg) => leg.poses) : null, !bad);
-    const list = byId("mission-said");
-    list.replaceChildren(...said.map(({ text, at_s, refuses }) => {
-      const item = document.createElement("li");
-      item.className = refuses ? "bad" : "warning";
-      item.textContent = `${refuses ? "Will not run" : "Note"}, after ${clock(at_s)}: ${text}`;
-      return item;
-    }));
+    this.desk.judge(said);
     fill(byId<HTMLTableElement>("mission-steps").tBodies[0]!, legs.map((leg, i) => {
       const before = legs.slice(0, i).reduce((sum, one) => sum + one.seconds, 0);
-      return [String(leg.step), lineOf(steps[leg.step - 1]!), clock(before)];
+      return [String(leg.step), lineOf(steps[leg.step - 1]!), minutes(before)];
     }));
-    if (steps.length && !bad) this.desk.tell(`${steps.length} step${steps.length === 1 ? "" : "s"}, about ${clock(seconds)}.`, "good");
+    if (steps.length && !bad) this.desk.tell(`${steps.length} step${steps.length === 1 ? "" : "s"}, about ${minutes(seconds)}.`, "good");
     this.page.draw();
   }
 
@@ -118,10 +112,4 @@ export class Missions {
     const told = running?.progress?.text;
     if (told) this.desk.tell(`It runs: ${told}.`, "");
   }
-}
-
-/** So many seconds as minutes and seconds. */
-export function clock(seconds: number): string {
-  const whole = Math.round(seconds);
-  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
 }

@@ -27,7 +27,7 @@ PAD = """
 window.shaken = [];
 window.pad = { axes: [0, 0], connected: true, mapping: "standard", id: "pad", index: 0,
   buttons: Array.from({length: 17}, () => ({pressed: false})),
-  vibrationActuator: { playEffect: (kind, told) => { window.shaken.push(told); return Promise.resolve("complete"); } } };
+  vibrationActuator: { playEffect: (kind, told) => { window.shaken.push({ ...told, at: Date.now() }); return Promise.resolve("complete"); } } };
 navigator.getGamepads = () => [window.pad];
 Object.defineProperty(document, "hasFocus", { value: () => true });
 """

@@ -5,7 +5,7 @@ import type { Console } from "./console_parts.ts";
 import { blocked, type Facts, tooLively } from "./controls.ts";
 import { facts, settings } from "./facts.ts";
 import { Film } from "./film.ts";
-import type { KeepAlive } from "./jog.ts";
+import { HeldMotion } from "./held_motion.ts";
 import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
 import { guard } from "./leaving.ts";
@@ -155,12 +155,9 @@ export class RobotPage {
   }
 
   /** The part of a held motion that is the same for every control. */
-  readonly keepAlive: KeepAlive = {
-    keep: (seq, args) => this.live.send({ t: "keep", seq, ...(args ? { args } : {}) }),
-    release: (seq) => this.live.send({ t: "released", seq }),
-    ended: (seq) => this.ladder.ended(this.seqGrant, seq),
-    refused: (why, again = () => why) => this.refuse(again),
-  };
+  readonly keepAlive = new HeldMotion({
+    send: (m) => this.live.send(m), ended: (seq) => this.ladder.ended(this.seqGrant, seq), refused: (why) => this.refuse(why),
+  });
 
   /** Whether nothing runs that belongs to this page, and its line may carry more than what is shown. */
   get idle(): boolean {
@@ -183,7 +180,7 @@ export class RobotPage {
   facts(): Facts {
     return {
       snapshot: this.snapshot, state: this.state, lineUp: !this.live.lost, now: this.live.now(), latency: this.live.latency,
-      busy: this.seqGrant !== 0 && this.ladder.busy(this.seqGrant, settings),
+      busy: this.keepAlive.held || (this.seqGrant !== 0 && this.ladder.busy(this.seqGrant, settings)),
     };
   }
 
@@ -210,6 +207,7 @@ export class RobotPage {
     performance.mark(`command-${this.seq}`);
     const seen = Math.max(0, Math.round(this.console?.pictureAt() ?? 0)); // it is kept with the command
     this.live.send({ t: "command", kind, args, seq: this.seq, ...(seen ? { seen } : {}) });
+    if (facts.commands.some((c) => c.kind === kind && c.held)) this.keepAlive.hold(this.seq);
     this.draw();
     return this.seq;
   }

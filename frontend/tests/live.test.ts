@@ -58,6 +58,7 @@ const stubs = {
   addEventListener: heard, WebSocket: Socket, performance: { now: () => now },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+const { HeldMotion } = await import("../src/held_motion.ts");
 const { Live } = await import("../src/live.ts");
 
 /** Let time go on. */
@@ -68,9 +69,9 @@ function pass(ms: number): void {
   }
 }
 
-function page(slug = "mercury", said: string[] = []): InstanceType<typeof Live> {
+function page(slug = "mercury", said: string[] = [], more: object = {}): InstanceType<typeof Live> {
   return new Live(slug, {
-    message: (m) => void (m.t === "notice" && said.push(m.text)), state: () => undefined, picture: () => undefined, line: () => undefined,
+    message: (m) => void (m.t === "notice" && said.push(m.text)), state: () => undefined, picture: () => undefined, line: () => undefined, ...more,
   }, () => 10_000);
 }
 
@@ -249,3 +250,45 @@ test("a page that was told that too many watch keeps its pause, also when it is 
   pass(31_000);
   assert.ok(sockets.length > 1, "after its pause it tries again");
 });
+
+/** Let what was promised come true; timers stand still meanwhile. */
+const settled = async (): Promise<void> => {
+  for (let i = 0; i < 20; i++) await Promise.resolve();
+};
+
+for (const [name, before] of [["before the operator's stream is asked for", true], ["while it is opened", false]] as const)
+  test(`a motion that is pressed ${name} keeps the socket that carried its command`, async () => {
+    let over = false;
+    const held: InstanceType<typeof HeldMotion> = new HeldMotion({ send: (m) => live.send(m), ended: () => over, refused: () => undefined });
+    const live = page("rover", [], { busy: () => held.held });
+    const press = (): void => {
+      live.send({ t: "command", kind: "drive", args: {}, seq: 1 });
+      held.hold(1);
+    };
+    const asking = mock.method(globalThis, "fetch", () => Promise.resolve({ ok: true, json: () => Promise.resolve({ code: "c" }) }));
+    pass(50);
+    const first = sockets[0]!;
+    first.say({ t: "snapshot", now_ms: 0 });
+    if (before) press();
+    live.operate();
+    await settled();
+    pass(50);
+    if (!before) press();
+    const own = sockets[1]!;
+    assert.ok(own.url.includes("/ws/operators/"));
+    own.say({ t: "snapshot", now_ms: 0 });
+    held.keep(1);
+    held.keep(1, { forward: 1 });
+    const kept = (one: Socket): number => one.sent.filter((message) => message.includes('"keep"')).length;
+    assert.deepEqual([kept(first), kept(own), own.closed], [2, 0, true]);
+    if (before) held.release(1);
+    else over = true; // the robot has ended it
+    pass(10_000);
+    live.operate();
+    await settled();
+    pass(50);
+    sockets.at(-1)!.say({ t: "snapshot", now_ms: 0 });
+    live.send({ t: "ping", n: 99 });
+    assert.ok(sockets.at(-1)!.sent.some((message) => message.includes("99")), "from then on the operator's stream is used");
+    asking.mock.restore();
+  });

@@ -216,7 +216,8 @@ class RobotConsumer(Viewing):
         except asyncio.QueueFull:
             await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
             return
-        if isinstance(message, Command) and self.operating and self._is_held(message):
+        # whether they drive is judged where it is written: what this socket was told last may be older than the press
+        if isinstance(message, Command) and self._is_held(message):
             self._pressed, self._holding, self._pressed_at = message.seq, 0, SYSTEM.monotonic()
 
     def _is_held(self, command: Command) -> bool:

@@ -242,7 +242,7 @@ class Visitor:
         newest = Command.objects.order_by("-pk")[0]
         assert newest.result.get("ended") == "released", newest.result
 
-    def hold_until(self, control, press, release, far, what):
+    def hold_until(self, control, press, release, far, what, within_s=60):
         """Hold a control until the robot has come so far. What the page refused, or has lost since, is pressed again."""
 
         def moves():
@@ -252,7 +252,7 @@ class Visitor:
                 press()
             return far()
 
-        wait_for(moves, 60, what)
+        wait_for(moves, within_s, what)
 
     def _told(self):
         """Return what the rows, the page and the owner say, for a command that does not end."""

@@ -27,7 +27,7 @@ PAD = """
 window.shaken = [];
 window.pad = { axes: [0, 0], connected: true, mapping: "standard", id: "pad", index: 0,
   buttons: Array.from({length: 17}, () => ({pressed: false})),
-  vibrationActuator: { playEffect: (kind, told) => { window.shaken.push(told); return Promise.resolve("complete"); } } };
+  vibrationActuator: { playEffect: (kind, told) => { window.shaken.push({ ...told, at: Date.now() }); return Promise.resolve("complete"); } } };
 navigator.getGamepads = () => [window.pad];
 Object.defineProperty(document, "hasFocus", { value: () => true });
 """
@@ -98,7 +98,6 @@ def driving(portal, visitor, **options):
     services.start_grant(portal.robot, GrantKind.TURN, now, one.user, now + timedelta(minutes=10))
     one.page.goto(f"/robots/{portal.robot.slug}/")
     expect(one.page.locator(".stick")).to_have_attribute("aria-disabled", "false", timeout=30_000)
-    one.page.wait_for_timeout(1000)  # its socket is asked for what it wants, and the gamepad is seen at rest
     return one
 
 
@@ -145,6 +144,7 @@ def test_arrow_keys_steer_together(portal, visitor):
 
 def test_a_gamepad_steers_by_degrees_and_is_shaken_by_what_is_near(portal, visitor):
     page = driving(portal, visitor).page
+    page.wait_for_timeout(200)  # it is seen at rest
     page.evaluate("() => { window.pad.axes = [0, -0.7]; }")
     newest(portal, 10, lambda args: 0.5 < args["forward"] < 0.8)
     assert page.evaluate("() => window.shaken.length") == 0

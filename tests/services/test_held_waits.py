@@ -2,16 +2,21 @@
 
 import asyncio
 from datetime import timedelta
+from math import inf
 
 import pytest
+from asgiref.sync import async_to_sync, sync_to_async
 
-from portal.live import consumers, viewing
+from portal.live import actions, consumers, viewing
+from portal.live.messages import Accept, Keep, Released
 from portal.live.messages import Command as Asked
-from portal.live.messages import Keep, Released
+from queueing import services as queue
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.contract.find import spec_of
-from robots.states import GrantKind
+from robots.grants import open_grant
+from robots.models import Command
+from robots.states import GrantEnd, GrantKind
 from tests.services.owner import made_owner
 from workers.safety.deadman import SILENT_S
 
@@ -22,6 +27,8 @@ HELD = [
     ("irat", "drive", {"forward": 1.0, "turn": 0.0}),
 ]  # fmt: skip
 EACH = pytest.mark.parametrize(("which", "kind", "args"), HELD, indirect=["which"])
+# nobody drives the iRat in turns
+TURNS = pytest.mark.parametrize(("which", "kind", "args"), HELD[:3], indirect=["which"])
 
 
 def test_these_are_all_held_motions():
@@ -111,7 +118,7 @@ class Line:
         monkeypatch.setattr(
             bus, "_publish", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
         )
-        self.heard, self.page, self.said = [], consumers.RobotConsumer(), []
+        self.heard, self.page, self.said, self.tasks = [], consumers.RobotConsumer(), [], []
         self.page.slug, self.page.scope, self.page.me = robot.slug, {}, people["ada"].pk
         self.page._held = frozenset({kind})
         self.page._snapshot(True)
@@ -170,6 +177,47 @@ def test_controls_that_fell_silent_before_the_command_was_written_do_not_count(l
 
     asyncio.run(typed())
     assert line.heard == []
+
+
+@EACH
+def test_a_press_counts_whatever_the_last_snapshot_said(line):
+    """It may have been read before the turn began, or not at all, because the database was away."""
+    line.page.operating = False
+
+    async def typed():
+        await line.type(line.press, Keep(seq=SEQ))
+        await line.page._written(line.press, 70)
+        await line.type(Keep(seq=SEQ), Released(seq=SEQ))
+
+    asyncio.run(typed())
+    assert line.heard == [(70, True), (70, True), (70, False)]
+
+
+@TURNS
+def test_a_press_that_comes_before_the_turn_was_accepted_keeps_its_motion(line, robot, people, monkeypatch):
+    """All that a page sends at once; a keep-alive before its press is of nothing."""
+    services.end_grant(open_grant(robot), GrantEnd.STAFF, "over", SYSTEM.now())
+    queue.join(robot, people["ada"], SYSTEM.now())
+    queue.tick(SYSTEM.now())
+    line.page._snapshot(True)
+    assert not line.page.operating
+    monkeypatch.setattr(consumers, "HEARD_S", inf)  # the database takes as long as it takes
+    monkeypatch.setattr(actions, "current_user", lambda scope: people["ada"])
+    monkeypatch.setattr(line.page, "orm", lambda function, *args: sync_to_async(function)(*args))
+    monkeypatch.setattr(line.page, "begin", lambda task: line.tasks.append(asyncio.create_task(task)))
+
+    async def typed():
+        await line.type(Accept(), Keep(seq=SEQ), line.press, Keep(seq=SEQ))
+        while len(line.said) < 2:
+            await asyncio.sleep(0.001)
+        await line.type(Keep(seq=SEQ), Released(seq=SEQ), Keep(seq=SEQ))
+        for task in line.tasks:
+            task.cancel()
+
+    async_to_sync(typed)()
+    assert [answer.ok for answer in line.said] == [True, True], line.said
+    written = Command.objects.get(kind=line.press.kind).pk
+    assert line.heard == [(written, True), (written, True), (written, False)]
 
 
 @EACH

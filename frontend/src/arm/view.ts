@@ -1,28 +1,20 @@
 /** The arm in 3D: its present pose, the pose at a target, the path between, and the forbidden boxes. */
 import {
-  AmbientLight, BoxGeometry, BufferGeometry, Color, DirectionalLight, EdgesGeometry, GridHelper, Group, Line,
-  LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, type Object3D, PerspectiveCamera, Plane,
-  Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  BoxGeometry, BufferGeometry, Color, EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, type Object3D, Vector3,
 } from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import URDFLoader, { type URDFRobot } from "urdf-loader";
+import { empty, redraw, View3D } from "../view_3d.ts";
 import { numbersOf } from "./pose.ts";
 
 export interface ForbiddenBox { name: string; low: number[]; high: number[] }
 const GLIDE_MS = 160;
-const FAST_MS = 25; // between two frames
-const SLOW_MS = 300;
 const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
 const CAMERA_AT = [1.55, 1.25, 1.75] as const;
 
-export class ArmView {
-  private renderer: WebGLRenderer;
-  private scene = new Scene();
-  private camera = new PerspectiveCamera(38, 1, 0.05, 20);
-  private controls: OrbitControls;
-  private world = new Group();
+export class ArmView extends View3D {
   private forbidden = new Group();
   private arm: URDFRobot;
   private ghost: URDFRobot;
@@ -30,30 +22,19 @@ export class ArmView {
   private from: number[] = [];
   private to: number[] = [];
   private since = 0;
-  private asked = false;
-  private drawn = 0;
-  /** Without a graphics card each frame costs much processor time, so few are drawn. */
-  private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
-  private dark = matchMedia("(prefers-color-scheme: dark)");
   private bad = false;
   private playing = 0;
 
   /** `names`: for each value of the state, the joints of the URDF that it moves. */
   constructor(
-    private holder: HTMLElement, urdf: string, private names: string[][], private tip: string, boxes: ForbiddenBox[],
+    holder: HTMLElement, urdf: string, private names: string[][], private tip: string, boxes: ForbiddenBox[],
     onTable: (x: number, y: number) => void,
   ) {
-    this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
-    this.renderer.setPixelRatio(this.slow ? Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio));
-    const { domElement } = this.renderer;
-    domElement.setAttribute("aria-hidden", "true");
-    holder.prepend(domElement);
-    this.world.rotation.x = -Math.PI / 2; // the robot's z is up, three's is y
-    this.scene.add(this.world, new AmbientLight(0xffffff, 1.6));
-    const lamp = new DirectionalLight(0xffffff, 2.2);
-    lamp.position.set(1.5, 3, 1);
-    this.scene.add(lamp);
+    const look = { field: 38, near: 0.05, far: 20, from: CAMERA_AT, to: [0.2, 0.45, 0], ambient: 1.6, lamp: 2.2, lampAt: [1.5, 3, 1] } as const;
+    super(holder, look, (x, y) => {
+      if (Math.hypot(x, y) < REACH) onTable(x, y);
+    });
     this.arm = new URDFLoader().parse(urdf);
     this.ghost = new URDFLoader().parse(urdf);
     paint(this.ghost);
@@ -64,31 +45,19 @@ export class ArmView {
     grid.material.transparent = true;
     grid.material.opacity = 0.35;
     this.scene.add(grid);
-    this.camera.position.set(...CAMERA_AT);
-    this.controls = new OrbitControls(this.camera, domElement);
-    this.controls.target.set(0.2, 0.45, 0);
     this.controls.minDistance = NEAREST;
     this.controls.maxDistance = FARTHEST;
     this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
-    this.controls.enableZoom = false; // the page is scrolled with the same wheel and the same fingers
-    this.controls.enablePan = false;
-    domElement.style.touchAction = "pan-y";
-    domElement.addEventListener("wheel", (event) => {
+    this.canvas.addEventListener("wheel", (event) => {
       if (!event.ctrlKey) return; // a pinch on a trackpad is reported with Ctrl
       event.preventDefault();
       this.zoom(Math.exp(event.deltaY / 300));
     }, { passive: false });
-    this.controls.addEventListener("change", () => this.ask());
-    this.controls.update();
-    this.pick(domElement, onTable);
-    new ResizeObserver(() => this.size()).observe(holder);
-    this.dark.addEventListener("change", () => this.ask());
-    this.size();
   }
 
   /** Draw these forbidden boxes. */
   boxes(boxes: ForbiddenBox[]): void {
-    this.forbidden.clear();
+    empty(this.forbidden);
     this.forbidden.add(...boxes.map(boxOf));
     this.ask();
   }
@@ -108,8 +77,7 @@ export class ArmView {
     this.ghost.visible = q !== null;
     if (q) this.pose(this.ghost, q);
     this.path.visible = q !== null && path.length > 1;
-    this.path.geometry.dispose();
-    this.path.geometry = new BufferGeometry().setFromPoints(path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
+    redraw(this.path, path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
     this.ask();
   }
 
@@ -175,41 +143,10 @@ export class ArmView {
     });
   }
 
-  private pick(element: HTMLElement, onTable: (x: number, y: number) => void): void {
-    let down = [0, 0];
-    element.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
-    element.addEventListener("click", (event) => {
-      if (Math.hypot(event.clientX - (down[0] ?? 0), event.clientY - (down[1] ?? 0)) > 5) return; // it was a turn of the view
-      const box = element.getBoundingClientRect();
-      const at = new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2);
-      const ray = new Raycaster();
-      ray.setFromCamera(at, this.camera);
-      const point = ray.ray.intersectPlane(new Plane(new Vector3(0, 1, 0), 0), new Vector3());
-      if (point && point.length() < REACH) onTable(point.x, -point.z);
-    });
-  }
-
-  private size(): void {
-    const { clientWidth: width, clientHeight: height } = this.holder;
-    if (!width || !height) return;
-    this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.ask();
-  }
-
-  private ask(): void {
-    if (this.asked) return;
-    this.asked = true;
-    const pause = Math.max(0, (this.slow ? SLOW_MS : FAST_MS) - (performance.now() - this.drawn));
-    const next = (draw: () => void): unknown => (pause > 20 ? setTimeout(() => requestAnimationFrame(draw), pause) : requestAnimationFrame(draw));
-    next(() => {
-      this.asked = false;
-      this.drawn = performance.now();
-      if (this.to.length) this.pose(this.arm, this.now());
-      this.renderer.render(this.scene, this.camera);
-      if (this.to.length && performance.now() - this.since < GLIDE_MS) this.ask();
-    });
+  protected override move(): boolean {
+    if (!this.to.length) return false;
+    this.pose(this.arm, this.now());
+    return performance.now() - this.since < GLIDE_MS;
   }
 }
 

@@ -1,6 +1,7 @@
 /** `/static/farhand/v1/roaming.js`: widgets for a robot that drives about and takes jobs. */
 import "../widgets/roaming.css";
 
+export { DrivePad } from "../widgets/drive_pad.ts";
 export { type Graph, GraphMap, type Mark, type Spot } from "../widgets/graph_map.ts";
 export { JobPanel } from "../widgets/job_panel.ts";
 export { landmarks, whereabouts } from "../widgets/plane.ts";

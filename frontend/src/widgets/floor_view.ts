@@ -1,10 +1,9 @@
 /** A floor in 3D: walls, cuboids and round things with their names, a robot that drives on it, its ghost and a path. */
 import {
-  AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, EdgesGeometry, Group, Line,
-  LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera, Plane, PlaneGeometry, Raycaster, Scene, Sprite,
-  SpriteMaterial, Vector2, Vector3, WebGLRenderer,
+  BoxGeometry, BufferGeometry, CanvasTexture, CylinderGeometry, EdgesGeometry, Group, Line, LineBasicMaterial, LineSegments, Mesh,
+  MeshLambertMaterial, PlaneGeometry, Sprite, SpriteMaterial, Vector3,
 } from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { empty, redraw, View3D } from "../view_3d.ts";
 
 /** What stands on the floor (m): a cuboid by its half sides, or something round by its radius. */
 export interface Standing { name: string; at: readonly [number, number]; high: number; half?: readonly [number, number]; radius?: number; dark?: boolean }
@@ -13,55 +12,30 @@ export interface Floor { width: number; depth: number; standing: readonly Standi
 export type Size = readonly [number, number, number];
 type Pose = readonly [number, number, number];
 
-const FAST_MS = 25, SLOW_MS = 300; // between two frames
 const PATH_M = 0.03; // above the floor
-const DRAG_PX = 6; // a press that moved farther turns the view
 const COLOURS = { light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33" }, dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2" } };
 
-export class FloorView {
-  private renderer: WebGLRenderer;
-  private scene = new Scene();
-  private camera = new PerspectiveCamera(40, 1, 0.1, 100);
-  private controls: OrbitControls;
-  private world = new Group(); // x right, y up on the floor, z up
+export class FloorView extends View3D {
   private fixed = new Group();
   private robot: Group;
   private ghostBody: Group;
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xb4531b, linewidth: 2 }));
-  private asked = false;
-  private drawn = 0;
-  /** Without a graphics card each frame costs much processor time, so few are drawn. */
-  private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
-  private dark = matchMedia("(prefers-color-scheme: dark)");
 
   /** `onPick` gets the place on the floor (m) that was clicked on. */
-  constructor(private holder: HTMLElement, private floor: Floor, size: Size, onPick: (x: number, y: number) => void) {
-    this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
-    this.renderer.setPixelRatio(this.slow ? 1 : Math.min(2, devicePixelRatio));
-    const { domElement } = this.renderer;
-    domElement.setAttribute("aria-hidden", "true");
-    domElement.style.touchAction = "pan-y";
-    holder.prepend(domElement);
-    this.world.rotation.x = -Math.PI / 2;
-    this.world.position.set(-floor.width / 2, 0, floor.depth / 2);
+  constructor(holder: HTMLElement, private floor: Floor, size: Size, onPick: (x: number, y: number) => void) {
+    const { width, depth } = floor;
+    const look = { field: 40, near: 0.1, far: 100, from: [0, depth * 1.05, depth * 1.02], to: [0, 0, 0], ambient: 1.5, lamp: 1.9, lampAt: [3, 9, 5] } as const;
+    super(holder, look, (x, y) => {
+      if (x >= 0 && y >= 0 && x <= width && y <= depth) onPick(x, y);
+    });
+    this.world.position.set(-width / 2, 0, depth / 2);
+    this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
     this.robot = bodyOf(size, 0x0c6471, 1);
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
     this.robot.visible = this.ghostBody.visible = false;
-    const lamp = new DirectionalLight(0xffffff, 1.9);
-    lamp.position.set(3, 9, 5);
-    this.scene.add(this.world, lamp, new AmbientLight(0xffffff, 1.5));
     this.world.add(this.fixed, this.robot, this.ghostBody, this.path);
-    this.controls = new OrbitControls(this.camera, domElement);
-    this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
-    this.controls.enableZoom = this.controls.enablePan = false; // the page is scrolled with the same wheel and fingers
-    this.controls.addEventListener("change", () => this.ask());
-    this.camera.position.set(0, floor.depth * 1.05, floor.depth * 1.02);
-    this.controls.update();
     this.build();
     this.dark.addEventListener("change", () => this.build());
-    this.pick(domElement, onPick);
-    new ResizeObserver(() => this.size()).observe(holder);
-    this.size();
   }
 
   /** Put the robot where it is (m, m, rad); null while that is not known. */
@@ -77,8 +51,7 @@ export class FloorView {
 
   /** Draw a path by its corners; null for none. */
   plan(corners: readonly Pose[] | null, good: boolean): void {
-    this.path.geometry.dispose();
-    this.path.geometry = new BufferGeometry().setFromPoints((corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)));
+    redraw(this.path, (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)));
     this.path.visible = (corners?.length ?? 0) > 1;
     this.path.material.color.set(good ? 0xb4531b : 0xc0271f);
     this.ask();
@@ -86,7 +59,7 @@ export class FloorView {
 
   private build(): void {
     const colours = COLOURS[this.dark.matches ? "dark" : "light"], { width, depth, standing, marks } = this.floor;
-    this.fixed.clear();
+    empty(this.fixed);
     const ground = new Mesh(new PlaneGeometry(width, depth), new MeshLambertMaterial({ color: colours.floor }));
     ground.position.set(width / 2, depth / 2, 0);
     this.fixed.add(ground);
@@ -104,43 +77,6 @@ export class FloorView {
       this.fixed.add(made, label(name, [at[0], at[1] - 0.22, 0.06], colours.ink, 0.2));
     }
     this.ask();
-  }
-
-  private pick(element: HTMLElement, onPick: (x: number, y: number) => void): void {
-    let from: [number, number] | null = null;
-    element.addEventListener("pointerdown", (event) => (from = [event.clientX, event.clientY]));
-    element.addEventListener("pointerup", (event) => {
-      const still = from !== null && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < DRAG_PX;
-      from = null;
-      if (!still) return;
-      const box = element.getBoundingClientRect(), ray = new Raycaster(), hit = new Vector3();
-      ray.setFromCamera(new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2), this.camera);
-      if (!ray.ray.intersectPlane(new Plane(new Vector3(0, 1, 0), 0), hit)) return;
-      const x = hit.x + this.floor.width / 2, y = this.floor.depth / 2 - hit.z;
-      if (x >= 0 && y >= 0 && x <= this.floor.width && y <= this.floor.depth) onPick(x, y);
-    });
-  }
-
-  private size(): void {
-    const { clientWidth: width, clientHeight: height } = this.holder;
-    if (!width || !height) return;
-    this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.ask();
-  }
-
-  private ask(): void {
-    if (this.asked) return;
-    this.asked = true;
-    const pause = this.slow ? SLOW_MS : FAST_MS;
-    setTimeout(() => requestAnimationFrame(() => this.draw()), Math.max(0, pause - (performance.now() - this.drawn)));
-  }
-
-  private draw(): void {
-    this.asked = false;
-    this.drawn = performance.now();
-    if (this.holder.clientWidth) this.renderer.render(this.scene, this.camera);
   }
 }
 

@@ -32,7 +32,8 @@ export class JobPanel {
   private waiting = new Set<number>();
   private rows = new Map<number, HTMLElement>();
 
-  constructor(private page: RobotPage, token: string, private words: Words, private changed: () => void) {
+  constructor(private page: RobotPage, private words: Words, private changed: () => void) {
+    const token = byId("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     this.jobs = new Jobs(page.slug, token, () => this.follow());
     byId("asked-do").addEventListener("click", (event) => {
       if ((event.target as HTMLElement).closest("[data-do=cancel]")) void this.cancel();

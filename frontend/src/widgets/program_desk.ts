@@ -29,6 +29,7 @@ export class ProgramDesk<Step> {
   private blocks: StepBlocks<Step> | null = null;
   private opened = false;
   private loading = false;
+  private asking = false;
   private keeping = 0;
   private area = byId<HTMLTextAreaElement>("program-text");
   private list = byId<HTMLSelectElement>("program-list");
@@ -214,7 +215,10 @@ export class ProgramDesk<Step> {
     this.tell("Deleted.", "");
   }
 
+  /** Null where it failed, which is said, and while an answer to the request before has not come. */
   private async ask(method: string, what: object): Promise<object | null> {
+    if (this.asking) return null;
+    this.asking = true;
     const token = document.querySelector<HTMLInputElement>("#program-form [name=csrfmiddlewaretoken]")?.value ?? "";
     try {
       const answer = await request(`/robots/${this.page.slug}/programs/`, {
@@ -225,6 +229,8 @@ export class ProgramDesk<Step> {
       this.tell(said.error ?? `The ${this.noun} was not saved.`, "bad");
     } catch {
       this.tell(`The server does not answer; your ${this.noun} is still here. Try again in a moment.`, "bad");
+    } finally {
+      this.asking = false;
     }
     return null;
   }

@@ -6,7 +6,8 @@ export const REST: Push = [0, 0];
 const DEAD = 0.08; // a pointer this near to the middle pushes nothing
 const TREMBLE = 0.15; // the same of a gamepad's axis
 const BY_KEYS = 0.6; // a key gives no degrees; with Shift it is all
-const SLOW_S = 1.5; // how long a knob that resists with all its force takes
+const GIVES = 0.7; // the share of its way by which a knob gives way to all the force
+const SLOW_S = 1.5, BACK_S = 0.4; // how long a knob takes that comes against all the force, and one that is pushed back
 const KEYS: Record<string, Push> = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] };
 
 /** Whether a key pushes the stick. */
@@ -45,12 +46,14 @@ export function byPad(pad: Pad | null): Push | null {
 }
 
 /**
- * Where a knob is after so many seconds that is pushed to `wanted`. It resists being pushed further ahead, with a force
- * from 0 to 1: the more, the later it comes. It never resists being drawn back, or being turned.
+ * Where a knob is after so many seconds that is pushed to `wanted`, against a force from 0 to 1. The force acts against
+ * a push ahead alone: the knob comes the later the greater it is, stays short of `wanted`, and is pushed back where it has
+ * come farther. It is drawn back and turned at once.
  */
-export function lagging([, y]: Push, wanted: Push, resistance: number, seconds: number): Push {
+export function resisted([, y]: Push, wanted: Push, resistance: number, seconds: number): Push {
   const force = Math.max(0, Math.min(1, Number.isFinite(resistance) ? resistance : 0));
-  if (wanted[1] <= Math.max(0, y) || force === 0) return wanted;
-  const from = Math.max(0, y);
-  return [wanted[0], from + (wanted[1] - from) * (1 - Math.exp(-Math.max(0, seconds) / (SLOW_S * force)))];
+  if (wanted[1] <= 0 || force === 0) return wanted;
+  const from = Math.max(0, Math.min(y, wanted[1])), to = wanted[1] * (1 - GIVES * force);
+  const takes = from < to ? SLOW_S * force : BACK_S;
+  return [wanted[0], from + (to - from) * (1 - Math.exp(-Math.max(0, seconds) / takes))];
 }

@@ -1,7 +1,7 @@
 /** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
-import { allow, Basics, byId, type Facts, fill, Jog, RobotPage, say, type StatePacket, stick, type StreamPacket } from "/static/farhand/v1/console.js";
+import { allow, Basics, byId, type Facts, fill, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import type { CellGrid } from "/static/farhand/v1/cells.js";
-import { GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
+import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
@@ -30,27 +30,16 @@ class RoamingConsole extends Basics<RobotPage> {
   private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) => (this.past ? page.refuse(() => (this.past ? PAST : "")) : this.picked(place)));
   private goals: JobPanel;
   private list: SpotList;
+  private pad = new DrivePad(page, byId("drive"));
   private wide = matchMedia("(min-width: 600px)");
 
   constructor() {
     super(page);
-    const token = byId<HTMLInputElement>("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     const words = { kind: GOAL, noun: "goal", how: HOW, where: (args: Values) => this.where(args) };
-    this.goals = new JobPanel(page, token, words, () => this.marks());
+    this.goals = new JobPanel(page, words, () => this.marks());
     this.list = new SpotList(byId("spots"), (place) => this.picked(place));
     byId("earlier-show").addEventListener("click", () => this.turnBack(!this.past));
     for (const name of OWN_BUTTONS) page.on(name, () => page.command(name));
-    new Jog<Record<string, number>>(byId("drive"), {
-      read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
-      arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },
-      stick: (pad) => {
-        const pushed = stick(pad);
-        return pushed && direction(pushed[1], -pushed[0]);
-      },
-      whyNot: () => page.whyNot("drive"),
-      begin: (wanted) => page.issue("drive", wanted),
-      ...page.keepAlive,
-    });
     this.wide.addEventListener("change", () => void this.openCells());
     void this.openCells();
   }
@@ -162,20 +151,13 @@ class RoamingConsole extends Basics<RobotPage> {
   override draw(f: Facts): void {
     this.goals.draw();
     this.list.enable(this.goals.whyNot());
-    const driving = page.operating;
-    byId("drive").hidden = !driving;
+    this.pad.draw(this.whyNot("drive", f));
     for (const name of OWN_BUTTONS) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`)!;
-      button.hidden = !driving;
+      button.hidden = !page.operating;
       allow(button, this.whyNot(name, f));
     }
-    for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
-      allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
   }
-}
-
-function direction(forward: number, turn: number): Record<string, number> {
-  return { forward, turn };
 }
 
 function round(metres: number): number {

@@ -1,6 +1,6 @@
 /** The console of a rover in a hall: camera, map, readings; driven by hand or sent to a place. */
-import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, Jog, RobotPage, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
-import { JobPanel } from "/static/farhand/v1/roaming.js";
+import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, RobotPage, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
+import { DrivePad, JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
 import { HallInDepth } from "./hall_in_depth.ts";
@@ -37,6 +37,7 @@ class HallConsole extends Basics<RobotPage> {
     ghost: (at) => [this.map, this.deep].forEach((view) => view.ghost(at)),
   });
   private unseen = new UnseenPart(byId<SVGSVGElement>("hall"), this.map.first);
+  private pad = new DrivePad(page, byId("drive"), false); // the stick in it takes gamepads, by degrees
   private stick = new StickPart(page, description, byId("drive"));
   private history = new HistoryPart(page, HISTORY, byId("readings"));
   private places: [HTMLButtonElement, string][] = [];
@@ -46,20 +47,11 @@ class HallConsole extends Basics<RobotPage> {
 
   constructor() {
     super(page);
-    const token = byId<HTMLInputElement>("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
-    this.jobs = new JobPanel(page, token, { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } }, () => this.mark());
+    this.jobs = new JobPanel(page, { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } }, () => this.mark());
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
     for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
     page.on("left", () => page.command("turn", { angle: TURN_RAD }));
     page.on("right", () => page.command("turn", { angle: -TURN_RAD }));
-    new Jog<Record<string, number>>(byId("drive"), {
-      read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
-      arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },
-      stick: () => null, // the stick beside it takes gamepads, by degrees
-      whyNot: () => page.whyNot("drive"),
-      begin: (wanted) => page.issue("drive", wanted),
-      ...page.keepAlive,
-    });
   }
 
   private listPlace(name: string, x: number, y: number): void {
@@ -67,7 +59,7 @@ class HallConsole extends Basics<RobotPage> {
     Object.assign(button, { type: "button", className: "button", textContent: name });
     button.addEventListener("click", () => this.picked(x, y, name));
     item.append(button);
-    byId("places").append(item);
+    byId("spots").append(item);
     this.places.push([button, name]);
   }
 
@@ -132,17 +124,11 @@ class HallConsole extends Basics<RobotPage> {
     for (const [button] of this.places) allow(button, why);
     this.missions.draw();
     allow(byId("mission-send"), (page.operating ? page.whyNot(MISSION) : this.jobs.whyNot()) || this.missions.whyNot());
-    byId("drive").hidden = !page.operating;
-    for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
-      allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
+    this.pad.draw(this.whyNot("drive", f));
     this.stick.enable(this.whyNot("drive", f));
     for (const [name, kind] of [["patrol", "patrol"], ["look", "look"], ["left", "turn"], ["right", "turn"]] as const)
       allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
   }
-}
-
-function direction(forward: number, turn: number): Record<string, number> {
-  return { forward, turn };
 }
 
 function round(metres: number): number {

@@ -24,6 +24,7 @@ export class RulesPanel {
   private surface = new Surface(byId<SVGSVGElement>("hall-surface"));
   private text = byId<HTMLTextAreaElement>("hall-rules-text");
   private brakes: Braking;
+  private sentUnder = 0; // the grant under which rules are on their way; 0: none are
 
   constructor(private page: RobotPage, made: Made) {
     this.brakes = braking(made);
@@ -63,7 +64,9 @@ export class RulesPanel {
 
   draw(): void {
     if (!this.paper) return;
-    const why = this.page.whyNot(KIND), first = this.unread || this.wrong[0]?.words || "";
+    const onWay = this.sentUnder !== 0 && this.sentUnder === this.page.grant;
+    const why = this.page.whyNot(KIND) || (onWay ? "The rules are on their way to the rover." : "");
+    const first = this.unread || this.wrong[0]?.words || "";
     allow(document.querySelector<HTMLElement>("[data-command=rules-send]")!, why || first);
     allow(document.querySelector<HTMLElement>("[data-command=rules-back]")!, why);
   }
@@ -74,8 +77,12 @@ export class RulesPanel {
   }
 
   private send(text: string): void {
-    if (!this.page.command(KIND, { text })) return;
+    const seq = this.page.command(KIND, { text });
+    if (!seq) return;
+    this.sentUnder = this.page.grant;
+    this.page.ladder.whenEnded(this.page.grant, seq, () => (this.sentUnder = 0));
     this.remember(text);
+    this.draw();
     if (text === this.paper) this.changed(parse(text));
   }
 

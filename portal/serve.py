@@ -7,9 +7,6 @@ import resource
 import signal
 import socket
 import sys
-from collections.abc import Coroutine
-from contextlib import suppress
-from typing import Any
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
@@ -47,18 +44,6 @@ class Server(uvicorn.Server):
             from portal.uptime import tell_on  # noqa: PLC0415 - after Django's setup, which came with the application
 
             self._telling = asyncio.create_task(tell_on())
-
-
-async def beside(served: uvicorn.Config, work: Coroutine[Any, Any, None]) -> None:
-    """Serve while this work goes on, until stopped. Raises what ends the work."""
-    server = uvicorn.Server(served)
-    serving, working = asyncio.create_task(server.serve()), asyncio.create_task(work)
-    await asyncio.wait((serving, working), return_when=asyncio.FIRST_COMPLETED)
-    server.should_exit = True
-    working.cancel()
-    await serving
-    with suppress(asyncio.CancelledError):
-        await working
 
 
 def main() -> None:

@@ -1,6 +1,7 @@
 """How the rover drives by itself: ahead at the speed of its rules, and away from what is near.
 
-Below all rules is the reflex: nearer than `infrared.stop` it halts, turns in place until the way is clear, and goes on.
+Below all rules is the reflex: it halts before what infrared sees nearer than `infrared.stop`, or the sonar nearer than
+`sonar.close`, turns in place until the way is clear, and goes on.
 """
 
 from typing import Protocol
@@ -28,7 +29,8 @@ class Patrol:
     """Velocities from distances. Not for several threads."""
 
     def __init__(self) -> None:
-        self._stop = float(load("srv1")["infrared"]["stop"])
+        described = load("srv1")
+        self._stop, self._close = float(described["infrared"]["stop"]), float(described["sonar"]["close"])
         self._turns = False
         self.reflexes = 0
 
@@ -38,7 +40,7 @@ class Patrol:
 
     def velocity(self, infrared: float, sonar: float, rolling: float, speed: float) -> tuple[float, float]:
         """Return m/s ahead and rad/s to the left, for distances (m), the speed of now and that of the rules (m/s)."""
-        near = infrared < self._stop
+        near = infrared < self._stop or sonar < self._close
         if near and not self._turns:
             self.reflexes += 1
         if near or speed < SLOWEST_M_S:

@@ -77,14 +77,14 @@ class Whereabouts:
         last, self._last = self._last, status
         if last is None:
             self._begin(status)
-        elif last.boot != status.boot:
+        elif last.boot != status.boot or status.dead_encoders:
             self._anchor, self._squared = None, UNKNOWN_M**2
         else:
             self._add(last, status)
 
     def _begin(self, status: Status) -> None:
         anchor = self._anchor
-        if anchor is None or anchor.boot != status.boot:
+        if anchor is None or anchor.boot != status.boot or status.dead_encoders:
             self._anchor, self._squared = None, UNKNOWN_M**2
             return
         way = hypot(status.x - anchor.odometry[0], status.y - anchor.odometry[1])

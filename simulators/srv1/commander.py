@@ -64,6 +64,7 @@ class Commander:
         )
         self._odometry = Odometry(hardware.encoders(), hardware.compass())
         self._encoders = EncoderWatch(hardware.encoders())
+        self._stopped = False  # by the sonar's reflex
         self._rules, self._crc = self._stored()
         self._motion, self._reflexes, self._moving = hardware.drive.motion, 0, False
         self._log.write(Event.POWER, self.boot)
@@ -105,14 +106,14 @@ class Commander:
 
     def _guard(self) -> None:
         """Do what the reflex does below every velocity: nothing drives ahead faster than what is seen allows."""
-        self._hardware.drive.limit_ahead(self._most_ahead)
+        self._hardware.drive.limit_ahead(self._most_ahead())
 
-    @property
     def _most_ahead(self) -> float:
         """Return how fast it may drive ahead (m/s). The sonar sees what swallows the light of infrared."""
         hardware, known = self._hardware, self._description
         infrared, sonar = hardware.infrared(), hardware.sonar()
-        if infrared < known["infrared"]["stop"] or sonar < known["sonar"]["stop"]:
+        self._stopped = sonar < known["sonar"]["free" if self._stopped else "stop"]
+        if infrared < known["infrared"]["stop"] or self._stopped:
             return 0.0
         return float(known["motion"]["slow" if sonar < known["sonar"]["close"] else "speed"])
 
@@ -254,7 +255,7 @@ class Commander:
         at = self._clock.monotonic()
         if isinstance(command, Velocity):
             self._mode = "hand"
-            linear = min(command.linear, self._most_ahead)
+            linear = min(command.linear, self._most_ahead())
             self._hardware.drive.velocity(linear, command.angular, self._epoch, self._now)
         elif isinstance(command, Permit):
             renewed = self._permits.runs

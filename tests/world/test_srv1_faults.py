@@ -6,7 +6,7 @@ from math import dist, inf, pi
 import pytest
 
 from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.motions import ENCODER, IN_THE_WAY
+from robots.drivers.srv1.motions import ENCODER, IN_THE_WAY, TOO_NEAR
 from robots.drivers.srv1.whereabouts import KNOWN_M
 from tests.world.seeds import hunt, seeds
 
@@ -82,7 +82,7 @@ def before_black_glass(portal):
     again = portal.hold_if_held(portal.issue("drive", forward=1.0, turn=0.0))
     portal.world.sleep(5)
     portal.controls.let_go()
-    assert portal.final(again).reason
+    assert portal.final(again).reason == TOO_NEAR
     assert portal.rig.sim.world.plant.pose[1] < y + 0.1, "it stands there"
     back = portal.hold_if_held(portal.issue("drive", forward=-0.5, turn=0.0))
     portal.in_motion()

@@ -88,7 +88,7 @@ class Motions:
         except ControlsReleased:
             status = self.wheels.ask()
             if sent and status.motion == before.motion:
-                near = status.infrared < self._stop or status.sonar < self._sonar["stop"]
+                near = status.infrared < self._stop or status.sonar < self._sonar["free"]
                 raise GaveUp(TOO_NEAR if linear > 0 and near else NEVER_BEGAN) from None
             raise
 

@@ -200,7 +200,7 @@ def at_length(value):
 
 
 BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
-EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), at_length("irat")], indirect=True)
+EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", *map(at_length, ("pa10", "irat", "srv1"))], indirect=True)
 
 
 @pytest.fixture

@@ -65,14 +65,18 @@ export class Jobs {
     if ((!this.known && !this.busy) || this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
   }
 
-  /** Ask for a job. Returns a sentence that says why not; empty if it waits now. Asked again before an answer came, it is the same job. */
-  ask(kind: string, values: Record<string, number | string>): Promise<string> {
+  /**
+   * Ask for a job; `seen`: when the picture on the page was taken (ms since 1970), 0 for none. Returns a sentence that says
+   * why not; empty if it waits now. Asked again before an answer came, it is the same job.
+   */
+  ask(kind: string, values: Record<string, number | string>, seen = 0): Promise<string> {
     const named = Object.entries(values).map(([name, value]) => [`arg-${name}`, String(value)]);
     const body = new URLSearchParams([["kind", kind], ...named]);
     const asked = String(body);
     const press = this.unanswered.get(asked) ?? token();
     this.unanswered.set(asked, press);
     body.set("press", press);
+    if (seen > 0) body.set("seen", String(Math.round(seen)));
     return this.post(this.address, body, () => this.unanswered.delete(asked));
   }
 

@@ -199,14 +199,16 @@ export class RobotPage {
     return this.planned;
   }
 
+  /** When the picture on the page was taken (ms since 1970), which is stored with what is asked for; 0 without one. */
+  get seen(): number { return Math.max(0, Math.round(this.console?.pictureAt() ?? 0)); }
+
   /** Put the next command into the list and send it. Returns its sequence number. */
   issue(kind: string, args: object): number {
     this.seq += 1;
     this.settle();
     this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), over: this.live.opened, result: {} });
     performance.mark(`command-${this.seq}`);
-    const seen = Math.max(0, Math.round(this.console?.pictureAt() ?? 0)); // it is kept with the command
-    this.live.send({ t: "command", kind, args, seq: this.seq, ...(seen ? { seen } : {}) });
+    this.live.send({ t: "command", kind, args, seq: this.seq, ...(this.seen ? { seen: this.seen } : {}) });
     if (facts.commands.some((c) => c.kind === kind && c.held)) this.keepAlive.hold(this.seq);
     this.draw();
     return this.seq;

@@ -29,7 +29,7 @@ from simulators.srv1.drive import End, Note
 from simulators.srv1.flash import Flash, text_of
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.logbook import Logbook
-from simulators.srv1.odometry import Odometry
+from simulators.srv1.odometry import EncoderWatch, Odometry
 from simulators.srv1.patrol import Patrol as Course
 from simulators.srv1.patrol import Rules
 from simulators.srv1.permits import Permits
@@ -60,6 +60,8 @@ class Commander:
         self._course, self._permits = Course(), Permits()
         self._log = Logbook(lambda: self.uptime_ms, lambda: (self._odometry.x, self._odometry.y))
         self._odometry = Odometry(hardware.encoders(), hardware.compass())
+        self._encoders = EncoderWatch(hardware.encoders())
+        self._stopped = False  # by the sonar's reflex
         self._rules, self._crc = self._stored()
         self._motion, self._reflexes, self._moving = hardware.drive.motion, 0, False
         self._log.write(Event.POWER, self.boot)
@@ -88,29 +90,37 @@ class Commander:
         """Do what the timer's interrupt does; `now` is the motor board's time (s)."""
         at = self._clock.monotonic()
         seconds, self._ticked, self._now = at - self._ticked, at, now
-        self._odometry.advance(self._hardware.encoders(), self._hardware.compass(), seconds)
+        hardware = self._hardware
+        self._odometry.advance(hardware.encoders(), hardware.compass(), seconds)
+        self._encoders.advance(hardware.encoders(), hardware.drive.target, hardware.drive.motion, seconds)
         self._watch_permit(at)
         if self._mode == "patrol":
             self._go_on(at)
         elif self._mode == "hand" and self._epoch:
             self._guard()
         self._write_motions()
-        self._log.follow(self._mode == "patrol", at - self._patrol_said, self._hardware.drive.motion)
+        self._log.follow(self._mode == "patrol", at - self._patrol_said, hardware.drive.motion)
 
     def _guard(self) -> None:
-        """Do what the reflex does below every velocity: nothing drives ahead where infrared sees something too near."""
-        if self._too_near:
-            self._hardware.drive.halt_ahead()
+        """Do what the reflex does below every velocity: nothing drives ahead faster than what is seen allows."""
+        self._hardware.drive.limit_ahead(self._most_ahead())
 
-    @property
-    def _too_near(self) -> bool:
-        return self._hardware.infrared() < float(self._description["infrared"]["stop"])
+    def _most_ahead(self) -> float:
+        """Return how fast it may drive ahead (m/s). The sonar sees what swallows the light of infrared."""
+        hardware, known = self._hardware, self._description
+        infrared, sonar = hardware.infrared(), hardware.sonar()
+        self._stopped = sonar < known["sonar"]["free" if self._stopped else "stop"]
+        if infrared < known["infrared"]["stop"] or self._stopped:
+            return 0.0
+        return float(known["motion"]["slow" if sonar < known["sonar"]["close"] else "speed"])
 
     def _alone(self, at: float) -> bool:
         return at - self._patrol_said > float(self._description["motion"]["forget_s"])
 
     def _watch_permit(self, at: float) -> None:
         why = self._permits.violation(self._odometry, self.uptime_ms)
+        if self._permits.runs and self._encoders.dead:
+            why = Event.ENCODER
         if why is None:
             return
         self._log.write(why, self._hardware.drive.motion)
@@ -254,7 +264,7 @@ class Commander:
         at = self._clock.monotonic()
         if isinstance(command, Velocity):
             self._mode = "hand"
-            linear = 0.0 if command.linear > 0.0 and self._too_near else command.linear
+            linear = min(command.linear, self._most_ahead())
             self._hardware.drive.velocity(linear, command.angular, self._epoch, self._now)
         elif isinstance(command, Permit):
             renewed = self._permits.runs
@@ -296,6 +306,6 @@ class Commander:
             place.y, place.heading, place.linear, place.angular, hardware.infrared(), hardware.sonar(),
             hardware.battery(), sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE)),
             sensors.share(hardware.analogue(Channel.HUMIDITY)), sensors.share(hardware.analogue(Channel.LIGHT)),
-            sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._crc,
+            sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._encoders.dead, self._crc,
             self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, asked, hardware.beacon(),
         )  # fmt: skip

@@ -43,9 +43,9 @@ class Drive(MotorBoard):
         share = min(1.0, self._fastest / max(abs(left), abs(right), 1e-9))
         self._want((left * share, right * share), (linear, angular), epoch, now)
 
-    def halt_ahead(self) -> None:
-        """Brake, and drive on with the turn alone, until the velocity is forgotten or another comes."""
+    def limit_ahead(self, most: float) -> None:
+        """Brake to `most` ahead (m/s), with the same turn, until the velocity is forgotten or another comes."""
         left, right = self._wanted
-        ahead = (left + right) / 2
-        if ahead > 0.0:
-            self._wanted, self._brakes = (left - ahead, right - ahead), True
+        over = (left + right) / 2 - most
+        if over > 0.0:
+            self._wanted, self._brakes = (left - over, right - over), True

@@ -8,6 +8,7 @@ from math import cos, exp, pi, radians, remainder, sin, tau
 
 from robots.description import load
 
+DEAD_S, DRIVEN_M_S = 0.3, 0.02  # a side that is driven so fast counts in any shorter time, or its encoder is dead
 COMPASS_S = 0.3  # within which the heading follows the compass
 SPEEDS_S = 0.1  # over which speeds are smoothed: an encoder's step is a large part of a short time's way
 
@@ -43,6 +44,30 @@ class Odometry:
         if seconds > 0:
             self.linear += share * (way / seconds - self.linear)
             self.angular += share * (turned / seconds - self.angular)
+
+
+class EncoderWatch:
+    """Notices an encoder that counts nothing while its side is driven: it is dead, or the wheels are held fast.
+
+    `dead`: 1 the left, 2 the right, 3 both; it stays until that side counts again, or the next motion begins.
+    """
+
+    def __init__(self, counts: tuple[int, int]) -> None:
+        self._counts, self._motion, self._silent = counts, 0, [0.0, 0.0]
+        self.dead = 0
+
+    def advance(self, counts: tuple[int, int], rims: tuple[float, float], motion: int, seconds: float) -> None:
+        """Take counts, the rim speeds that the motors follow (m/s) and the motion's number after so many seconds."""
+        if motion != self._motion:
+            self._motion, self._silent, self.dead = motion, [0.0, 0.0], 0
+        for side in (0, 1):
+            if counts[side] != self._counts[side]:
+                self._silent[side] = 0.0
+                self.dead &= ~(1 << side)
+            elif abs(rims[side]) >= DRIVEN_M_S:
+                self._silent[side] += seconds
+                self.dead |= (self._silent[side] > DEAD_S) << side
+        self._counts = counts
 
 
 def _heading(compass: float) -> float:

@@ -1,6 +1,7 @@
 """How the rover drives by itself: at the speed of its rules, on the way that it is led, and away from what is near.
 
-Below all rules is the reflex: nearer than `infrared.stop` it halts, turns in place until the way is clear, and goes on.
+Below all rules is the reflex: it halts before what infrared sees nearer than `infrared.stop`, or the sonar nearer than
+`sonar.close`, turns in place until the way is clear, and goes on.
 """
 
 from math import copysign, sin
@@ -30,7 +31,8 @@ class Patrol:
     """Velocities from distances. Not for several threads."""
 
     def __init__(self) -> None:
-        self._stop = float(load("srv1")["infrared"]["stop"])
+        described = load("srv1")
+        self._stop, self._close = float(described["infrared"]["stop"]), float(described["sonar"]["close"])
         self._turns = False
         self.reflexes = 0
 
@@ -47,7 +49,7 @@ class Patrol:
         """
         if abs(aside) > TURN_FIRST_RAD:
             return 0.0, 0.0 if abs(rolling) > ROLLING_M_S else copysign(TURN_RAD_S, aside)
-        near = infrared < self._stop
+        near = infrared < self._stop or sonar < self._close
         if near and not self._turns:
             self.reflexes += 1
         if near or speed < SLOWEST_M_S:

@@ -12,7 +12,7 @@ from simulators.srv1.climate import Climate
 from simulators.srv1.plant import Plant
 
 RAYS = 9  # of the sonar's cone
-GHOST = (0.3, 0.9)  # share of the true distance at which a ghost appears
+GHOSTS = (0.3, 0.9), (1.1, 3.0)  # shares of the true distance: an echo from elsewhere, or none from a slanting wall
 COMPASS_DEG, IRON_DEG = 0.8, 1.5  # its noise, and what the rover's own iron does, which depends on the heading
 BEACON_M, BEACON_RAD = 0.05, 0.02  # noise of range and bearing
 SET_UP_RAD = 0.01  # how exactly the tower was turned to the hall
@@ -69,7 +69,7 @@ class Senses:
         half = known["half_cone"]
         away = min(self._plant.ray(known["from"], float(angle))[0] for angle in np.linspace(-half, half, RAYS))
         if self._faults.chance("sonar_ghost"):
-            away *= float(self._dice.uniform(*GHOST))
+            away *= float(self._dice.uniform(*GHOSTS[int(self._dice.integers(2))]))
         return self._read(away, known)
 
     def _read(self, away: float, known: dict[str, float]) -> float:

@@ -255,6 +255,39 @@ def test_the_reflex_is_below_all_rules(rig):
     assert Event.REFLEX in events(rig)
 
 
+def test_the_sonar_slows_down_and_stops_what_infrared_lets_pass(rig):
+    """As before black glass: by hand, and nothing that drives back or turns."""
+    rig.ask(Claim(7))
+    drive(rig, 1.5, 0.4)
+    assert rig.ask(Ask()).linear == pytest.approx(0.4, abs=0.03)
+    rig.bench.far = 0.4
+    drive(rig, 1.0, 0.4)
+    assert rig.ask(Ask()).linear == pytest.approx(0.08, abs=0.02)
+    rig.bench.far = 0.18
+    drive(rig, 1.0, 0.4, 0.5)
+    status = rig.ask(Ask())
+    assert status.linear == pytest.approx(0.0, abs=0.02)
+    assert status.angular == pytest.approx(0.5, abs=0.1)
+    drive(rig, 1.0, -0.2)
+    assert rig.ask(Ask()).linear == pytest.approx(-0.2, abs=0.03)
+
+
+@pytest.mark.parametrize(("dead", "said"), [((0,), 1), ((1,), 2), ((0, 1), 3), ((), 0)])
+def test_an_encoder_that_counts_nothing_while_its_side_is_driven_is_told(rig, dead, said):
+    """Until the next motion, or until it counts again."""
+    counts = rig.bench.encoders
+    rig.bench.encoders = lambda: tuple(0 if side in dead else count for side, count in enumerate(counts()))
+    rig.ask(Claim(7))
+    assert rig.ask(Ask()).dead_encoders == 0
+    drive(rig, 1.0, 0.1)
+    assert rig.ask(Ask()).dead_encoders == said
+    rig.rest()
+    assert rig.ask(Ask()).dead_encoders == said
+    rig.bench.encoders = counts
+    drive(rig, 1.0, 0.1)
+    assert rig.ask(Ask()).dead_encoders == 0
+
+
 def test_rules_may_ask_for_any_reading(rig):
     activate(rig, b"warm")
     rig.ask(Claim(7))

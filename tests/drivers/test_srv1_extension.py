@@ -65,8 +65,8 @@ STATUSES = st.builds(
     st.sampled_from(answers.ENDS), st.sampled_from(answers.MODES), scaled(bounds.MM), scaled(bounds.MM),
     scaled(bounds.MRAD), scaled(bounds.MM_S), scaled(bounds.MRAD_S), scaled(bounds.RANGE_MM),
     scaled(bounds.RANGE_MM), scaled(bounds.MV), scaled(bounds.DECIDEGREES, 10), scaled(bounds.THOUSANDTHS),
-    scaled(bounds.THOUSANDTHS), st.booleans(), within(bounds.CRC), within(bounds.PERMIT_MS), within(bounds.NUMBER),
-    within(bounds.UPTIME_MS), st.sampled_from(answers.STATUSES),
+    scaled(bounds.THOUSANDTHS), st.booleans(), within(bounds.SIDES), within(bounds.CRC), within(bounds.PERMIT_MS),
+    within(bounds.NUMBER), within(bounds.UPTIME_MS), st.sampled_from(answers.STATUSES),
     st.none() | st.tuples(scaled(bounds.RANGE_MM), scaled(bounds.MRAD)),
 )  # fmt: skip
 ANSWERS = st.one_of(

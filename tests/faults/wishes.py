@@ -196,7 +196,10 @@ class Irat:
 
 
 class Rover(Irat):
-    """Four wheels in a hall, behind TCP: a place over the sand is a velocity here, as with the iRat."""
+    """Four wheels in a hall, behind TCP: a place over the sand is a velocity here, as with the iRat.
+
+    Its wire carries mm/s and mrad/s: places 0.2 mm apart are turns 1 mrad/s apart.
+    """
 
     name = "srv1"
     faults = (
@@ -207,6 +210,14 @@ class Rover(Irat):
 
     def simulator(self, folder):
         return RoverSimulator(folder)
+
+    def spell(self, kind, args, share):
+        if kind == "move":
+            x, y = args["x"], args["y"]
+            return "drive", {"forward": round(x, 6), "turn": round(1.2 * y + 5 * (x - round(x, 1)), 6)}
+        if kind == "noop":
+            return "turn", {"angle": 0.0}
+        return super().spell(kind, args, share)
 
     def job(self, robot, place, dice):
         """Return a place of the map that somebody asks for."""

@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 
 from robots.description import load
 from robots.drivers.srv1.answers import Status
-from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, toward, turning
+from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, room_ahead, toward, turning
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.rounds import Round
 from robots.drivers.srv1.whereabouts import KNOWN_M, OF_RANGE, TOLERANCE_M, UNKNOWN_M, Whereabouts, sonar_at
 from simulators.srv1.patrol import Patrol
 
-STEP_S, FAR_M, STOP_M, BRAKING = 0.1, 0.80, 0.15, 2.5
+STEP_S, FAR_M, STOP_M, CLOSE_M, BRAKING = 0.1, 0.80, 0.15, 0.50, 2.5
 AT = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
 REST = Status(  # with somebody before it, so that sonar says nothing of its place
     boot=1, epoch=1, motion=0, moving=False, holding=False, end="none", mode="rest", x=1.0, y=1.0, heading=0.0,
     linear=0.0, angular=0.0, infrared=0.8, sonar=0.15, volts=8.0, temperature=20.0, humidity=0.5, light=0.5,
-    presence=True, rules=0, permit_ms=0, journal=0, uptime_ms=1000,
+    presence=True, dead_encoders=0, rules=0, permit_ms=0, journal=0, uptime_ms=1000,
 )  # fmt: skip
 
 
@@ -32,7 +32,7 @@ def test_it_arrives_wherever_it_begins(begin, end, heading, lost):
     for _ in range(int(seconds)):
         if is_reached(pose, begin, end, passed=False):
             return
-        v, w = toward(pose, begin, end, 0.4, FAR_M, STOP_M, BRAKING)
+        v, w = toward(pose, begin, end, 0.4, FAR_M - STOP_M, BRAKING)
         assert 0.0 <= v <= 0.4
         assert abs(w) <= TURN_RAD_S
         turn = (1 - lost) * w * STEP_S
@@ -44,7 +44,9 @@ def test_it_arrives_wherever_it_begins(begin, end, heading, lost):
 @given(AT, st.floats(-pi, pi), st.floats(0.0, FAR_M))
 def test_it_could_always_stop_before_what_infrared_sees(end, heading, infrared):
     """With a tenth of a second until the next look, and the description's braking."""
-    v, _ = toward((0.0, 0.0, heading), (0.0, 0.0), end, 0.4, infrared, STOP_M, BRAKING)
+    left = hypot(*end)
+    room = room_ahead(infrared, 5.0, STOP_M, CLOSE_M, left)
+    v, _ = toward((0.0, 0.0, heading), (0.0, 0.0), end, 0.4, room, BRAKING)
     assert v * STEP_S + v * v / (2 * BRAKING) <= max(0.0, infrared - STOP_M) + 0.005 or v == 0.0
 
 
@@ -60,7 +62,27 @@ def test_the_numbers_of_the_description_are_the_ones_that_were_judged():
     """The reflex, the range and the braking that this file takes for granted."""
     described = load("srv1")
     assert (described["infrared"]["far"], described["infrared"]["stop"]) == (FAR_M, STOP_M)
+    assert described["sonar"]["close"] == CLOSE_M
     assert described["motion"]["braking"] == BRAKING
+
+
+def test_the_sonar_sees_what_infrared_misses_before_the_end_of_the_line():
+    """Black glass, and an edge beside the ray of infrared; a wall behind the place to which it goes is in no way."""
+    assert room_ahead(0.8, 0.7, 0.15, 0.5, 2.0) == pytest.approx(0.2)
+    assert room_ahead(0.8, 0.4, 0.15, 0.5, 2.0) == 0.0
+    assert room_ahead(0.8, 0.4, 0.15, 0.5, 0.3) == pytest.approx(0.65)
+    v, w = toward((0.0, 0.0, 0.3), (0.0, 0.0), (2.0, 0.0), 0.4, 0.0, BRAKING)
+    assert v == 0.0, "nothing is free ahead"
+    assert w < 0.0, "it turns to its line"
+    assert toward((0.0, 0.0, 0.0), (0.0, 0.0), (2.0, 0.0), 0.4, 0.0, BRAKING) == (0.0, 0.0)
+
+
+def test_a_dead_encoder_takes_what_was_known_away():
+    where = Whereabouts()
+    where.take(REST)
+    where.found((5.0, 4.0, 1.0), 0.05, REST)
+    where.take(replace(REST, dead_encoders=2))
+    assert not where.is_known
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.05), st.floats(-0.2, 0.2)), min_size=1, max_size=60))
@@ -125,10 +147,10 @@ def test_odometry_that_jumps_is_no_way():
 
 def patrolled(seconds, ahead=lambda pose: FAR_M):
     """Return the nodes to which a round leads a rover, and its poses, one each step; `ahead`: what infrared sees."""
-    led, course = Round(STOP_M + 0.03), Patrol()
+    led, course = Round(), Patrol()
     pose, goals, poses = (1.0, 1.0, 0.5), [], []
     for _ in range(int(seconds / STEP_S)):
-        aside = led.aside(pose, ahead(pose))
+        aside = led.aside(pose, ahead(pose) < STOP_M + 0.03)
         if not goals or led.goal != goals[-1]:
             goals.append(led.goal)
         v, w = course.velocity(FAR_M, FAR_M, 0.0, 0.4, aside)

@@ -28,6 +28,7 @@ class Motions:
         self.clock_set = False
         portal.rig.tell(self._noted)
         observer = self._world.process("observer", delayed=False)
+        portal.rig.process.judges = observer.judges = True  # the simulator's threads tell what is judged
         self._world.spawn(self._watch, "observer", observer)
 
     def _watch(self) -> None:

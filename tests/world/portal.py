@@ -15,6 +15,7 @@ from robots.contract.errors import RobotError
 from robots.models import Command, Robot
 from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
+from tests.conftest import at_length
 from tests.faults.wishes import ROBOTS
 from tests.world.async_store import AsyncStore
 from tests.world.controls import Controls, state_of
@@ -28,7 +29,8 @@ from tests.world.store import MemoryStore
 from tests.world.world import World
 
 RIGS = {"mercury": MercuryRig, "pa10": ArmRig, "irat": IratRig, "srv1": RoverRig, "errands": MercuryRig}
-EACH = pytest.mark.parametrize("which", ["mercury", "pa10", "irat"], indirect=True)
+EACH = pytest.mark.parametrize("which", ["mercury", "pa10", "irat", at_length("srv1")], indirect=True)
+ALL = pytest.mark.parametrize("which", ["mercury", "pa10", "irat", "srv1"], indirect=True)
 NEW = {  # a robot's row, as if no world had been before
     "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
     "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},

@@ -7,11 +7,11 @@ import pytest
 from robots.models import Frame
 from tests.conftest import BOTH_AT_LENGTH
 from tests.world.motions import Motions
-from tests.world.portal import EACH
+from tests.world.portal import ALL, EACH
 from tests.world.seeds import hunt, seeds
 
 
-@EACH
+@ALL
 @seeds(1, 10, 60)
 @pytest.mark.parametrize("how", ["noise", "pulled", "halved", "stalls"])
 def test_promise_10_a_bad_line_causes_no_wrong_move(worlds, proof, seed, how):

@@ -9,7 +9,7 @@ from robots.models import Command, Lease
 from robots.states import COMMAND_RUNNING, CommandState
 from tests.world.motions import WIRE_S, Motions
 from tests.world.owner import Worker
-from tests.world.portal import EACH
+from tests.world.portal import ALL, EACH
 from tests.world.seeds import hunt, seeds
 from workers.safety.gate import TOO_LATE
 
@@ -45,7 +45,7 @@ def test_promise_01_one_command_at_most_one_motion(worlds, proof, seed):
     proof.holds(f"{number} commands announced several times among two rogue workers: {number} motions")
 
 
-@EACH
+@ALL
 @seeds(1, 50, 400)
 def test_promise_02_a_crash_means_unknown_never_replay(worlds, proof, seed):
     """The owner is killed at any moment between the press and the end, several times in one run."""
@@ -174,7 +174,7 @@ def test_promise_03_late_commands_never_move(worlds, proof, seed, how):
     proof.holds(f"{how}: {times} stalls of up to 60 s: 0 motions past their deadline")
 
 
-@EACH
+@ALL
 @seeds(1, 30, 200)
 def test_promise_04_a_frozen_owner_moves_nothing_and_is_killed(worlds, proof, seed):
     """The owner is frozen past its lease in mid-motion; another takes the robot, and the first goes on."""

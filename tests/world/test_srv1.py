@@ -13,6 +13,7 @@ from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.missions import LOOK_S
 from robots.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
+from tests.world.motions import Motions
 from tests.world.seeds import hunt, seeds
 from workers.commands.packages import NOT_STORED
 
@@ -259,6 +260,21 @@ def switched_off(portal):
 @seeds(1, 20, 200)
 def test_a_rover_that_loses_its_power_is_connected_again(worlds, seed):
     hunt(worlds, seed, switched_off)
+
+
+def one_after_another(portal):
+    """Motions by hand that wait for one another: the hold that ends one is not taken for the next one's."""
+    portal.grant()
+    history = Motions(portal)
+    for _ in range(5):
+        portal.move()
+    portal.all_final()
+    history.check()
+
+
+@seeds(1, 20, 200)
+def test_the_hold_that_ends_a_motion_does_not_brake_the_next(worlds, seed):
+    hunt(worlds, seed, one_after_another)
 
 
 MISSION = "read\nturn 90\nphotograph\nwait 3\nsay Here begins the tour.\nread\n"

@@ -43,6 +43,7 @@ class Process:
         self.name, self.number = name, number
         self.killed = self.frozen = False
         self.delayed = True  # whether its threads may be late
+        self.judges = False  # whether the database never goes away from it
         self.at_kill: list[Callable[[], object]] = []  # what the kernel does when it dies: files are closed
         self.moment: tuple[int, Callable[[], object]] | None = None  # see `World.at_moment`
 
@@ -99,10 +100,10 @@ class World:
         self._history = hashlib.sha256()
         self.errors: list[tuple[str, BaseException]] = []
         self.closed = self._stuck = False
-        self.database_away = False  # for every process but the test's
+        self.database_away = False  # for every process but those that judge
         self.named_after_s = 30.0  # of real time
         self.host = Process("the test", 1)
-        self.host.delayed = False
+        self.host.delayed, self.host.judges = False, True
         self.threads: list[Thread] = []
         self.processes = {self.host.number: self.host}
         self.main = threading.current_thread()  # the test's
@@ -310,7 +311,7 @@ class World:
                 if self.running.process.frozen:
                     self.park(self._t)
                 self.yield_()
-            if self.database_away and self.running.process is not self.host:
+            if self.database_away and not self.running.process.judges:
                 raise DatabaseAway("the database is away")
             return execute(sql, params, many, context)
 

@@ -59,7 +59,7 @@ export class JobPanel {
     this.page.settle();
     this.asking = true;
     this.page.draw();
-    const refused = await this.jobs.ask(kind, values);
+    const refused = await this.jobs.ask(kind, values, this.page.seen);
     this.asking = false;
     if (refused) this.page.refuse(() => refused);
     else this.fresh = this.jobs.own[0]?.id ?? 0;

@@ -22,10 +22,11 @@ class Status:
     """What it says of itself. Coordinates (m, rad) are those of its odometry, which begins at `hall.home`.
 
     `motion` is the newest motion's number, `end` how it ended. `temperature` is in degrees Celsius, `humidity` and
-    `light` are shares. `rules` is the CRC of the set in force, 0 for the one that it was made with. `permit_ms` is what
-    is left of its permit, `journal` the number of its newest entry, `uptime_ms` the time since its start. `asked` is
-    the letter of the command that this answers. `beacon`: range (m) and bearing (rad, from the hall's x axis to the
-    left) of the rover from the tower; None where that is not heard, or the rover has no receiver for it.
+    `light` are shares. `dead_encoders` is 0, 1 for the left, 2 for the right, 3 for both: those that count nothing
+    while their side is driven. `rules` is the CRC of the set in force, 0 for the one that it was made with. `permit_ms`
+    is what is left of its permit, `journal` the number of its newest entry, `uptime_ms` the time since its start.
+    `asked` is the letter of the command that this answers. `beacon`: range (m) and bearing (rad, from the hall's x axis
+    to the left) of the rover from the tower; None where that is not heard, or the rover has no receiver for it.
     """
 
     boot: int
@@ -47,6 +48,7 @@ class Status:
     humidity: float
     light: float
     presence: bool
+    dead_encoders: int
     rules: int
     permit_ms: int
     journal: int
@@ -108,6 +110,7 @@ _FIELDS: tuple[tuple[str, float | tuple[str, ...] | None, Bounds], ...] = (
     ("humidity", 1e-3, bounds.THOUSANDTHS),
     ("light", 1e-3, bounds.THOUSANDTHS),
     ("presence", None, bounds.FLAG),
+    ("dead_encoders", None, bounds.SIDES),
     ("rules", None, bounds.CRC),
     ("permit_ms", None, bounds.PERMIT_MS),
     ("journal", None, bounds.NUMBER),

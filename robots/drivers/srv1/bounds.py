@@ -29,6 +29,7 @@ MV = Bounds(0, 60_000)
 DECIDEGREES = Bounds(-1000, 2000)
 THOUSANDTHS = Bounds(0, 1000)
 FLAG = Bounds(0, 1)
+SIDES = Bounds(0, 3)
 CRC = Bounds(0, 0xFFFF)
 
 

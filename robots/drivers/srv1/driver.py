@@ -21,10 +21,9 @@ from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.stock import StockRover
 from robots.drivers.srv1.touring import go_to, noted, tour
 from robots.drivers.srv1.unseen import Unseen
-from robots.drivers.srv1.wheels import Wheels
+from robots.drivers.srv1.wheels import REST_S, Wheels
 from robots.drivers.stream import open_stream
 
-REST_S = 2.0  # within which it rests after a hold
 EARLY_S = 3.0  # a patrol ends by itself so long before its grant
 
 

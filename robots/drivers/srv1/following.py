@@ -9,23 +9,35 @@ Twist = tuple[float, float]  # m/s ahead, rad/s to the left
 AHEAD_M = 0.45  # the point of the line that it steers for (pure pursuit)
 REACHED_M = 0.08
 TURN_FIRST_RAD = 0.6  # a place farther aside than this is turned to before it drives
+ALONG_RAD = 0.1  # no farther aside than this it looks along its line
 TURN_RAD_S, SLOW_TURN_RAD_S, TURNED_RAD = 1.2, 0.3, 0.03
 REACTION_S = 0.12  # until the next velocity
 NEAR_GAIN = 1.0  # 1/s: how fast it may be for each metre that is left
 
 
-def toward(pose: Pose, begin: Place, end: Place, fastest: float, infrared: float, stop: float, braking: float) -> Twist:
+def room_ahead(infrared: float, sonar: float, stop: float, close: float, left: float) -> float:
+    """Return how far the rover may drive ahead (m): at `stop` (m) it stands before what infrared sees.
+
+    Beside the ray of infrared the sonar sees what would touch the hull, from `close` (m) on, and black glass. What
+    stands behind the end of the line, which is `left` (m) away, does not count: a place may be nearer to a wall.
+    """
+    free = infrared - stop
+    if sonar < left:  # of the front, and of the middle: at the end of the line it would touch it
+        free = min(free, sonar - close)
+    return max(0.0, free)
+
+
+def toward(pose: Pose, begin: Place, end: Place, fastest: float, room: float, braking: float) -> Twist:
     """Return the velocity along the line from `begin` to `end`.
 
-    `fastest` bounds the speed (m/s); it is less where the rover could not stop before what `infrared` (m) sees, at
-    `stop` (m) from it, with `braking` (m/s2).
+    `fastest` bounds the speed (m/s); it is less where the rover could not stop within `room` (m) with `braking` (m/s2).
+    Without any room it turns to the line, from where the way may be free.
     """
     x, y = _on_line(pose, begin, end)
     aside = bearing(pose, begin, end)
-    if abs(aside) > TURN_FIRST_RAD:
+    if abs(aside) > (TURN_FIRST_RAD if room > 0.0 else ALONG_RAD):
         return 0.0, turning(aside)
     left = hypot(end[0] - pose[0], end[1] - pose[1])
-    room = max(0.0, infrared - stop)
     speed = min(fastest, max(0.05, NEAR_GAIN * left), fastest_before(room, braking)) * cos(aside)
     away = max(hypot(x - pose[0], y - pose[1]), 0.1)
     return speed, max(-TURN_RAD_S, min(2 * speed * sin(aside) / away, TURN_RAD_S))

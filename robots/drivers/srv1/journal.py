@@ -29,6 +29,7 @@ class Event(StrEnum):
     ALONE = "alone"  # it has patrolled for a second without a word
     WAY = "way"  # it has driven on so
     HEARD = "heard"  # it is told to patrol again
+    ENCODER = "encoder"  # one counts nothing while its side is driven: the permit ends
 
 
 EVENTS = tuple(Event)

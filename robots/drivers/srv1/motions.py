@@ -8,7 +8,7 @@ from robots.contract.errors import ControlsReleased, GaveUp, LineGone, LineSilen
 from robots.contract.session import Permit
 from robots.description import load
 from robots.drivers.srv1.answers import Status
-from robots.drivers.srv1.following import TURNED_RAD, Pose, is_reached, toward, turning
+from robots.drivers.srv1.following import TURNED_RAD, Pose, is_reached, room_ahead, toward, turning
 from robots.drivers.srv1.modes import Mode
 from robots.drivers.srv1.rounds import Round
 from robots.drivers.srv1.ways import Place, length, way
@@ -16,10 +16,15 @@ from robots.drivers.srv1.wheels import Wheels
 
 BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
 MARGIN_M = 0.03  # before the reflex, where it counts as blocked
+CLEAR_M = 0.10  # by so much farther than what stopped it the sonar sees where it goes on
 NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
 UNHEARD = "out of reach: it drives on by itself, and rests within {:.0f} s if it is not reached"
 STUCK_S = 6.0  # told to move, and no farther in so long
 STUCK = "The rover does not move: it stands against something. Staff or its driver have to free it."
+ENCODER = (
+    "An encoder counts nothing while its wheels are driven: it is broken, or they are held fast. The rover does not "
+    "know where it is; staff have to look at it."
+)
 TOO_NEAR = "Something is too near ahead: the rover only turns, and drives back."
 IN_THE_WAY = f"Something stands in the rover's way. It waited {BLOCKED_S:.0f} s."
 Began = Callable[[], None]  # called when the rover has understood; only its first call counts
@@ -56,9 +61,10 @@ class Motions:
     def __init__(self, wheels: Wheels) -> None:
         described = load("srv1")
         self.wheels, self._motion = wheels, described["motion"]
-        self._stop = float(described["infrared"]["stop"])
+        self._stop, self._sonar = float(described["infrared"]["stop"]), described["sonar"]
         self._clock = wheels.clock
-        self._round = Round(self._stop + MARGIN_M)
+        self._round = Round()
+        self._before = 0  # the number of the motion before the one that runs
 
     def drive(self, wanted: Callable[[], tuple[float, float]], permit: Permit, began: Began) -> None:
         """Drive with shares (-1 to 1) of the greatest velocities, ahead and turning, until `permit` ends it.
@@ -84,7 +90,8 @@ class Motions:
         except ControlsReleased:
             status = self.wheels.ask()
             if sent and status.motion == before.motion:
-                raise GaveUp(TOO_NEAR if linear > 0 and status.infrared < self._stop else NEVER_BEGAN) from None
+                near = status.infrared < self._stop or status.sonar < self._sonar["free"]
+                raise GaveUp(TOO_NEAR if linear > 0 and near else NEVER_BEGAN) from None
             raise
 
     def go(self, goal: Place, permit: Permit, began: Began, left: Left) -> float:
@@ -92,7 +99,7 @@ class Motions:
 
         Raises OutOfWorkspace; GaveUp where something stands in the way.
         """
-        begin = self._pose(self.wheels.ask())[:2]
+        begin = self._pose(self._first())[:2]
         corners = way(begin, goal)
         whole = length(begin, corners)
 
@@ -111,14 +118,19 @@ class Motions:
         whole: float, left: Left,
     ) -> None:  # fmt: skip
         """Drive along one line of a way. Raises GaveUp where something stands in it for long."""
-        fastest, braking = float(self._motion["most_speed"]), float(self._motion["braking"])
-        free_at, progress = self._clock.monotonic(), Progressing(self._clock)
+        fastest, braking = float(self._motion["most_speed"]), float(self._motion["acceleration"])
+        free_at, progress, margin = self._clock.monotonic(), Progressing(self._clock), 0.0
         while True:
-            status = self.wheels.ask()
+            status = self._asked()
             pose = self._pose(status)
             if is_reached(pose, begin, end, passes):
                 return
-            v, w = toward(pose, begin, end, fastest, status.infrared, self._stop + MARGIN_M, braking)
+            metres = hypot(end[0] - pose[0], end[1] - pose[1])
+            room = room_ahead(
+                status.infrared, status.sonar, self._stop + MARGIN_M, self._sonar["close"] + margin, metres
+            )  # fmt: skip
+            v, w = toward(pose, begin, end, fastest, room, braking)
+            margin = 0.0 if v else CLEAR_M
             if v or w:
                 free_at, self.wheels.mode = self._clock.monotonic(), Mode.GOING
                 progress.check(pose)
@@ -136,7 +148,7 @@ class Motions:
 
     def turn(self, angle: float, permit: Permit, began: Began) -> None:
         """Turn in place by so much (rad, to the left), by the odometry."""
-        last, todo, progress = self.wheels.ask(), angle, Progressing(self._clock)
+        last, todo, progress = self._first(), angle, Progressing(self._clock)
 
         def act(free: Permit) -> None:
             nonlocal last, todo
@@ -144,7 +156,7 @@ class Motions:
                 self.wheels.drive(0.0, turning(todo), last, free)
                 began()
                 self.wheels.pause()
-                status = self.wheels.ask()
+                status = self._asked()
                 progress.check((status.x, status.y, status.heading))
                 todo -= remainder(status.heading - last.heading, tau)
                 last = status
@@ -157,14 +169,15 @@ class Motions:
 
         Returns how far it came (m). Where its line is lost it drives on by its permit meanwhile, which `tell` is told.
         """
-        until, before = self._clock.monotonic() + seconds, self.wheels.where.driven
+        until, driven = self._clock.monotonic() + seconds, self.wheels.where.driven
+        self._first()
         self._round.restart()
 
         def act(free: Permit) -> None:
             goal = ""
             while self._clock.monotonic() < until:
                 try:
-                    self._lead(self.wheels.ask(), free)
+                    self._lead(self._asked(), free)
                 except (LineGone, LineSilent):
                     if not self.wheels.alone.left:
                         raise
@@ -180,14 +193,15 @@ class Motions:
                 self.wheels.pause()
 
         self.wheels.during(permit, Mode.PATROL, act)
-        return self.wheels.where.driven - before
+        return self.wheels.where.driven - driven
 
     def _lead(self, status: Status, permit: Permit) -> None:
         """Let the rover drive by its rules for the next moment, on its round where its place is known."""
-        where = self.wheels.where
-        self.wheels.patrol(
-            status, permit, self._round.aside(self._pose(status), status.infrared) if where.is_known else 0.0
-        )
+        aside = 0.0
+        if self.wheels.where.is_known:
+            near = status.infrared < self._stop + MARGIN_M or status.sonar < self._sonar["close"]
+            aside = self._round.aside(self._pose(status), near)
+        self.wheels.patrol(status, permit, aside)
 
     def wait(self, seconds: float, permit: Permit) -> None:
         """Stay where it is, for as long as `permit` allows it."""
@@ -196,6 +210,19 @@ class Motions:
             permit()
             self.wheels.ask()
             self.wheels.pause()
+
+    def _first(self) -> Status:
+        """Ask the rover before it moves."""
+        status = self.wheels.ask()
+        self._before = status.motion
+        return status
+
+    def _asked(self) -> Status:
+        """Ask the rover. Raises GaveUp where an encoder is dead in a motion that has begun since `_first`."""
+        status = self.wheels.ask()
+        if status.dead_encoders and status.motion != self._before:
+            raise GaveUp(ENCODER)
+        return status
 
     def _pose(self, status: Status) -> Pose:
         return self.wheels.where.pose(status)

@@ -13,9 +13,8 @@ ASTRAY_M = 0.5  # from its line: it was led elsewhere, or placed anew
 class Round:
     """Leads one rover. It begins at the nearest node, and turns back where something stands in the way."""
 
-    def __init__(self, stop: float, floor: Hall | None = None) -> None:
-        """`stop`: what infrared sees ahead nearer than this (m) stands in the way."""
-        self._floor, self._stop = hall() if floor is None else floor, stop
+    def __init__(self, floor: Hall | None = None) -> None:
+        self._floor = hall() if floor is None else floor
         self._nodes = {node.name: node for node in self._floor.nodes}
         self._visits = dict.fromkeys(self._nodes, 0)
         self._count = 0
@@ -31,10 +30,10 @@ class Round:
         """Return the name of the node to which it is led; empty if there is none."""
         return self._to.name if self._to else ""
 
-    def aside(self, pose: Pose, infrared: float) -> float:
+    def aside(self, pose: Pose, near: bool) -> float:
         """Return how far to the left of its heading the way leads on (rad); 0 where no way leads anywhere.
 
-        `infrared`: the distance ahead (m).
+        `near`: whether something stands before the rover.
         """
         if len(self._line) > 1 and _away(pose, self._line) > ASTRAY_M:
             self.restart()
@@ -47,7 +46,7 @@ class Round:
         if len(self._line) < 2:
             return 0.0
         aside = bearing(pose, self._line[0], self._line[1])
-        if infrared < self._stop and abs(aside) <= TURN_FIRST_RAD:  # something stands there
+        if near and abs(aside) <= TURN_FIRST_RAD:  # in its way
             self._turn_back(pose)
             return bearing(pose, self._line[0], self._line[1]) if len(self._line) > 1 else 0.0
         return aside

@@ -18,7 +18,9 @@ from robots.drivers.srv1.line import RoverLine
 GAP_MS = 2000  # without a status for so long, something was missed
 LOOKED_BACK = 64  # entries, by an owner that has not heard this rover before
 MOST = 256  # entries
-TOLD = frozenset({Event.ALONE, Event.WAY, Event.HEARD, Event.REFLEX, Event.EXPIRED, Event.LEFT, Event.FAST, Event.REST})
+TOLD = frozenset({
+    Event.ALONE, Event.WAY, Event.HEARD, Event.REFLEX, Event.EXPIRED, Event.LEFT, Event.FAST, Event.REST, Event.ENCODER,
+})  # fmt: skip
 Place = tuple[float, float]
 
 

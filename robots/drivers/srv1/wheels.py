@@ -20,6 +20,7 @@ from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
+REST_S = 2.0  # within which it rests after a hold
 LOST_S = 0.25  # without an answer for so long, a velocity is lost
 RESTARTED = "The rover was started again and does not know its owner; connect again."
 OUT_OF_REACH = "The rover was out of reach for so long that it has come to rest by itself."
@@ -103,7 +104,7 @@ class Wheels:
         return self.newest
 
     def during(self, permit: Permit, mode: Mode, act: Callable[[Permit], None]) -> None:
-        """Run a motion with its permit; at its end the rover is held, whatever ended it."""
+        """Run a motion with its permit; at its end the rover is held, and rests, whatever ended it."""
         free = until_held(permit, lambda: self.holds)
         self.mode = mode
         try:
@@ -114,6 +115,8 @@ class Wheels:
                 self._settle()
             elif self.line.is_open:
                 self.line.hold()
+                with contextlib.suppress(HardwareFault):  # what ended it tells more
+                    self.rest(REST_S)
             if self.status is not None:
                 self.where.keep(self.status)
 
@@ -173,12 +176,16 @@ class Wheels:
         self.clock.sleep(STEP_S)
 
     def rest(self, seconds: float) -> RobotState:
-        """Ask until the rover rests. Raises HardwareFault where it does not in so many seconds."""
-        until = self.clock.monotonic() + seconds
+        """Ask until the rover rests, or has rested and begun its next motion, which is another command's.
+
+        Raises HardwareFault where it does neither in so many seconds.
+        """
+        until, motion = self.clock.monotonic() + seconds, None
         while True:
             status = self.line.status()
             state = self.take(status)
-            if not state.moving and not status.permit_ms:
+            motion = status.motion if motion is None else motion
+            if not status.permit_ms and (not state.moving or status.motion != motion):
                 self.alone.ended()
                 return state
             if self.clock.monotonic() > until:

@@ -92,7 +92,7 @@ class Whereabouts:
         last, self._last = self._last, status
         if last is None:
             self._begin(status)
-        elif last.boot != status.boot:
+        elif last.boot != status.boot or status.dead_encoders:
             self._anchor, self._squared = None, UNKNOWN_M**2
         else:
             self._add(last, status)
@@ -110,7 +110,7 @@ class Whereabouts:
 
     def _begin(self, status: Status) -> None:
         anchor = self._anchor
-        if anchor is None or anchor.boot != status.boot:
+        if anchor is None or anchor.boot != status.boot or status.dead_encoders:
             self._anchor, self._squared = None, UNKNOWN_M**2
             return
         unseen = _unseen((status.uptime_ms - anchor.uptime_ms) / 1000) if status.motion != anchor.motion else 0.0

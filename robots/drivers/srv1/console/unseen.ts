@@ -8,6 +8,7 @@ const ENDED: Record<string, string> = {
   expired: "came to rest at the end of its permit",
   left: "came to rest at the edge of the area that it may drive in by itself",
   fast: "came to rest because it was too fast",
+  encoder: "came to rest because an encoder counts nothing",
   heard: "was reached again, and went on",
 };
 

@@ -7,7 +7,7 @@ generous limits, and compares no measured times: a slow robot, or a slow machine
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from robots.clock import Timer
-from robots.conformance import beside, commands, holds, lines, owner, states
+from robots.conformance import beside, commands, holds, lines, resting, states, steering
 from robots.conformance.report import NotApplicable, Note, Report, Result, Verdict
 from robots.conformance.runs import said
 from robots.conformance.trial import Broken, Faults, Limits, Opening, Trial
@@ -24,15 +24,15 @@ CHECKS: dict[str, Check] = {
     "state": states.state,
     "hold": holds.hold,
     "held motions": holds.held_kinds,
-    "steered": owner.steered,
+    "steered": steering.steered,
     "replaced": holds.replaced,
     "policies": states.policies,
-    "time left": owner.time_left,
+    "time left": resting.time_left,
     "lanes": beside.lanes,
     "recovery": lines.recovery,
     "close in motion": lines.close_under_motion,
     "lost line": lines.lost_line,
-    "rests within": owner.rests_within,
+    "rests within": resting.rests_within,
     "lost power": lines.lost_power,
     "noise": lines.noise,
     "pictures": beside.pictures,

@@ -26,6 +26,7 @@ SAID = 12  # places that the words name
 class Figure:
     """A drawing in px, y down, and the words that say the same.
 
+    `joined`: the lines driven are straight ones between the places at which it noted something.
     `room` and `rectangles` are x, y, width and height, `circles` x, y and radius; lines are points as SVG writes them;
     `marks` are the pictures' numbers in the table of what was found, with x and y.
     """
@@ -41,6 +42,7 @@ class Figure:
     begin: Place
     end: Place
     words: str
+    joined: bool
 
 
 def figures_of(robot: Robot, findings: Sequence[Finding], recordings: Iterable[Recording]) -> list[Figure]:
@@ -105,7 +107,7 @@ def figure(floor: Floor | None, run: Run) -> Figure:
         tuple(map(rectangle, floor.rectangles)) if floor else (),
         tuple((*at((x, y)), round(scale * r, 1)) for x, y, r in floor.circles) if floor else (),
         points(run.planned), points(run.driven), beside([(number, *at(place)) for number, place in run.taken]),
-        at(run.driven[0][0]), at(run.driven[-1][-1]), words_of(run),
+        at(run.driven[0][0]), at(run.driven[-1][-1]), words_of(run), run.joined,
     )  # fmt: skip
 
 

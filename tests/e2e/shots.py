@@ -145,15 +145,20 @@ def _take_hall(folder: Path) -> None:
     """The hall in depth with the rover on a mission (figure 7(b)), and the way that it drove over the way planned (8)."""
     from playwright.sync_api import sync_playwright
 
+    from portal.processes import recorder_process
     from portal.seeding import add_robot
     from queueing.models import Job, JobState
+    from robots.models import Movie
     from tests.conftest import RedisServer, wait_for
     from tests.e2e.small import SmallPortal
+    from tests.rig import Child
 
     redis = RedisServer()
     redis.start()
     robot = add_robot("srv1")
     portal = SmallPortal(robot, 120)
+    spec = recorder_process()
+    recorder = Child("recorder", list(spec.argv), **spec.env, FARHAND_RECORDING_FREE_MB="1")
     try:
         job = _mission(robot)
         wait_for(lambda: Job.objects.get(pk=job.pk).state == JobState.RUNNING, 120, "the mission")
@@ -166,10 +171,12 @@ def _take_hall(folder: Path) -> None:
             page.wait_for_timeout(40_000)  # it has found its place, and drives
             page.locator("#hall-3d").screenshot(path=folder / "rover-hall.png")
             wait_for(lambda: Job.objects.get(pk=job.pk).state == JobState.DONE, 400, "its end")
+            wait_for(lambda: Movie.objects.filter(state=Movie.State.READY).exists(), 300, "its movie")
             page.goto(job.get_absolute_url())
             page.locator(".path-figure svg").screenshot(path=folder / "rover-path.png")
             browser.close()
     finally:
+        recorder.kill()
         portal.stop()
         redis.stop()
 

@@ -96,7 +96,7 @@ class Whereabouts:
             self._anchor, self._squared = None, UNKNOWN_M**2
         else:
             self._add(last, status)
-        if self.is_known:
+        if self.is_known and status.beacon is None:  # with a beacon the hall may be another than on the map
             self._compare(status)
 
     def _compare(self, status: Status) -> None:

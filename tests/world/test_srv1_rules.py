@@ -47,13 +47,14 @@ def next_turn(portal):
 
 
 def on_the_way(portal):
-    """Patrol along the lower wall, and wait until the speed is the rules'."""
+    """Patrol along the lower wall, where the rover has looked around, and wait until it goes straight ahead."""
     portal.grant()
-    command = patrolling(portal)
-    mode = portal.rig.sim.firmware.commander.status
-    portal.until(lambda: mode().mode == "patrol", 60, "the end of a look around")
     portal.rig.sim.world.plant.put(1.2, 0.6, 0.0)
-    portal.world.sleep(1.5 + random.Random(portal.world.seed).random())
+    command = patrolling(portal)
+    status = portal.rig.sim.firmware.commander.status
+    portal.until(lambda: status().mode == "patrol", 60, "the end of a look around")
+    portal.world.sleep(random.Random(portal.world.seed).random())
+    portal.until(lambda: status().linear > 0.15 and abs(status().angular) < 0.1, 20, "a straight way")
     return command
 
 
@@ -191,7 +192,8 @@ def approved(portal):
     switched_off(portal)
     portal.ready()
     assert in_force(portal) == crc_of(THIRD), "nobody had the robot"
-    command = on_the_way(portal)
+    portal.grant()
+    command = patrolling(portal)
     before_motions(portal, crc_of(THIRD))
     assert put(portal).state == "completed"
     assert in_force(portal) == crc_of(HALF)

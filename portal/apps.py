@@ -14,9 +14,15 @@ class PortalConfig(AppConfig):
     verbose_name = "Portal"
 
     def ready(self) -> None:
-        """Connect the signals of the security log, and those that wake the check of open sockets."""
-        from portal.live import changes  # noqa: PLC0415 - models are there only now
+        """Connect the signals of the security log, and those that wake the check of open sockets.
 
+        The movie of the day is not cleaned away.
+        """
+        from portal.live import changes  # noqa: PLC0415 - models are there only now
+        from portal.recordings import day  # noqa: PLC0415
+        from robots.recordings import cleaning  # noqa: PLC0415
+
+        cleaning.needed.append(day.needed)
         checks.register(mail_leaves)
         security.listen()
         changes.listen()

@@ -40,7 +40,8 @@ LIBRARIES = (
 OURS = (  # not those that are run: `python -m` loads these again
     "portal.celery", "portal.urls", "portal.limits.protocols", "portal.live.consumers", "portal.live.origins",
     "portal.live.operators", "portal.live.person", "portal.limits.requests", "portal.limits.pages",
-    "portal.limits.cache", "portal.management.commands.demo", "portal.seeding", "queueing.tasks", "workers.tasks",
+    "portal.limits.cache", "portal.management.commands.broadcast", "portal.management.commands.edge",
+    "portal.management.commands.demo", "portal.seeding", "queueing.tasks", "workers.tasks",
     "workers.bootstep", "workers.wiring", "workers.recorder.recorder",
 )  # fmt: skip
 PER_PROCESS = frozenset(

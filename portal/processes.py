@@ -15,6 +15,8 @@ PYTHON = sys.executable
 # their modules are not needed afterwards
 QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser", "CELERY_SKIP_CHECKS": "1"}
 
+EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - to listen at, not to ask at
+
 
 def redis_process() -> ProcessSpec:
     """Return the embedded Redis: a Unix socket, nothing on disk, no eviction."""
@@ -60,6 +62,27 @@ def housekeeping_process() -> ProcessSpec:
 def recorder_process() -> ProcessSpec:
     """Return the process that records turns and jobs; no robot waits for it."""
     return ProcessSpec("recorder", (PYTHON, "-m", "workers.recorder"), {"FARHAND_ROLE": "recorder"}, rank=4)
+
+
+def broadcast_processes(host: str) -> list[ProcessSpec]:
+    """Return the origin of the movie of the day, and the edges that serve it on this host; none without a port."""
+    port = settings.BROADCAST_PORT
+    if not port:
+        return []
+    origin = "127.0.0.1" if settings.BROADCAST_HOST in EVERYWHERE else settings.BROADCAST_HOST
+    specs = [ProcessSpec("broadcast", (PYTHON, "-m", "django", "broadcast"), {"FARHAND_ROLE": "broadcast"})]
+    for number in settings.BROADCAST_EDGES:
+        specs.append(
+            ProcessSpec(
+                f"edge {number}",
+                (
+                    PYTHON, "-m", "django", "edge", "--host", host, "--port", str(number),
+                    "--origin", f"http://{origin}:{port}",
+                ),
+                {"FARHAND_ROLE": "edge"},
+            )
+        )  # fmt: skip
+    return specs
 
 
 def robot_processes(robot: Robot) -> list[ProcessSpec]:

@@ -201,7 +201,13 @@ ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
 ACCOUNT_USERNAME_VALIDATORS = "accounts.handles.VALIDATORS"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
-BROADCAST_KEY = env.str("FARHAND_BROADCAST_KEY", "")  # of the movie of the day; origin and edges have the same
+# the movie of the day: what origin and edges share; where the origin answers edges (with port 0 the supervisor starts
+# neither); the ports of the edges that the supervisor starts
+BROADCAST_KEY = env.str("FARHAND_BROADCAST_KEY", "")
+BROADCAST_GROUP = env.str("FARHAND_BROADCAST_GROUP", "239.8.1.30:5004")
+BROADCAST_INTERFACE = env.str("FARHAND_BROADCAST_INTERFACE", "lo")
+BROADCAST_HOST, BROADCAST_PORT = env.str("FARHAND_BROADCAST_HOST", "127.0.0.1"), env.int("FARHAND_BROADCAST_PORT", 8010)
+BROADCAST_EDGES = env.list("FARHAND_BROADCAST_EDGES", cast=int, default=[])
 SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # what mails call the site
 # attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
 # or the mail address that is written to

@@ -16,7 +16,7 @@ from portal.classic import views as classic
 from portal.composites import views as streams
 from portal.pages import health, jobs, programs, stream_code, views
 from portal.pages.places import my_places
-from portal.recordings import exports, listing
+from portal.recordings import day, exports, listing
 from portal.recordings import views as recordings
 from portal.statistics import views as statistics
 from robots.once import once
@@ -52,6 +52,7 @@ urlpatterns = [
     path("robots/<slug:slug>/time-lapse/", exports.ask_lapse, name="ask-lapse"),
     path("robots/<slug:slug>/time-lapse/<str:day>.mp4", exports.lapse, {"kind": "mp4"}),
     path("robots/<slug:slug>/time-lapse/<str:day>.webm", exports.lapse, {"kind": "webm"}),
+    path("movie-of-the-day/", day.page, name="movie-of-the-day"),
     path("recordings/<str:key>/", recordings.replay, name="recording"),
     path("recordings/<str:key>/file.mcap", recordings.download, name="recording-file"),
     path("recordings/<str:key>/movie/", exports.ask_movie, name="ask-movie"),

@@ -56,8 +56,10 @@ class Air:
                 for edge, (loss, numbers) in self.edges.items():
                     if numbers.random() >= loss:
                         edge.hear(datagram, self.now_ns)
-            if self.now_ns % LOOK_NS == 0 and self.repairing:
-                self._ask()
+            if self.now_ns % LOOK_NS == 0:
+                for edge in self.edges:
+                    edge.forget(self.now_ns)
+                self._ask() if self.repairing else None
             self._arrive()
             self._look()
 

@@ -23,6 +23,7 @@ class Carousel:
         self.movie = packets.movie_of(self.contents)
         sizes = [len(content) for content in contents]
         self.channels: tuple[Channel, ...] = channels(sizes, starts_ns, wait_ds * DS_NS, guard_ns)
+        self.rate = sum(one.packets * SECOND / one.period_ns for one in self.channels)  # packets a second
         self._began = began_ns
         self.packets = self.bytes = 0  # that were made, and their bytes without headers of UDP and IP
         self.skipped, self.late_ns = 0, 0  # long pauses; how late the latest packet was

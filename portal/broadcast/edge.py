@@ -16,6 +16,8 @@ AGAIN_NS = SECOND // 2  # what was not answered is asked for again
 PLACES = 100_000  # of gaps that are remembered
 LONGEST = 256 * 1024  # bytes of a request
 SILENCE_NS = 10 * SECOND  # after that, an origin whose clock was set back is believed
+GONE_NS = 60 * SECOND  # after that silence a movie is forgotten: it may have been withdrawn
+LATER_NS = 60 * SECOND  # whoever watches may have begun late, or paused
 RESTART = 100_000  # numbers that are skipped: another start of the origin, no loss
 
 
@@ -73,6 +75,17 @@ class Edge:
         log.warning("movie %08x has an index that is none: %s", movie.movie, error)
         self.refused += 1
         self.current = None
+
+    def forget(self, now_ns: int) -> None:
+        """Forget what is no longer sent, and the movie before once whoever was watching it has seen its end."""
+        if self.current is not None and now_ns - self._heard_ns > GONE_NS:
+            log.info("movie %08x is no longer sent", self.current.movie)
+            self.current = self.before = None
+        before, after = self.before, self.current
+        if before is not None and before.index is not None and after is not None:
+            long_ns = (before.index.starts_ms[-1] + before.index.durations_ms[-1]) * SECOND // 1000
+            if now_ns - after.joined_ns > after.wait_ns + long_ns + LATER_NS:
+                self.before = None
 
     def find(self, movie: int) -> Assembly | None:
         """Return a movie that people may still be watching."""

@@ -104,7 +104,7 @@ def _slots(file: Any, stream: Any, slot_ms: int) -> list[list[Any]]:
     return slots
 
 
-def cut(path: Path, slot_ms: int) -> Movie:
+def cut(path: Path, slot_ms: int, title: str = "") -> Movie:
     """Return the movie of a file, cut into slots of so many milliseconds. Raises NoMovie, OSError."""
     from av import FFmpegError  # noqa: PLC0415 - only here
     from av import open as opened  # noqa: PLC0415
@@ -121,10 +121,12 @@ def cut(path: Path, slot_ms: int) -> Movie:
             ends = [*starts[1:], math.ceil((last.dts - first + max(last.duration or 0, 1)) * ticks)]
             independent = all(slot[0].is_keyframe for slot in slots)
             pieces = [_fragment(stream, slot, number + 1, first) for number, slot in enumerate(slots)]
+    except FileNotFoundError:
+        raise
     except FFmpegError as error:
         raise NoMovie(NO_MOVIE + str(error)) from error
     durations = [end - start for start, end in zip(starts, ends, strict=True)]
-    made = index.Index(codec, pieces[0][0], starts, durations, independent)
+    made = index.Index(codec, pieces[0][0], starts, durations, independent, index.as_title(title))
     contents = (index.encode(made), *(media for _, media in pieces))
     if max(map(len, contents)) > LARGEST or len(contents[0]) > index.LARGEST:
         raise NoMovie(NO_MOVIE + "a segment of it is too large.")

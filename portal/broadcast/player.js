@@ -3,17 +3,19 @@
 const AHEAD_S = 30; // seconds that are loaded before they are shown
 const KEPT_S = 60; // seconds that are kept after they were shown
 const LOOK_MS = 1000;
+const SOON = 15; // looks, after which no movie is about to come
 const video = document.querySelector("video");
 const status = document.querySelector("[role=status]");
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 const once = (what, name) => new Promise((done) => what.addEventListener(name, done, { once: true }));
 
 async function text(url) {
-  for (;;) {
+  for (let looks = 1; ; looks++) {
     const answer = await fetch(url).catch(() => null);
     if (answer?.ok) return answer.text();
     if (answer?.status === 404) throw new Error("This movie is no longer shown. Load the page again.");
-    status.textContent = "The movie is not here yet; it begins within a few seconds.";
+    const said = looks < SOON ? "The movie is not here yet; it begins within a few seconds." : "No movie is broadcast now. When there is one, it begins here by itself.";
+    if (status.textContent !== said) status.textContent = said;
     await pause(LOOK_MS);
   }
 }
@@ -40,6 +42,7 @@ async function append(buffer, data) {
 async function play(Source) {
   const lines = (await text("index.m3u8")).trim().split("\n");
   const codec = /CODECS="([\w.]+)"/.exec(lines.join("\n"))[1];
+  document.querySelector("#title").textContent = /VALUE="(.*)"/.exec(lines.join("\n"))?.[1] ?? "";
   const playlist = new URL(lines.at(-1), location.href);
   const source = new Source();
   video.disableRemotePlayback = true;
@@ -65,6 +68,9 @@ async function play(Source) {
   source.endOfStream();
 }
 
+// `?loop`, for a screen that nobody touches: from the beginning again, then with the movie that is shown by then
+const again = () => location.search === "?loop" && setTimeout(() => location.reload(), 5 * LOOK_MS);
+video.addEventListener("ended", again);
 const Source = window.ManagedMediaSource ?? window.MediaSource;
-if (Source) play(Source).catch((error) => (status.textContent = error.message));
+if (Source) play(Source).catch((error) => ((status.textContent = error.message), again()));
 else video.src = "index.m3u8";

@@ -12,7 +12,8 @@ def multivariant(movie: Assembly, index: Index) -> str:
     known = [(len(one.data), durations[n - 1]) for n, one in movie.segments.items() if 0 < n <= len(durations)]
     peak = max((size * 8000 // max(1, duration) for size, duration in known), default=1)
     stream = f'#EXT-X-STREAM-INF:BANDWIDTH={peak},CODECS="{index.codec}"\n'
-    return f"{VERSION}{stream}{movie.movie:08x}/movie.m3u8\n"
+    title = f'#EXT-X-SESSION-DATA:DATA-ID="org.farhand.title",VALUE="{index.title}"\n' if index.title else ""
+    return f"{VERSION}{title}{stream}{movie.movie:08x}/movie.m3u8\n"
 
 
 def media(movie: Assembly, index: Index, ended: bool) -> str:

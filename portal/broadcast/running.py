@@ -19,6 +19,7 @@ LEAST, PAUSE_S = 4, 0.001  # packets without a pause, and the pause: sockets of 
 FASTER = 4  # after a pause packets are sent that much faster than they are due
 LOOK_S = 0.02  # an edge looks so often for what came and what to fetch: cheaper than to wake for each packet
 AT_ONCE = 4  # requests of an edge to the origin
+IDLE_S = 0.5  # while there is nothing to send, it is looked so often whether there is
 READ = 1000  # datagrams at a look; what is more waits in the socket
 
 
@@ -35,21 +36,23 @@ class Line(NamedTuple):
 
 
 class Sending:
-    """Sends a carousel's packets to a group, for as long as `run` runs."""
+    """Sends a carousel's packets to a group, for as long as `run` runs; another one, or none, may take its place."""
 
-    def __init__(self, carousel: Carousel, line: Line) -> None:
-        self._carousel, self._line = carousel, line
+    def __init__(self, carousel: Carousel | None, line: Line) -> None:
+        self.carousel, self._line = carousel, line
         self.packets = self.bytes = self.failed = 0
 
     async def run(self) -> None:
         """Send each packet when it is due."""
-        rate = sum(one.packets * SECOND / one.period_ns for one in self._carousel.channels)
-        burst = max(LEAST, math.ceil(FASTER * rate * PAUSE_S))
         while True:
+            carousel = self.carousel
+            if carousel is None:
+                await asyncio.sleep(IDLE_S)
+                continue
             now = now_ns()
-            for datagram in self._carousel.due(now, burst):
+            for datagram in carousel.due(now, max(LEAST, math.ceil(FASTER * carousel.rate * PAUSE_S))):
                 self._send(datagram)
-            await asyncio.sleep(max(PAUSE_S, (self._carousel.next_ns - now) / SECOND))
+            await asyncio.sleep(max(PAUSE_S, (carousel.next_ns - now) / SECOND))
 
     def _send(self, datagram: bytes) -> None:
         try:
@@ -75,6 +78,7 @@ class Receiving:
             while True:
                 await asyncio.sleep(LOOK_S)
                 self._read()
+                self._edge.forget(now_ns())
                 if self._origin:
                     self._fetch()
         finally:

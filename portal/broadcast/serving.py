@@ -13,6 +13,7 @@ from portal.broadcast.timetable import SECOND
 HERE = Path(__file__).parent
 PLAYER = {
     "/": ("player.html", "text/html; charset=utf-8"), "/player.js": ("player.js", "text/javascript; charset=utf-8"),
+    "/player.css": ("player.css", "text/css; charset=utf-8"),
 }  # fmt: skip
 NEVER_CHANGES = "public, max-age=3600, immutable"  # the address names the content; kept for an hour, as the movie is
 PLAYLIST = "application/vnd.apple.mpegurl"

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from django.contrib import admin
+from django.contrib import admin, messages
 from django.http import HttpRequest
 from django.template.defaultfilters import filesizeformat
 from django.utils.html import format_html
@@ -11,17 +11,18 @@ from django.utils.safestring import SafeString
 from robots import services
 from robots.history import Kept
 from robots.models import Movie, Recording
+from robots.recordings.models import OfTheDay
 
 
 @admin.register(Recording)
 class RecordingAdmin(Kept):
     """Recordings, the newest first; their pages replay them."""
 
-    list_display = ("began_at", "robot", "what", "state", "reason", "bytes", "dropped", "replay")
-    list_filter = ("robot", "state")
+    list_display = ("began_at", "robot", "what", "state", "reason", "bytes", "dropped", "of_the_day", "replay")
+    list_filter = ("robot", "state", "of_the_day")
     list_select_related = ("robot", "grant")
     date_hierarchy = "began_at"
-    actions = ("remove",)
+    actions = ("remove", "pin", "never", "by_rule")
 
     @admin.display(description="Of a")
     def what(self, recording: Recording) -> str:
@@ -44,6 +45,30 @@ class RecordingAdmin(Kept):
         self.act_on(
             request, queryset, lambda one: services.remove_recording(one, request.user), "Removed", "Removed before"
         )
+
+    @admin.action(description="Show its movie as the movie of the day, until another is chosen", permissions=["act"])
+    def pin(self, request: HttpRequest, queryset: Any) -> None:
+        """Show it whatever is newer."""
+        if queryset.count() > 1:
+            messages.warning(request, "Choose one recording: there is one movie of the day.")
+            return
+        self._choose(request, queryset, OfTheDay.PINNED)
+
+    @admin.action(description="Never show its movie as the movie of the day", permissions=["act"])
+    def never(self, request: HttpRequest, queryset: Any) -> None:
+        """Leave it out."""
+        self._choose(request, queryset, OfTheDay.NEVER)
+
+    @admin.action(description="Let the rule choose the movie of the day again", permissions=["act"])
+    def by_rule(self, request: HttpRequest, queryset: Any) -> None:
+        """Take back what was said of it."""
+        self._choose(request, queryset, OfTheDay.BY_RULE)
+
+    def _choose(self, request: HttpRequest, queryset: Any, choice: OfTheDay) -> None:
+        self.act_on(
+            request, queryset, lambda one: services.choose_of_the_day(one, choice, request.user),
+            f"Movie of the day: {choice.label.lower()}", "That was said before",
+        )  # fmt: skip
 
 
 @admin.register(Movie)

@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from robots.recordings.models import SHOWN, keep_days
 from robots.wall_clock import FIRST
 
 log = logging.getLogger(__name__)
+needed: list[Callable[[], set[int]]] = []  # the movies that other apps still show, however old and large: by their keys
 ALONE = timedelta(hours=1)  # after which nobody waits for a recorder any more that has not finished
 
 
@@ -32,17 +34,18 @@ def clean(now: datetime) -> int:
     for robot in Robot.objects.filter(recordings__state__in=SHOWN).distinct():
         removed += _clean_robot(robot, now)
     ages = settings.RECORDING["MOVIE_KEEP_DAYS"] * 86_400
+    stay = {key for one in needed for key in one()}
     old = Movie.objects.filter(asked_at__gte=FIRST, asked_at__lt=now - timedelta(seconds=ages))
-    removed += keeping.forget_movies(old)
-    return removed + _clean_movies() + _unknown_files()
+    removed += keeping.forget_movies(old.exclude(pk__in=stay))
+    return removed + _clean_movies(stay) + _unknown_files()
 
 
-def _clean_movies() -> int:
+def _clean_movies(stay: set[int]) -> int:
     """Remove the oldest movies where all together are too large, and files of movies that no row names."""
     removed, total = 0, 0
     for movie in Movie.objects.filter(state=Movie.State.READY).order_by("-ready_at", "-id"):
         total += movie.size
-        if total > settings.RECORDING["MOVIES_MB"] * keeping.MB:
+        if total > settings.RECORDING["MOVIES_MB"] * keeping.MB and movie.pk not in stay:
             removed += keeping.forget_movies([movie])
     paths = list((Path(settings.MEDIA_ROOT) / keeping.MOVIES).glob("*"))  # before the rows: each row is older
     ready = {keeping.movie_path(movie).name for movie in Movie.objects.filter(state=Movie.State.READY)}

@@ -27,6 +27,14 @@ class RecordingState(models.TextChoices):
 SHOWN = (RecordingState.READY, RecordingState.CUT)
 
 
+class OfTheDay(models.TextChoices):
+    """What staff say of a recording's movie as the movie of the day."""
+
+    BY_RULE = "", "By the rule"
+    PINNED = "pinned", "Until staff say otherwise"
+    NEVER = "never", "Never"
+
+
 def new_key() -> str:
     """Return the random part of an address."""
     return secrets.token_urlsafe(18)
@@ -52,6 +60,9 @@ class Recording(models.Model):
         default=0, db_default=0, help_text="The version of which a movie was to be made by itself; 0: none."
     )
     track = models.JSONField(default=dict, db_default={}, blank=True, help_text="Its path: driven, planned (m).")
+    of_the_day = models.CharField(
+        "movie of the day", max_length=6, choices=OfTheDay, default="", db_default="", blank=True
+    )
 
     class Meta:
         ordering = ("-id",)

@@ -11,7 +11,7 @@ from robots.services.configuring import configure, restore, to_restore
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled
 from robots.services.maintenance import close_incident, start_maintenance
 from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
-from robots.services.takedown import remove_recording, take_down
+from robots.services.takedown import choose_of_the_day, remove_recording, take_down
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
 __all__ = (  # noqa: RUF022 - in the order of the rooms
@@ -27,8 +27,8 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     "lift_lock_out", "lock_out", "set_enabled",
     # maintenance
     "close_incident", "start_maintenance",
-    # what is taken off the portal
-    "remove_recording", "take_down",
+    # what is taken off the portal, and what it shows first
+    "choose_of_the_day", "remove_recording", "take_down",
     # how much a robot is used
     "forget_old_usage", "note_online", "note_usage", "slot_of",
 )  # fmt: skip

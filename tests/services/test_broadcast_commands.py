@@ -1,8 +1,15 @@
 """What `manage.py broadcast` and `manage.py edge` refuse, in a sentence, before they send or hear anything."""
 
+import asyncio
+import socket
+
 import pytest
 from django.core.management import call_command
 from django.core.management.base import CommandError
+
+from portal.processes import broadcast_processes
+from portal.recordings.broadcast_key import broadcast_key
+from portal.serve import listener
 
 KEY = "a key of the tests, long"
 
@@ -10,7 +17,7 @@ KEY = "a key of the tests, long"
 @pytest.mark.parametrize(
     ("said", "options"),
     [
-        ("16 characters", {"key": ""}),
+        ("On eth0, origin and edges need the same FARHAND_BROADCAST_KEY", {"key": "", "interface": "eth0"}),
         ("16 characters", {"key": "short"}),
         ("no multicast group", {"group": "10.0.0.1:5004"}),
         ("no movie that can be broadcast", {}),
@@ -38,7 +45,8 @@ def test_a_file_that_is_not_there_is_refused(settings, tmp_path):
 @pytest.mark.parametrize(
     ("said", "options"),
     [
-        ("16 characters", {"key": ""}),
+        ("On eth0, origin and edges need the same FARHAND_BROADCAST_KEY", {"key": "", "interface": "eth0"}),
+        ("16 characters", {"key": "short"}),
         ("no multicast group", {"group": "239.1.1.1"}),
         ("no interface with this name|No such device", {"interface": "nowhere0"}),
         ("The origin is an address", {"origin": "10.0.0.1:8010"}),
@@ -52,3 +60,41 @@ def test_an_edge_that_cannot_hear_says_why(settings, said, options):
     settings.BROADCAST_KEY = options.pop("key", KEY)
     with pytest.raises(CommandError, match=said):
         call_command("edge", **options)
+
+
+def test_on_the_machine_itself_origin_and_edges_have_a_key_of_this_installation(settings):
+    settings.BROADCAST_KEY = ""
+    ours = broadcast_key("lo")
+    assert ours == broadcast_key("lo") and len(ours) == 32
+    settings.SECRET_KEY = "another installation's, long enough"
+    assert broadcast_key("lo") != ours
+    settings.BROADCAST_KEY = KEY
+    assert broadcast_key("lo") == broadcast_key("eth0") != ours
+
+
+def test_a_port_that_is_taken_is_told_once_and_waited_for(monkeypatch):
+    monkeypatch.setattr("portal.serve.AGAIN_S", 0.01)
+    said = []
+
+    async def story():
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            port = taken.getsockname()[1]
+            waiting = asyncio.create_task(listener("127.0.0.1", port, "FARHAND_BROADCAST_PORT", said.append))
+            while len(said) < 1:
+                await asyncio.sleep(0)
+            await asyncio.sleep(0.05)
+            assert not waiting.done()
+        (await waiting).close()
+        return port
+
+    port = asyncio.run(story())
+    assert said == [
+        f"Port {port} on 127.0.0.1 is taken: stop the other process, or choose another by FARHAND_BROADCAST_PORT. "
+        "It is tried every 0.01 s."
+    ]
+
+
+@pytest.mark.parametrize(("port", "edges", "names"), [(0, [8011], []), (8010, [], ["broadcast"]), (8010, [8011, 8012], ["broadcast", "edge 8011", "edge 8012"])])  # fmt: skip
+def test_the_supervisor_starts_what_the_settings_say(settings, port, edges, names):
+    settings.BROADCAST_PORT, settings.BROADCAST_EDGES = port, edges
+    assert [one.name for one in broadcast_processes("127.0.0.1")] == names

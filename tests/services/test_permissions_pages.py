@@ -55,6 +55,7 @@ GET = {
     "robots/<slug:slug>/camera/<int:number>.jpg": ("/robots/mercury/camera/9.jpg", everybody(ABSENT)),
     "robots/<slug:slug>/camera/<int:number>/<int:at_ms>.jpg": ("/robots/mercury/camera/0/1.jpg", everybody(ABSENT)),
     "robots/<slug:slug>/recordings/": ("/robots/mercury/recordings/", everybody(OK)),
+    "movie-of-the-day/": ("/movie-of-the-day/", everybody(OK)),
     # who sees one that exists: test_recordings.py
     "recordings/<str:key>/": ("/recordings/none/", everybody(ABSENT)),
     "recordings/<str:key>/movie/": ("/recordings/none/movie/", everybody(METHOD)),

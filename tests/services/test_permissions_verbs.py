@@ -29,6 +29,7 @@ from robots.clock import SYSTEM
 from robots.contract.errors import BadRequest, NotPermitted
 from robots.contract.spec import ANYONE, CommandKind
 from robots.models import Command, Frame, Incident, Program, Recording
+from robots.recordings.models import OfTheDay
 from robots.services import RobotOffline
 from robots.states import GrantEnd
 from tests.services.conftest import ROLES
@@ -141,6 +142,7 @@ ROWS = {
     ),
     "robots.take_down": (ROBOT_STAFF, lambda do, w: do(Frame.objects.create(robot=w.robot, file="frames/x.jpg", width=1, height=1, taken_at=SYSTEM.now()), w.user)),
     "robots.remove_recording": (ROBOT_STAFF, lambda do, w: do(Recording.objects.create(robot=w.robot, grant=turn(w).grant, began_at=SYSTEM.now()), w.user)),
+    "robots.choose_of_the_day": (ROBOT_STAFF, lambda do, w: do(Recording.objects.create(robot=w.robot, grant=turn(w).grant, began_at=SYSTEM.now()), OfTheDay.NEVER, w.user)),
     "robots.visible": (ANYBODY, lambda do, w: list(do(w.robot, w.user))),
     "robots.one": (OPERATOR, lambda do, w: refuse(BadRequest, do, w.robot, w.user, program(w).pk)),
     "robots.save": (

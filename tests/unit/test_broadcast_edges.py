@@ -6,7 +6,7 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from portal.broadcast.edge import SILENCE_NS
+from portal.broadcast.edge import GONE_NS, LATER_NS, SILENCE_NS
 from portal.broadcast.timetable import SECOND
 from tests.broadcasting import Air, movie, same
 
@@ -179,3 +179,41 @@ def test_movies_have_so_many_bytes_together_and_no_more():
     air.go(4 * LONG)
     assert not edge.current.whole
     assert edge.current.size <= edge._most
+
+
+def test_a_movie_that_is_no_longer_sent_is_forgotten_for_it_may_be_withdrawn():
+    air = Air(movie())
+    edge = air.join()
+    air.go(LONG)
+    number = edge.current.movie
+    air.go(GONE_NS / SECOND - 1, sending=False)
+    assert edge.find(number) is not None, "the origin may be about to begin again"
+    air.go(2, sending=False)
+    assert edge.current is None and edge.find(number) is None
+    shown = movie(seed=2)
+    air.broadcast(shown)
+    air.go(LONG)
+    assert same(edge, shown) and edge.before is None
+    assert air.late == []
+
+
+def test_the_one_before_goes_too_when_nothing_is_sent():
+    air = Air(movie(seed=1))
+    edge = air.join()
+    air.go(LONG)
+    air.broadcast(movie(seed=2))
+    air.go(3)
+    assert edge.before is not None
+    air.go(GONE_NS / SECOND + 1, sending=False)
+    assert edge.current is None and edge.before is None
+
+
+def test_the_one_before_is_forgotten_when_whoever_watched_it_has_seen_its_end():
+    air = Air(movie(seed=1))
+    edge = air.join()
+    air.go(LONG)
+    air.broadcast(movie(seed=2))
+    air.go(2 + 6 + LATER_NS / SECOND - 1)
+    assert edge.before is not None
+    air.go(2)
+    assert edge.before is None and edge.current.whole

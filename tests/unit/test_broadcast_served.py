@@ -53,6 +53,18 @@ def test_a_player_is_told_what_is_there_from_the_beginning_on_and_never_too_earl
     assert whole.endswith("seg-12.m4s\n#EXT-X-ENDLIST\n")
 
 
+@pytest.mark.parametrize(
+    ("title", "told"), [("Rover, 3 June 2026", "Rover, 3 June 2026"), ('A "b"\n#EXT\x7f' + "x" * 300, "A b#EXT" + "x" * 193), ("", None)]
+)  # fmt: skip
+def test_the_playlist_tells_the_title(tmp_path, title, told):
+    air = Air(media.cut(film(tmp_path / "day.mp4"), 500, title))
+    edge = air.join()
+    air.go(9)
+    lines = ask(air, edge, "/index.m3u8").body.decode().splitlines()
+    data = f'#EXT-X-SESSION-DATA:DATA-ID="org.farhand.title",VALUE="{told}"'
+    assert [one for one in lines if "SESSION" in one] == ([] if told is None else [data])
+
+
 def test_segments_are_the_file_and_may_be_kept_by_any_cache(air):
     edge = air.join()
     air.go(9)
@@ -96,10 +108,11 @@ def test_other_addresses_lead_nowhere(air, path):
 
 def test_the_player_comes_with_a_policy(air):
     edge = air.join()
-    page, script = ask(air, edge, "/"), ask(air, edge, "/player.js")
+    page, script, style = ask(air, edge, "/"), ask(air, edge, "/player.js"), ask(air, edge, "/player.css")
     assert b"player.js" in page.body
     assert "default-src 'self'" in page.headers["content-security-policy"]
     assert script.headers["content-type"].startswith("text/javascript")
+    assert style.headers["content-type"].startswith("text/css")
 
 
 def gap(begin=10, end=20, segment=1):

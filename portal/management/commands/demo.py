@@ -16,7 +16,14 @@ from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
 from portal.privacy import tighten
-from portal.processes import enabled_processes, housekeeping_process, recorder_process, redis_process, web_process
+from portal.processes import (
+    broadcast_processes,
+    enabled_processes,
+    housekeeping_process,
+    recorder_process,
+    redis_process,
+    web_process,
+)
 from portal.seeding import seed
 from portal.supervisor import Supervisor, flush, tidy_line
 from robots.clock import SYSTEM
@@ -44,7 +51,7 @@ class Command(BaseCommand):
         begun = SYSTEM.awake()
         tighten(settings.VAR)
         password = _apart(self._prepare)
-        fixed = [web_process(host, port), housekeeping_process(), recorder_process()]
+        fixed = [web_process(host, port), housekeeping_process(), recorder_process(), *broadcast_processes(host)]
         if settings.OPERATORS_PORT:
             fixed.append(web_process(host, settings.OPERATORS_PORT, "operators' web"))
         if "REDIS_URL" not in os.environ:

@@ -8,10 +8,11 @@ from urllib.parse import urlsplit
 from django.conf import settings
 from django.core.management.base import BaseCommand, CommandError, CommandParser
 
-from portal.broadcast import answers, multicast, packets, running
+from portal.broadcast import answers, multicast, running
 from portal.broadcast.edge import Edge
 from portal.broadcast.serving import Serving
-from portal.serve import beside, config
+from portal.recordings.broadcast_key import broadcast_key
+from portal.serve import beside, config, listener
 
 MB = 1024 * 1024
 
@@ -21,10 +22,12 @@ class Command(BaseCommand):
 
     help = "Hear a broadcast (manage.py broadcast) and serve its movie by HTTP. FARHAND_BROADCAST_KEY is the key."
 
+    requires_system_checks = ()  # it is started again within a second
+
     def add_arguments(self, parser: CommandParser) -> None:
         """Add the group, the interface, the origin, and where to serve."""
-        parser.add_argument("--group", default="239.8.1.30:5004", help="address:port")
-        parser.add_argument("--interface", default="lo", help="on which the broadcast comes, as eth0")
+        parser.add_argument("--group", default=settings.BROADCAST_GROUP, help="address:port")
+        parser.add_argument("--interface", default=settings.BROADCAST_INTERFACE, help="where it comes, as eth0")
         parser.add_argument("--origin", default="", help="address of the origin, for what was lost: http://host:8010")
         parser.add_argument("--memory", type=int, default=256, help="MB of movies in memory")
         parser.add_argument("--host", default="127.0.0.1")
@@ -39,7 +42,7 @@ class Command(BaseCommand):
             known = origin.scheme in ("http", "https") and origin.hostname and origin.port != 0
             if options["origin"] and not known:
                 raise ValueError("The origin is an address as http://host:8010.")
-            key, group = packets.key_of(settings.BROADCAST_KEY), multicast.group_of(options["group"])
+            key, group = broadcast_key(options["interface"]), multicast.group_of(options["group"])
             line = multicast.receiver(group, options["interface"])
         except (ValueError, OSError) as error:
             raise CommandError(str(error)) from error
@@ -50,7 +53,12 @@ class Command(BaseCommand):
 
     async def _hear(self, edge: Edge, line: running.Line, options: dict[str, Any]) -> None:
         serving = Serving(edge, running.now_ns)
-        served = config(options["host"], options["port"], answers.application(serving.answer))
-        self.stdout.write(f"the movie: http://{options['host']}:{options['port']}/")
+        host, port = options["host"], options["port"]
+        listens = await listener(host, port, "FARHAND_BROADCAST_EDGES", self._tell)
+        self._tell(f"the movie: http://{host}:{port}/")
+        served = config(host, port, answers.application(serving.answer))
+        await beside(served, listens, running.Receiving(edge, line, options["origin"]).run())
+
+    def _tell(self, text: str) -> None:
+        self.stdout.write(text)
         self.stdout.flush()
-        await beside(served, running.Receiving(edge, line, options["origin"]).run())

@@ -11,9 +11,12 @@ from playwright.sync_api import expect
 
 from tests.conftest import wait_for
 from tests.e2e.conftest import Visitor
+from tests.e2e.looks import looks
 from tests.services.test_broadcast_network import free_port
 from tests.services.test_broadcast_network import group as group
 from tests.unit.test_broadcast_served import film
+
+pytestmark = pytest.mark.timed
 
 ROOT = Path(__file__).resolve().parents[2]
 CODEC = 'video/mp4; codecs="avc1.64000a"'
@@ -41,9 +44,7 @@ def run(tmp_path):
 def test_a_browser_plays_the_broadcast_to_its_end(run, group, chromium, tmp_path):
     day, told = film(tmp_path / "day.mp4", 4), f"{group[0]}:{group[1]}"
     origin, edge = free_port(), free_port()
-    sent = run("broadcast", str(day), "--group", told, "--wait", "1", "--port", str(origin))
     heard = run("edge", "--group", told, "--origin", f"http://127.0.0.1:{origin}", "--port", str(edge))
-    wait_for(lambda: "any number of edges" in sent.read_text(), 60, "the origin sends")
     wait_for(lambda: "the movie:" in heard.read_text(), 60, "the edge serves")
     visitor = Visitor(chromium, SimpleNamespace(url=f"http://127.0.0.1:{edge}"))
     try:
@@ -52,11 +53,24 @@ def test_a_browser_plays_the_broadcast_to_its_end(run, group, chromium, tmp_path
         page.goto("/")
         if not page.evaluate(f"MediaSource.isTypeSupported('{CODEC}')"):
             pytest.skip("this Chromium shows no H.264")
+        said = page.locator("[role=status]")
+        expect(said).to_have_text(
+            "No movie is broadcast now. When there is one, it begins here by itself.", timeout=60_000
+        )
+        looks(visitor, "none", tmp_path)
+        sent = run(
+            "broadcast", str(day), "--title", "Rover, 3 June 2026", "--group", told, "--wait", "1", "--port", str(origin)
+        )  # fmt: skip
+        wait_for(lambda: "any number of edges" in sent.read_text(), 60, "the origin sends")
         expect(page.locator("video")).to_have_js_property("ended", True, timeout=60_000)
+        expect(page.locator("#title")).to_have_text("Rover, 3 June 2026")
         shown = page.evaluate("() => { const v = document.querySelector('video'); return [v.videoWidth, v.duration]; }")
         assert shown[0] == 64
         assert shown[1] == pytest.approx(4, abs=1)
-        assert page.locator("[role=status]").inner_text() == ""
-        visitor.axe()
+        assert said.inner_text() == ""
+        looks(visitor, "edge", tmp_path)
+        page.goto("/?loop")
+        page.evaluate("window.first = true")
+        page.wait_for_function("() => !window.first && document.querySelector('video').currentTime > 0", timeout=60_000)
     finally:
         visitor.close()

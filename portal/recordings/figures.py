@@ -18,6 +18,7 @@ from robots.recordings.paths import IN_PLANE, POINTS, Line, Place, is_place, sho
 WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
 TALLEST = 900.0  # px: a path that is longer than wide is drawn smaller
 LEAST_M = 0.05  # a path that is shorter is none
+ACROSS, IN_A_ROW = 28.0, 5  # px of a mark; marks of one place
 SAID = 12  # places that the words name
 
 
@@ -103,9 +104,20 @@ def figure(floor: Floor | None, run: Run) -> Figure:
         round(2 * MARGIN + scale * wide), round(2 * MARGIN + scale * tall), rectangle(floor.room) if floor else None,
         tuple(map(rectangle, floor.rectangles)) if floor else (),
         tuple((*at((x, y)), round(scale * r, 1)) for x, y, r in floor.circles) if floor else (),
-        points(run.planned), points(run.driven), tuple((number, *at(place)) for number, place in run.taken),
+        points(run.planned), points(run.driven), beside([(number, *at(place)) for number, place in run.taken]),
         at(run.driven[0][0]), at(run.driven[-1][-1]), words_of(run),
     )  # fmt: skip
+
+
+def beside(marks: Iterable[tuple[int, float, float]]) -> tuple[tuple[int, float, float], ...]:
+    """Return marks of which none covers another: those of one place stand in a row, up to `IN_A_ROW`, to the inside."""
+    placed: list[tuple[int, float, float]] = []
+    for number, x, y in marks:
+        step = ACROSS if x < WIDTH / 2 else -ACROSS
+        spots = [(x + step * n, y) for n in range(IN_A_ROW)]
+        free = (spot for spot in spots if all(dist(spot, (a, b)) >= ACROSS for _, a, b in placed))
+        placed.append((number, *next(free, (x, y))))
+    return tuple(placed)
 
 
 def length(lines: Sequence[Line]) -> float:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from portal.recordings.figures import ACROSS, IN_A_ROW, beside
 from robots.contract.floor import Floor
 from robots.recordings import chart
 from robots.recordings.captions import Captions, wrapped
@@ -178,3 +179,18 @@ def test_whatever_people_write_fits_below_the_picture(words):
     one.follow(stage(kind="go", state="acknowledged", progress={"text": words}))
     frame = one.beside(np.zeros((24, 32, 3), np.uint8))
     assert (frame[264:, 635:] == (24, 24, 24)).all(), "nothing is cut off by the edge"
+
+
+@given(st.floats(12, 628), st.floats(12, 400), st.integers(1, IN_A_ROW))
+def test_no_mark_of_one_place_covers_another_and_none_leaves_the_drawing(x, y, count):
+    placed = beside([(n, x, y) for n in range(count)])
+    assert [number for number, _, _ in placed] == list(range(count)) and placed[0] == (0, x, y)
+    assert all(abs(a[1] - b[1]) >= ACROSS - 1e-6 for n, a in enumerate(placed) for b in placed[n + 1 :])
+    assert all(12 <= at <= 628 for _, at, _ in placed)
+
+
+def test_marks_apart_stay_where_they_are_and_of_many_at_one_place_some_are_covered():
+    apart = [(1, 20.0, 20.0), (2, 20.0 + ACROSS, 20.0)]
+    assert beside(apart) == tuple(apart)
+    many = beside([(n, 100.0, 50.0) for n in range(9)])
+    assert max(x for _, x, _ in many) == 100 + ACROSS * (IN_A_ROW - 1)

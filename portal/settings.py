@@ -27,7 +27,7 @@ env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
 VAR = Path(env.str("FARHAND_VAR", str(default_var())))
 keep_private(VAR)
-ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder; what depends on it: portal/roles.py
+ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder, broadcast, edge; see portal/roles.py
 
 DEBUG = env.bool("DEBUG", False)
 PUBLIC = env.bool("FARHAND_PUBLIC", False)  # behind TLS, on the open web

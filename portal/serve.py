@@ -2,15 +2,11 @@
 
 import argparse
 import asyncio
-import errno
 import os
 import resource
 import signal
 import socket
 import sys
-from collections.abc import Callable, Coroutine
-from contextlib import suppress
-from typing import Any
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
@@ -21,7 +17,6 @@ from portal.broadcast.answers import Application
 from portal.limits.protocols import Http
 from portal.limits.sockets import Ws
 
-AGAIN_S, BACKLOG = 5.0, 512  # between two tries to have a port; connections that may wait to be taken
 MESSAGE = 16_384  # bytes of a socket's message; the application accepts half of that
 
 
@@ -49,33 +44,6 @@ class Server(uvicorn.Server):
             from portal.uptime import tell_on  # noqa: PLC0415 - after Django's setup, which came with the application
 
             self._telling = asyncio.create_task(tell_on())
-
-
-async def listener(host: str, port: int, other: str, tell: Callable[[str], None]) -> socket.socket:
-    """Return a socket that listens there. While that cannot be, say why, once, and `other`, the setting; try again."""
-    told, family = False, socket.AF_INET6 if ":" in host else socket.AF_INET
-    while True:
-        try:
-            return socket.create_server((host, port), family=family, backlog=BACKLOG)
-        except OSError as error:
-            if not told:
-                taken = error.errno == errno.EADDRINUSE
-                why = "is taken: stop the other process" if taken else f"cannot be used ({error.strerror})"
-                tell(f"Port {port} on {host} {why}, or choose another by {other}. It is tried every {AGAIN_S:g} s.")
-            told = True
-        await asyncio.sleep(AGAIN_S)
-
-
-async def beside(served: uvicorn.Config, line: socket.socket, work: Coroutine[Any, Any, None]) -> None:
-    """Serve on a socket that listens while this work goes on, until stopped. Raises what ends the work."""
-    server = uvicorn.Server(served)
-    serving, working = asyncio.create_task(server.serve([line])), asyncio.create_task(work)
-    await asyncio.wait((serving, working), return_when=asyncio.FIRST_COMPLETED)
-    server.should_exit = True
-    working.cancel()
-    await serving
-    with suppress(asyncio.CancelledError):
-        await working
 
 
 def main() -> None:

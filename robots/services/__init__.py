@@ -10,8 +10,9 @@ from robots.services.commands import START_S, Issued, RobotOffline, issue, need_
 from robots.services.configuring import configure, restore, to_restore
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled
 from robots.services.maintenance import close_incident, start_maintenance
+from robots.services.of_the_day import choose_of_the_day
 from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
-from robots.services.takedown import choose_of_the_day, remove_recording, take_down
+from robots.services.takedown import remove_recording, take_down
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
 __all__ = (  # noqa: RUF022 - in the order of the rooms

@@ -1,4 +1,4 @@
-"""What staff take off the portal: stored pictures, with all that shows them, and recordings; and what they show."""
+"""What staff take off the portal: stored pictures, with all that shows them, and recordings."""
 
 from pathlib import Path
 from typing import Any
@@ -7,12 +7,11 @@ from django.conf import settings
 from django.db import transaction
 
 from robots import bus, shots
-from robots.clock import SYSTEM, ms_of
+from robots.clock import ms_of
 from robots.messages import TAKEN_DOWN, Changed
-from robots.models import Frame, Movie, Recording
+from robots.models import Frame, Recording
 from robots.permissions import need_staff
-from robots.recordings import keeping, movies
-from robots.recordings.models import OfTheDay
+from robots.recordings import keeping
 
 
 def take_down(frame: Frame, user: Any) -> int:
@@ -38,19 +37,3 @@ def remove_recording(recording: Recording, user: Any) -> bool:
     """Remove a recording's file and its movies. Return False if that was done before. Raises NotStaff."""
     need_staff(user)
     return keeping.remove(recording, "Staff removed it.")
-
-
-def choose_of_the_day(recording: Recording, choice: OfTheDay, user: Any) -> bool:
-    """Say whether a recording's movie is the movie of the day, never is, or is by the rule.
-
-    At most one is pinned; an MP4 movie of it is made where there is none. Return False if that was said before.
-    Raises NotStaff; BadRequest where there is nothing to pin.
-    """
-    need_staff(user)
-    with transaction.atomic():
-        if choice == OfTheDay.PINNED:
-            movies.ask(recording, Movie.Kind.MP4, SYSTEM.now())
-            others = Recording.objects.filter(of_the_day=OfTheDay.PINNED).exclude(pk=recording.pk)
-            others.update(of_the_day=OfTheDay.BY_RULE)
-        changed = Recording.objects.filter(pk=recording.pk).exclude(of_the_day=choice).update(of_the_day=choice)
-    return bool(changed)

@@ -7,7 +7,8 @@ import pytest
 
 from portal.broadcast import running
 from portal.broadcast.edge import GONE_NS
-from portal.broadcast.origin import LOOK_S, SILENT_S, Choice, Following, Origin
+from portal.broadcast.following import LOOK_S, SILENT_S, Choice, Following
+from portal.broadcast.origin import Origin
 from portal.broadcast.timetable import SECOND
 from tests.broadcasting import KEY
 from tests.unit.test_broadcast_served import film

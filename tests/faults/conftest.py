@@ -37,10 +37,11 @@ class Rig:
         self._controls = None
         if self.wishes.by_staff:
             for name in ("ada", "bob"):
-                people[name] = self._made_staff(people[name])
+                people[name] = self.made_staff(people[name])
 
     @staticmethod
-    def _made_staff(person):
+    def made_staff(person):
+        """Make somebody staff who may change robots; return them anew."""
         person.user_permissions.add(Permission.objects.get(codename="change_robot"))
         person.is_staff = True
         person.save()

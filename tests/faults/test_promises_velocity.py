@@ -354,6 +354,10 @@ def test_promise_10_a_broken_line_causes_no_wrong_move(rig, line, proof, witness
 
 
 def test_promise_12_a_picture_is_always_answered(rig, proof):
+    a_picture_is_always_answered(rig, proof)
+
+
+def a_picture_is_always_answered(rig, proof):
     """This robot declares no stability check, and no command of it ends with a still; staff may ask for a picture."""
     spec = rig.robot.spec()
     assert spec.capability(Stills) is None and not any(c.still_after for c in spec.commands)
@@ -371,7 +375,8 @@ def test_promise_12_a_picture_is_always_answered(rig, proof):
             assert said[verb] == ("no picture" if verb in ("cam_gone", "cam_slow") else "not judged"), verb
             assert not picture.result.get("stable"), "nobody has judged it"
             driven = rig.done("up")
-            assert driven.state == "completed", "a camera that fails undoes no motion by hand"
+            silent = verb in rig.wishes.silent_meanwhile and driven.reason
+            assert driven.state == "completed" or silent, f"{verb} undoes a motion by hand: {driven.reason}"
             assert "verdict" not in driven.result
             rig.sim.clear()
             wait_for(lambda: rig.final(rig.issue(PICTURE.kind), 60).result.get("still"), 60, "a picture")

@@ -145,6 +145,7 @@ class Irat:
     corridor = 50  # in the left arm of the U
     pause_s = 40.0  # it looks around meanwhile, and then knows more places
     moment_s = 1.0  # of a motion at full speed; a slow one is held for longer
+    silent_meanwhile = ()  # faults of a camera for which the robot waits, and answers nothing but a hold
     drained = staticmethod(disconnected)
 
     def simulator(self, folder):
@@ -206,6 +207,8 @@ class Rover(Irat):
         "awol", "power_cycle", "mute", "slow", "slip", "blind_infrared", "cam_gone", "cam_black", "cam_freeze", "cam_slow",
     )  # fmt: skip
     strengths = {"slow": 0.2}
+    cut = ("rover cannot be reached", "connection to the rover")
+    silent_meanwhile = ("cam_slow",)  # its firmware does one thing at a time
     by_staff = False
 
     def simulator(self, folder):

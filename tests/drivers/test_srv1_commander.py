@@ -1,7 +1,6 @@
 """What is ours in the rover's firmware: claim, velocities, hold at any moment, patrol, permit, rules, journal."""
 
 from binascii import crc_hqx
-from random import Random
 
 import pytest
 
@@ -10,7 +9,7 @@ from robots.autonomy.fuzzy_text import parse as parse_text
 from robots.description import text_of
 from robots.drivers.srv1 import answers, protocol
 from robots.drivers.srv1.answers import Done, Reason, Refused, Status
-from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity, encode
+from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity
 from robots.drivers.srv1.framing import ANSWER, Frames
 from robots.drivers.srv1.journal import Event
 from simulators.srv1.commander import MADE_WITH
@@ -387,32 +386,3 @@ def test_a_frame_whose_numbers_are_out_of_bounds_is_refused(rig):
 def test_holding_at_rest_is_answered_and_holds_nothing(rig):
     status = rig.ask(Hold())
     assert (status.asked, status.holding, status.moving) == ("h", False, False)
-
-
-COMMANDS = [
-    encode(command)
-    for command in (
-        Claim(7), Ask(), Hold(), Patrol(7, 0), Velocity(7, 0.1, 0.2, 0), Permit(7, 5000, 0.2, HALL), Activate(7, 5), Journal(0),
-    )
-]  # fmt: skip
-
-
-def test_whatever_it_is_sent_a_hold_frees_it():
-    rig, dice = Rig(parse=parse), Random(5)
-    for _ in range(400):
-        data = dice.randbytes(dice.randrange(1, 30))
-        if dice.random() < 0.7:
-            command = bytearray(
-                dice.choice([*COMMANDS, b"M\x28\x28\x05", b"$A01", b"zW05", b"X\x01\x01\xfe", b"I", b"q1"])
-            )
-            if dice.random() < 0.5:
-                command[dice.randrange(len(command))] = dice.randrange(256)
-            data = bytes(command) + data
-        rig.say(data, dice.choice((0.0, 0.02, 0.3)))
-        heard = rig.say(HOLD, 0.1)  # a picture that is being sent is sent to its end
-        assert any(frame.letter == "h" for frame in Frames(ANSWER).feed(heard)), data
-        assert rig.bench.drive.holding or not rig.bench.drive.moving
-    assert not rig.count("crash")
-    assert not rig.count("passed")
-    assert rig.say(b"V", 2.0).startswith(b"##Version")
-    rig.close()

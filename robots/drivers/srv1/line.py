@@ -36,8 +36,7 @@ from robots.opening import why_not
 HELD = ANSWER + extension.Hold.letter.encode()
 ANSWER_S = 1.0  # how long an answer may take
 QUESTIONS = 3  # how often the same is asked
-HELD_S = 0.3  # how long the answer to a hold may take
-PICTURE_S = 3.0
+HELD_S, PICTURE_S = 0.3, 3.0  # how long the answer to a hold, and to the question for a picture, may take
 BLOCK_S = 2.0  # how long the answer to a block may take
 UPLOAD_S = 8.0  # a whole text, also by radio
 STATUSES = 8  # that tell how quick the line is
@@ -199,13 +198,12 @@ class RoverLine:
             self._ready()
             self._send(GRAB, None, "picture")
             try:
-                taken = self._taken(limit)
-            except Overtaken:
-                return None
+                return self._taken(limit)
             except TimeoutError:
                 self._astray = True
-                return None
-        return taken
+            except Overtaken:
+                pass
+        return None
 
     def upload(self, data: bytes, permit: Permit) -> None:
         """Put bytes into the rover's flash buffer and have it sum them up. `permit` is called before each of them.

@@ -169,7 +169,9 @@ def _take_hall(folder: Path) -> None:
             page.goto(robot.get_absolute_url())
             page.click("#deep")
             page.locator("#hall-3d canvas").wait_for()
-            page.locator("#readings").get_by_text(re.compile("^within")).wait_for(timeout=120_000)  # it has found its place,
+            page.locator("#readings").get_by_text(re.compile("^within")).wait_for(
+                timeout=120_000
+            )  # it has found its place,
             page.wait_for_timeout(12_000)  # and drives
             page.locator("#hall-3d").screenshot(path=folder / "rover-hall.png")
             wait_for(lambda: Job.objects.get(pk=job.pk).state == JobState.DONE, 400, "its end")

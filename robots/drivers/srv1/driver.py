@@ -24,6 +24,7 @@ from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.wheels import REST_S, Wheels
 from robots.drivers.stream import open_stream
 
+NOTICED_S = 0.1  # a connection that has ended is noticed within this
 EARLY_S = 3.0  # a patrol ends by itself so long before its grant
 
 
@@ -55,6 +56,13 @@ class Driver(Session):
         except StockFirmware:
             self._stock = StockRover(self.wheels.line, self.keep, self.clock)
             return self._stock.connect()
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Connect anew, when the rover has noticed that the connection before has ended: it takes one client."""
+        permit()
+        self.close()
+        self.clock.sleep(NOTICED_S)
+        return self.connect()
 
     def state(self) -> RobotState:
         """Ask the rover."""

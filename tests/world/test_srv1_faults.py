@@ -219,6 +219,7 @@ def in_its_way(portal):
     truth.holds()
 
 
+@pytest.mark.length
 @seeds(1, 5, 50)
 def test_a_mission_says_which_step_a_moved_showcase_prevents(worlds, seed):
     hunt(worlds, seed, in_its_way)

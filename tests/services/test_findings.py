@@ -112,15 +112,15 @@ def job(robot, people, clock):
 
 def test_the_page_of_a_job_says_how_much_more_there_is_and_shows_all(job, people, client):
     client.force_login(people["ada"])
-    address = job(SHOWN + 100, 40, left_out=12).get_absolute_url()
+    address = job(SHOWN + 100, SHOWN + 40, left_out=12).get_absolute_url()
     page = client.get(address).content.decode()
-    assert "The first 200 of 340 are shown" in page
-    assert "Below are the first 30 of 40 pictures" in page
+    assert "The first 200 of 540 are shown" in page
+    assert "Below are the first 200 of 240 pictures" in page
     assert "12 more were not stored" in page
-    assert ("no 200" in page, "no 201" in page, page.count("<img")) == (True, False, 30)
+    assert ("no 200" in page, "no 201" in page, page.count("<img")) == (True, False, 200)
     assert 'href="?all=1"' in page
     whole = client.get(f"{address}?all=1").content.decode()
-    assert ("no 300" in whole, whole.count(">of "), whole.count("<img")) == (True, 40, 40)
+    assert ("no 300" in whole, whole.count(">of "), whole.count("<img")) == (True, 240, 240)
     assert "are shown" not in whole and "12 more were not stored" in whole
 
 

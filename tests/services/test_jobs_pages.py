@@ -36,7 +36,7 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     assert page["X-Robots-Tag"] == "noindex, nofollow"
     assert b"Cancel this job" in page.content
     assert b"noindex" in page.content
-    assert b"<li>x: 1 m</li>" in page.content
+    assert b"<li>x: <span>1 m</span></li>" in page.content
     assert b"Cancel this job" not in other.get(job.get_absolute_url()).content
     assert job.key not in other.get("/robots/mercury/jobs/").content.decode(), "the address of a guest's page is theirs"
     other.post(job.get_absolute_url())
@@ -58,7 +58,7 @@ def test_what_somebody_wrote_is_for_its_asker_and_staff_alone(shuttle, people, c
     Job.objects.filter(pk=job.pk).update(args={"x": 1.0, "note": "for my aunt"})
     for client, seen in ((ada, True), (staff, True), (reader, False), (Client(), False)):
         page = client.get(job.get_absolute_url()).content
-        assert b"<li>x: 1 m</li>" in page
+        assert b"<li>x: <span>1 m</span></li>" in page
         assert (b"for my aunt" in page) is seen
 
 

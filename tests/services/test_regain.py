@@ -155,10 +155,17 @@ def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeyp
     """The robot was told, the row does not know it: it is not called rejected."""
     from django.db import OperationalError
 
-    def lost(*_):
-        raise OperationalError("locked")
+    from workers.commands import finish
 
-    monkeypatch.setattr("workers.commands.finish.advance", lost)
+    stored, lost = finish.advance, []
+
+    def advance(*told):
+        lost.append(told)
+        if len(lost) <= 2:  # that it was sent and acknowledged
+            raise OperationalError("locked")
+        return stored(*told)
+
+    monkeypatch.setattr(finish, "advance", advance)
     owner.owned.driver.on_the_way = owner.latch.forbid
     try:
         assert run(owner, issue(owner, people, 1)).state == CommandState.CANCELLED

@@ -85,7 +85,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],
         "commands": commands, "findings": findings if "all" in request.GET else findings[:SHOWN],
-        "findings_in_all": len(findings), "left_out": left_out(commands),
+        "all_findings": findings, "findings_in_all": len(findings), "left_out": left_out(commands),
     }  # fmt: skip
     return render(request, "operatorlog/turn.html", context, status=status)
 

@@ -6,6 +6,7 @@ from django.test import Client
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
 from robots.clock import SYSTEM
+from robots.findings import SHOWN
 from robots.models import Command, Movie
 from robots.recordings import movies
 from robots.states import GrantKind
@@ -58,6 +59,16 @@ def test_without_a_movie_the_page_joins_the_places_that_were_noted(robot, people
     finding.save()
     recording.delete()
     assert page(turn).count("<polyline") == 1
+
+
+def test_the_path_goes_through_the_places_that_the_table_leaves_out(robot, people):
+    turn, recording = driven(robot, people)
+    finding = Command.objects.get().findings.first()
+    for number in range(3, SHOWN + 4):
+        finding.pk, finding.number, finding.pose = None, number, [2.0 + number / 100, 1.0, 0.0]
+        finding.save()
+    recording.delete()
+    assert f"to ({2.0 + (SHOWN + 3) / 100:.1f}, 1.0)." in page(turn)
 
 
 @pytest.mark.parametrize(("kind", "args"), [("go", {"x": 6.0, "y": 2.3}), ("turn", {"angle": 1.0})])

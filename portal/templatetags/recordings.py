@@ -16,11 +16,10 @@ register = template.Library()
 
 
 @register.simple_tag(takes_context=True)
-def recordings_of(context: Any, grants: Any) -> list[Recording]:
-    """Return the recordings of a grant, or of several, that this person may know of."""
+def recordings_of(context: Any, grant: int) -> list[Recording]:
+    """Return the recordings of a grant that this person may know of."""
     request = context.get("request")
-    wanted = [grants] if isinstance(grants, int) else grants
-    return access.to_offer(wanted, request.user) if request is not None else []
+    return access.to_offer([grant], request.user) if request is not None else []
 
 
 @register.simple_tag

@@ -5,33 +5,14 @@ import pytest
 from robots import services
 from robots.contract.errors import HardwareFault
 from robots.models import Robot
-from tests.services.owner import made_owner
-from tests.services.test_lanes import Table, state_of
+from tests.services.test_lanes import issue, owner, state_of
 from workers.commands import claim
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),
     pytest.mark.parametrize("which", ["turntable"], indirect=True),
 ]  # fmt: skip
-
-
-@pytest.fixture
-def owner(robot, people):
-    made = made_owner(robot, people)
-    made.owned.driver = Table()
-    return made
-
-
-@pytest.fixture
-def issue(owner, people):
-    numbers = iter(range(1, 99))
-
-    def made(kind, **args):
-        return services.issue(
-            owner.owned.robot.slug, people["ada"], kind, args, next(numbers), owner.owned.now()
-        ).command
-
-    return made
+assert issue and owner  # fixtures that the tests here use
 
 
 @pytest.fixture

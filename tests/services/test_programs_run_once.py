@@ -34,6 +34,14 @@ def begun(command, clock):
         finish.advance(command, state, clock.go(1))
 
 
+def cut_off(command, clock, code, why):
+    """End the grant of a command that has begun, and then the command, at a step."""
+    begun(command, clock)
+    services.end_grant(command.grant, code, why, clock.now())
+    finish.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.", at=AT)
+    queue.tick(clock.now())
+
+
 def runs(job):
     job.refresh_from_db()
     return job.state, job.charged, job.runs.count()
@@ -63,10 +71,7 @@ def test_a_mission_that_never_began_waits_again_and_three_times_at_most(scout, c
 
 def test_a_mission_that_gives_way_after_it_began_is_not_begun_again(scout, clock):  # noqa: F811
     job, command = running(scout, clock)
-    begun(command, clock)
-    services.end_grant(command.grant, GrantEnd.PREEMPTED, "the robot's own need comes first: dock", clock.now())
-    finish.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.", at=AT)
-    queue.tick(clock.now())
+    cut_off(command, clock, GrantEnd.PREEMPTED, "the robot's own need comes first: dock")
     assert runs(job) == ("failed", 0.0, 1)
     needed = "Interrupted, because the robot's own need comes first: dock."
     assert job.reason == f"{needed} It was at {AT}. {ONCE}"
@@ -74,10 +79,7 @@ def test_a_mission_that_gives_way_after_it_began_is_not_begun_again(scout, clock
 
 def test_a_mission_that_is_too_long_says_at_which_step_and_is_charged(scout, clock):  # noqa: F811
     job, command = running(scout, clock)
-    begun(command, clock)
-    services.end_grant(command.grant, GrantEnd.TIME_UP, "time is up", clock.now())
-    finish.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.", at=AT)
-    queue.tick(clock.now())
+    cut_off(command, clock, GrantEnd.TIME_UP, "time is up")
     assert runs(job) == ("failed", 1.0, 1)
     assert job.reason == f"It took longer than a job is allowed to. The robot's time for this is over. It was at {AT}."
 

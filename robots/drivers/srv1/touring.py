@@ -5,7 +5,6 @@ from collections.abc import Callable
 from robots.autonomy.grid import TURNS
 from robots.contract.errors import GaveUp, RobotError
 from robots.contract.session import JSON, Noted, OnStage, Permit, Progress
-from robots.drivers.permits import until_held
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.locating import Locating, Looked
 from robots.drivers.srv1.missions import Step, parse
@@ -63,8 +62,7 @@ def tour(
     Raises what its steps raise, with the step's number and words before the sentence.
     """
     steps = parse(text)
-    free = until_held(permit, lambda: motions.wheels.holds)
-    free()
+    permit()
     began()
     for number, step in enumerate(steps, 1):
         share = (number - 1) / len(steps)
@@ -76,7 +74,7 @@ def tour(
 
         tell()
         try:
-            _do(step, motions, locating, pictures, free, tell, on_stage)
+            _do(step, motions, locating, pictures, permit, tell, on_stage)
         except RobotError as error:
             error.args = (f"Step {number} of {len(steps)}, {_named(step)}: {error}",)
             raise

@@ -8,7 +8,6 @@ from pathlib import Path
 from robots.clock import TIMER, Timer
 from robots.contract.errors import ControllerRestarted, HardwareFault, LineGone, LineSilent
 from robots.contract.session import Permit, RobotState
-from robots.drivers.permits import until_held
 from robots.drivers.srv1 import extension
 from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.answers import Status
@@ -105,10 +104,9 @@ class Wheels:
 
     def during(self, permit: Permit, mode: Mode, act: Callable[[Permit], None]) -> None:
         """Run a motion with its permit; at its end the rover is held, and rests, whatever ended it."""
-        free = until_held(permit, lambda: self.holds)
         self.mode = mode
         try:
-            act(free)
+            act(permit)
         finally:
             self.mode = Mode.RESTING
             if self.alone.rests_within:

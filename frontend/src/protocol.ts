@@ -63,12 +63,12 @@ export interface StreamInfo { name: string; media: string }
 export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number; video: Coding }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; direction: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
+/** What is to say of a step of a program before anything moves: `at_s`, when it begins; `refuses`: it will not run. */
+export interface Judgement { step: number; at_s: number; text: string; refuses: boolean }
 /**
  * Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). `poses`: of the
  * body along the motion in the robot's own frame (from here, ahead, left), each at its time (s).
  */
-/** What is to say of a step of a program before anything moves: `at_s`, when it begins; `refuses`: it will not run. */
-export interface Judgement { step: number; at_s: number; text: string; refuses: boolean }
 export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number; poses?: number[][]; times?: number[]; judgements?: Judgement[] }
 export type Message =
   | Snapshot | Answer | TraceLine | PlanAnswer

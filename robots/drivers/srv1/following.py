@@ -34,7 +34,7 @@ def toward(pose: Pose, begin: Place, end: Place, fastest: float, room: float, br
     Without any room it turns to the line, from where the way may be free.
     """
     x, y = _on_line(pose, begin, end)
-    aside = bearing(pose, begin, end)
+    aside = _aside(pose, (x, y))
     if abs(aside) > (TURN_FIRST_RAD if room > 0.0 else ALONG_RAD):
         return 0.0, turning(aside)
     left = hypot(end[0] - pose[0], end[1] - pose[1])
@@ -50,8 +50,11 @@ def fastest_before(room: float, braking: float) -> float:
 
 def bearing(pose: Pose, begin: Place, end: Place) -> float:
     """Return how far to the left of its heading the line from `begin` to `end` leads on (rad)."""
-    x, y = _on_line(pose, begin, end)
-    return remainder(atan2(y - pose[1], x - pose[0]) - pose[2], 2 * pi)
+    return _aside(pose, _on_line(pose, begin, end))
+
+
+def _aside(pose: Pose, place: Place) -> float:
+    return remainder(atan2(place[1] - pose[1], place[0] - pose[0]) - pose[2], 2 * pi)
 
 
 def _on_line(pose: Pose, begin: Place, end: Place) -> Place:

@@ -3,7 +3,7 @@
 from robots.contract.errors import HardwareFault
 from robots.description import load
 from robots.drivers.srv1.line import RoverLine
-from robots.drivers.srv1.protocol import SIZES, Size, acknowledgement
+from robots.drivers.srv1.protocol import SIZES, Size, confirms
 
 SMALL, LARGE = SIZES[0], SIZES[1]
 NONE = "without pictures: the line is too slow for them"
@@ -32,8 +32,7 @@ class Pictures:
         taken = None
         try:
             if self._line.size is not size:
-                done = acknowledgement(size.letter)
-                self._line.letters(size.letter, lambda data: True if done in data else None)
+                self._line.letters(size.letter, confirms(size.letter))
             taken = self._line.picture(seconds)
         except HardwareFault:
             pass

@@ -1,6 +1,6 @@
 """The round of a patrol: from node to node of the map, each time to the one that was longest not visited. Pure; m."""
 
-from math import hypot
+from math import dist, hypot
 
 from robots.contract.errors import OutOfWorkspace
 from robots.drivers.srv1.following import TURN_FIRST_RAD, Pose, bearing, is_reached
@@ -43,13 +43,14 @@ class Round:
             self._line.pop(0)
             if len(self._line) == 1:
                 self._choose()
-        if len(self._line) < 2:
-            return 0.0
-        aside = bearing(pose, self._line[0], self._line[1])
-        if near and abs(aside) <= TURN_FIRST_RAD:  # in its way
-            self._turn_back(pose)
-            return bearing(pose, self._line[0], self._line[1]) if len(self._line) > 1 else 0.0
-        return aside
+        aside = self._bearing(pose)
+        if not near or abs(aside) > TURN_FIRST_RAD or len(self._line) < 2:
+            return aside
+        self._turn_back(pose)  # it stands in the way
+        return self._bearing(pose)
+
+    def _bearing(self, pose: Pose) -> float:
+        return bearing(pose, *self._line[:2]) if len(self._line) > 1 else 0.0
 
     def _begin(self, pose: Pose) -> None:
         here, found = pose[:2], []
@@ -65,19 +66,19 @@ class Round:
 
     def _choose(self) -> None:
         """Lead on from the node that is reached."""
+        self._to = min(self._neighbours(), key=lambda node: self._visits[node.name])
+        self._line.append(self._to.at)
+
+    def _neighbours(self) -> list[Node]:
+        """Note that the node to which it was led is visited; return those to which a way leads from there."""
         assert self._to is not None
         self._count += 1
         self._visits[self._to.name] = self._count
-        self._to = self._nodes[min(self._to.to, key=lambda name: self._visits[name])]
-        self._line.append(self._to.at)
+        return [self._nodes[name] for name in self._to.to]
 
     def _turn_back(self, pose: Pose) -> None:
         """Lead to another node than the one behind what stands in the way, which counts as visited."""
-        assert self._to is not None
-        self._count += 1
-        self._visits[self._to.name] = self._count
-        others = [self._nodes[name] for name in self._to.to]
-        back = min(others, key=lambda node: hypot(node.at[0] - pose[0], node.at[1] - pose[1]))
+        back = min(self._neighbours(), key=lambda node: dist(node.at, pose[:2]))
         try:
             self._line, self._to = [pose[:2], *way(pose[:2], back.at, self._floor)], back
         except OutOfWorkspace:

@@ -70,14 +70,17 @@ def aside(begin: Place, floor: Hall) -> Place:
     Raises OutOfWorkspace where there is none.
     """
     least = floor.distance(*begin) - 1e-9
+    angles = [tau * direction / DIRECTIONS for direction in range(DIRECTIONS)]
     for number in range(1, ASIDE_STEPS + 1):
-        for direction in range(DIRECTIONS):
-            angle = tau * direction / DIRECTIONS
-            line = [
-                (begin[0] + ASIDE_M * n * cos(angle), begin[1] + ASIDE_M * n * sin(angle)) for n in range(1, number + 1)
-            ]
-            if floor.distance(*line[-1]) >= ROOM_M and all(floor.distance(*place) >= least for place in line):
-                return line[-1]
+        free, away = [], ASIDE_M * number
+        for angle in angles:
+            place = begin[0] + away * cos(angle), begin[1] + away * sin(angle)
+            room = floor.distance(*place)
+            if room >= ROOM_M:
+                return place
+            if room >= least:
+                free.append(angle)
+        angles = free
     raise OutOfWorkspace(CORNERED)
 
 

@@ -46,12 +46,16 @@ function isFree(d: Judged, [ax, ay]: Place, [bx, by]: Place): boolean {
 /** The nearest place with room, to which the rover comes no nearer to anything than it stands. */
 function aside(d: Judged, [x, y]: Place): Place | undefined {
   const least = room(d.hall, [x, y]) - 1e-9;
-  for (let number = 1; number <= ASIDE_STEPS; number++)
-    for (let direction = 0; direction < DIRECTIONS; direction++) {
-      const angle = (2 * Math.PI * direction) / DIRECTIONS;
-      const line = Array.from({ length: number }, (_, n): Place => [x + ASIDE_M * (n + 1) * Math.cos(angle), y + ASIDE_M * (n + 1) * Math.sin(angle)]);
-      if (room(d.hall, line[number - 1]!) >= d.mission.room && line.every((place) => room(d.hall, place) >= least)) return line[number - 1];
+  let angles = Array.from({ length: DIRECTIONS }, (_, direction) => (2 * Math.PI * direction) / DIRECTIONS);
+  for (let number = 1; number <= ASIDE_STEPS; number++) {
+    const free: number[] = [], away = ASIDE_M * number;
+    for (const angle of angles) {
+      const place: Place = [x + away * Math.cos(angle), y + away * Math.sin(angle)], left = room(d.hall, place);
+      if (left >= d.mission.room) return place;
+      if (left >= least) free.push(angle);
     }
+    angles = free;
+  }
   return undefined;
 }
 

@@ -65,10 +65,10 @@ def test_the_path_goes_through_the_places_that_the_table_leaves_out(robot, peopl
     turn, recording = driven(robot, people)
     finding = Command.objects.get().findings.first()
     for number in range(3, SHOWN + 4):
-        finding.pk, finding.number, finding.pose = None, number, [2.0 + number / 100, 1.0, 0.0]
+        finding.pk, finding.number, finding.pose = None, number, [2.0 + number / 50, 1.0, 0.0]
         finding.save()
     recording.delete()
-    assert f"to ({2.0 + (SHOWN + 3) / 100:.1f}, 1.0)." in page(turn)
+    assert f"to ({2.0 + (SHOWN + 3) / 50:.1f}, 1.0)." in page(turn)
 
 
 @pytest.mark.parametrize(("kind", "args"), [("go", {"x": 6.0, "y": 2.3}), ("turn", {"angle": 1.0})])

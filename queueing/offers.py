@@ -28,7 +28,7 @@ IN_USE = {
     GrantKind.JOB: "A job runs on the robot now.", GrantKind.IDLE: "The robot moves by itself now.",
     GrantKind.UPKEEP: "A command of staff or for its upkeep runs on the robot now.",
     GrantKind.STAFF: "Staff operate the robot now.", GrantKind.HANDOVER: "The robot is being put in order.",
-    GrantKind.SETTINGS: "The robot is being put in order.",
+    GrantKind.SETTINGS: "The robot is being put in order.", GrantKind.REST: "The robot comes to rest.",
 }  # fmt: skip
 _OFFERED: Prepared[Ticket] = Prepared(
     lambda: Ticket.objects.select_related("robot").filter(queue=QUEUE, state=TicketState.OFFERED)

@@ -40,15 +40,15 @@ def _serve(queue: Queue, link: QueueRobot, now: datetime, up_since: datetime) ->
         return
     need = wanted_need(robot, now)
     if need is not None:
-        _give_way(grant, need_first(robot, need), now)
-        open_need(robot, need, now)
+        if _gives_way(robot, grant, need_first(robot, need), now):
+            open_need(robot, need, now)
         return
     job = head_of(robot, link) if idle else None
     if ticket is not None and (job is None or _before(ticket, job)):
         _to_a_person(queue, robot, grant, ticket, now)
     elif job is not None:
-        _give_way(grant, ASKED, now)
-        promote(queue, job, now)
+        if _gives_way(robot, grant, ASKED, now):
+            promote(queue, job, now)
     elif grant is None:
         open_idle(robot, link, now)
 
@@ -57,14 +57,17 @@ def _before(ticket: Ticket, job: Job) -> bool:
     return (ticket.start_tag, ticket.joined_at) <= (job.start_tag or 0.0, job.asked_at)
 
 
-def _give_way(grant: Grant | None, reason: str, now: datetime) -> None:
-    if grant is not None:
-        end_grant(grant, GrantEnd.PREEMPTED, reason, now)
+def _gives_way(robot: Robot, grant: Grant | None, reason: str, now: datetime) -> bool:
+    """End the grant for what comes next. Return False if the robot comes to rest first."""
+    if grant is None:
+        return True
+    end_grant(grant, GrantEnd.PREEMPTED, reason, now)
+    return open_grant(robot) is None
 
 
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
     """Offer the robot; if it moved for a job or by itself, it is handed over first."""
-    _give_way(grant, TURN_NEXT, now)
+    _gives_way(robot, grant, TURN_NEXT, now)
     last = newest_grant_that_moves(robot)
     of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None
     if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or of_itself):

@@ -15,13 +15,16 @@ from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
 from robots.people import is_person
 from robots.prepared import Prepared, PreparedUpdate, Slot
-from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
+from robots.states import COMMAND_FINAL, COMMAND_RUNNING, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
 END_CODES = {
     CommandState.COMPLETED: GrantEnd.FINISHED, CommandState.CANCELLED: GrantEnd.STOPPED,
     CommandState.UNKNOWN: GrantEnd.OWNER_LOST, CommandState.EXPIRED: GrantEnd.OWNER_LOST,
 }  # fmt: skip
 INTERRUPTED = "Interrupted"  # so begins the reason of what gave way to somebody else
+
+
+COMES_TO_REST = "The robot comes to rest after what it did before; try again in a moment."
 
 
 class AnotherGrant(NotPermitted):
@@ -37,7 +40,7 @@ ROBOT, GRANT, NOW = Slot("robot", BigAutoField()), Slot("grant", BigAutoField())
 _LEASE: Prepared[Lease] = Prepared(lambda: Lease.objects.filter(robot=ROBOT))
 _OPEN: Prepared[Grant] = Prepared(lambda: Grant.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
 _SINGLE: Prepared[Grant] = Prepared(
-    lambda: Grant.objects.filter(robot=ROBOT, kind__in=ONE_COMMAND, ended_at=None).order_by("pk")[:1]
+    lambda: Grant.objects.filter(robot=ROBOT, kind__in=(*ONE_COMMAND, GrantKind.REST), ended_at=None).order_by("pk")[:1]
 )
 _QUEUED: Prepared[Command] = Prepared(lambda: _queued().select_related("grant"))
 _QUEUED_UNDER: Prepared[Command] = Prepared(lambda: _queued().filter(grant=GRANT).select_related("grant"))
@@ -53,7 +56,7 @@ def _queued() -> QuerySet[Command]:
 
 def _that_move() -> QuerySet[Grant]:
     found = Grant.objects.filter(robot=ROBOT).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
-    return found.exclude(kind=GrantKind.SETTINGS)
+    return found.exclude(kind__in=(GrantKind.SETTINGS, GrantKind.REST))
 
 
 def lease_of(robot: Robot) -> Lease | None:
@@ -74,7 +77,7 @@ def newest_grant(robot: Robot) -> Grant | None:
 def newest_grant_that_moves(robot: Robot) -> Grant | None:
     """Return the grant that was opened last, but for what moves nothing and hands nothing over.
 
-    Single commands of staff, as for a picture, and settings that were set back after a stop.
+    Single commands of staff, as for a picture, settings that were set back after a stop, and coming to rest.
     """
     return _MOVES.first(robot=robot.pk)
 
@@ -104,7 +107,8 @@ def start_grant(
                 robot=robot, kind=kind, holder=holder, opened_at=now, until=until, epoch=lease.epoch if lease else 0
             )
     except IntegrityError as error:
-        raise AnotherGrant("Somebody else may move the robot now.") from error
+        rests = Grant.objects.filter(robot=robot, kind=GrantKind.REST, ended_at=None).exists()
+        raise AnotherGrant(COMES_TO_REST if rests else "Somebody else may move the robot now.") from error
 
 
 @contextmanager
@@ -130,14 +134,50 @@ def granted(robot: Robot, kind: GrantKind, now: Callable[[], datetime], seconds:
 def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
     """Close a grant and cancel the commands that wait under it. Return False if it was closed before.
 
-    No other function ends a grant. `code` is for software, `reason` for people.
+    No other function ends a grant. `code` is for software, `reason` for people. Where the robot may go on without a
+    word, a grant of its own follows, until it rests.
     """
-    done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_code=code, end_reason=reason[:120])
-    if done:
-        told = interruption(grant.pk) or reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
-        cancel_queued(grant.robot, told, now, grant=grant)
-        bus.publish_on_commit(grant.robot.slug, Changed("robot"))
+    ending = Grant.objects.filter(pk=grant.pk, ended_at=None)
+    with transaction.atomic():
+        done = ending.update(ended_at=now, end_code=code, end_reason=reason[:120])
+        if done:
+            told = interruption(grant.pk) or reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
+            cancel_queued(grant.robot, told, now, grant=grant)
+            _let_rest(grant, now)
+            bus.publish_on_commit(grant.robot.slug, Changed("robot"))
     return bool(done)
+
+
+def _let_rest(grant: Grant, now: datetime) -> None:
+    """Open a grant until the robot rests, if what runs under the ended one may go on without a word."""
+    seconds = goes_on_for(grant.robot) if grant.kind != GrantKind.REST else None
+    if seconds is not None:
+        start_grant(grant.robot, GrantKind.REST, now, until=now + timedelta(seconds=seconds))
+
+
+def goes_on_for(robot: Robot) -> float | None:
+    """Return for how many seconds more what runs may go on without a word, and come to rest; None: nothing may."""
+    within = rests_within(robot)
+    return within if within is not None and within > (robot.spec().rest_s or 0.0) else None
+
+
+def running_motions(robot: Robot) -> list[str]:
+    """Return the kinds of the motions that run by the rows."""
+    running = Command.objects.filter(robot=robot, lane=Lane.MOTION, state__in=COMMAND_RUNNING)
+    return list(running.values_list("kind", flat=True))
+
+
+def rests_within(robot: Robot) -> float | None:
+    """Return within how many seconds the robot rests that nobody has asked yet, and no word reaches; None: not known.
+
+    What runs by the rows may have been allowed to go on by itself. Until somebody has asked it, it counts as moving.
+    """
+    try:
+        spec = robot.spec()
+    except LookupError:
+        return None
+    kinds = [*running_motions(robot), ""]
+    return None if spec.rest_s is None else max(spec.rests_within(kind, robot.settings) or 0.0 for kind in kinds)
 
 
 def interruption(grant: int) -> str:
@@ -166,11 +206,11 @@ def end_with_command(command: Command, now: datetime) -> bool:
 
 
 def end_overdue_single(robot: Robot, now: datetime) -> None:
-    """End grants for one command whose owner died and was not replaced."""
+    """End grants for one command, or for coming to rest, whose owner died and was not replaced."""
     grant = _SINGLE.first(robot=robot.pk)
     if grant is None:
         return
-    ended = not grant.commands.exclude(state__in=COMMAND_FINAL).exists()
+    ended = grant.kind != GrantKind.REST and not grant.commands.exclude(state__in=COMMAND_FINAL).exists()
     if ended or (grant.until is not None and grant.until <= now):
         _end_single(grant, GrantEnd.TIME_UP, "time is up", now)
 

@@ -59,6 +59,7 @@ class GrantKind(models.TextChoices):
     SETTINGS = "settings", "Settings set back"
     IDLE = "idle", "Idle behaviour"
     UPKEEP = "upkeep", "Upkeep"
+    REST = "rest", "Comes to rest"
 
 
 # opened for one command, and ended with it

@@ -9,7 +9,7 @@ from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
 from robots.services import asked_since_stop
-from robots.states import Cycle
+from robots.states import Cycle, GrantKind
 from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.recovery import Recovery
@@ -149,7 +149,7 @@ class Connection:
             owned.driver.close()
         try:
             state = self._ask(answers)
-            grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
+            grant = Grant.objects.filter(robot=owned.robot, ended_at=None).exclude(kind=GrantKind.REST).first()
             released = not self._lane.gate.latch.latched and not asked_since_stop(owned.robot)
             if not state.ready and grant is not None and released:
                 told = NEXT  # the release of a stop moves nothing

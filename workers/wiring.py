@@ -17,10 +17,9 @@ from django.conf import settings
 from robots import bus
 from robots.brownout import Brownout
 from robots.clock import SYSTEM, Clock
-from robots.grants import newest_grant
+from robots.grants import goes_on_for, newest_grant
 from robots.messages import Notice
 from robots.models import Robot
-from robots.services.stopping import rests_within
 from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
 from workers.commands.claim import Commands, abandon
@@ -169,12 +168,11 @@ class Owner:
         or, where it cannot be reached, once it rests by itself.
         """
         owned, robot = self.owned, self.owned.robot
-        within, rest_s = rests_within(robot), robot.spec().rest_s
-        alone = within is not None and rest_s is not None and within > rest_s
-        self.control.moves_until = owned.clock.monotonic() + (within or 0.0) if alone else 0.0
-        interrupted = [] if alone else abandon(robot, owned.now(), self.packages)
+        alone_s = goes_on_for(robot)
+        self.control.moves_until = owned.clock.monotonic() + alone_s if alone_s is not None else 0.0
+        interrupted = [] if alone_s is not None else abandon(robot, owned.now(), self.packages)
         self.connection.begin()
-        if alone and self.connection.connected:
+        if alone_s is not None and self.connection.connected:
             interrupted = abandon(robot, owned.now(), self.packages)
         if interrupted:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))

@@ -35,6 +35,7 @@ BY_ITSELF = {
     ),
     GrantKind.JOB: ("operating", "A job runs", "The robot does a job that somebody asked for."),
     GrantKind.IDLE: ("ready", "Moves by itself", ""),
+    GrantKind.REST: ("handover", "Comes to rest", "The robot comes to rest; then it is offered again."),
 }
 
 

@@ -40,6 +40,7 @@ IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done.
 USED = "This was not carried out: another page of yours has given a command at the same moment. Look, then try again."
 OFF = "The robot is switched off. Switch it on first."
 SILENT = "The robot's worker does not answer now. It is started again by itself; try again in some seconds."
+BEFORE_STAFF = (GrantKind.IDLE, GrantKind.REST)  # what gives way to a command of staff
 ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
 
 
@@ -227,9 +228,9 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
         robot.refresh_from_db()
         need_worker(robot, now)
         grant = open_grant(robot)
-        if grant is not None and grant.kind == GrantKind.IDLE:
+        while grant is not None and grant.kind in BEFORE_STAFF:
             end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)
-            grant = None
+            grant = open_grant(robot)
         if grant is None:
             wanted = procedure(robot.driver, kind)
             seconds = START_S + (wanted.limit_s if wanted else LIMIT_S) + AFTER_S

@@ -16,7 +16,7 @@ from robots.contract.errors import BadRequest, NotPermitted
 from robots.contract.find import spec_of
 from robots.contract.spec import CommandKind
 from robots.contract.values import not_shown
-from robots.grants import open_grant, start_grant
+from robots.grants import COMES_TO_REST, open_grant, start_grant
 from robots.models import Command, Grant, Robot
 from robots.permissions import need_staff
 from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under, need_worker
@@ -119,6 +119,8 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
             raise NotPermitted(ONE_COMMAND)
         elif grant.kind in IN_ORDER:
             raise NotPermitted(IS_PUT_IN_ORDER)
+        elif grant.kind == GrantKind.REST:
+            raise NotPermitted(COMES_TO_REST)
         return issue_under(grant, user, kind, args, _number_below(grant), now).command
 
 

@@ -45,7 +45,7 @@ def _without_grant(robot: Robot, code: GrantEnd, reason: str) -> Iterator[None]:
 
 def _end_open(robot: Robot, code: GrantEnd, reason: str) -> None:
     grant = open_grant(robot)
-    if grant is not None:
+    if grant is not None and grant.kind != GrantKind.REST:
         end_grant(grant, code, reason, SYSTEM.now())
 
 

@@ -12,10 +12,10 @@ from robots import bus
 from robots.clock import SYSTEM
 from robots.contract.errors import NotPermitted
 from robots.contract.procedures import PICTURE
-from robots.grants import cancel_queued, lease_of, open_grant, owner_alive
+from robots.grants import cancel_queued, lease_of, open_grant, owner_alive, rests_within
 from robots.messages import Changed
 from robots.models import Command, Lease, Robot
-from robots.states import COMMAND_RUNNING, Lane
+from robots.states import Lane
 
 NEWEST = Coalesce(Subquery(Command.objects.filter(robot=OuterRef("pk")).order_by("-id").values("pk")[:1]), 0)
 NOT_THEIRS = "Only the operator and staff can stop this robot."
@@ -101,20 +101,6 @@ def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
         rests_by = _rests_by_itself(robot, lease)
     overdue = rests_by is not None or robot.stopped_at is None or now - robot.stopped_at >= CONFIRMED
     return StopShown(False, robot.stopped_at, rests_by, overdue)
-
-
-def rests_within(robot: Robot) -> float | None:
-    """Return within how many seconds the robot rests that nobody has asked yet, and no word reaches; None: not known.
-
-    What runs by the rows may have been allowed to go on by itself. Until somebody has asked it, it counts as moving.
-    """
-    try:
-        spec = robot.spec()
-    except LookupError:
-        return None
-    running = Command.objects.filter(robot=robot, lane=Lane.MOTION, state__in=COMMAND_RUNNING)
-    kinds = [*running.values_list("kind", flat=True), ""]
-    return None if spec.rest_s is None else max(spec.rests_within(kind, robot.settings) or 0.0 for kind in kinds)
 
 
 def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:

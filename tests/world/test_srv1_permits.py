@@ -11,7 +11,9 @@ from robots import bus, services
 from robots.contract.streams import unpack
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.modes import Mode
+from robots.grants import AnotherGrant, end_grant, start_grant
 from robots.models import Grant, Robot
+from robots.states import GrantEnd, GrantKind
 from tests.world.seeds import hunt, seeds
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
@@ -274,6 +276,34 @@ def by_hand(portal):
 @seeds(2, 20, 200)
 def test_a_held_joystick_that_loses_its_line_rests_within_half_a_second(worlds, seed):
     hunt(worlds, seed, by_hand)
+
+
+def ended_early(portal):
+    """Whoever ends its grant, it moves under an open one; that it comes to rest is one, which nothing else may use."""
+    command = patrolling(portal)
+    dice, away = random.Random(portal.world.seed), portal.world.seed % 2 == 0
+    if away:
+        portal.rig.pull()
+        portal.world.sleep(dice.random() * 8)
+    if dice.random() < 0.5:
+        end_grant(services.open_grant(portal.robot), GrantEnd.HOLDER, "ended", portal.world.now())
+    else:
+        services.lock_out(portal.robot, portal.people["kim"], "something lies in the hall")
+    while portal.rig.moving:
+        assert services.open_grant(portal.robot).kind == GrantKind.REST
+        with pytest.raises(AnotherGrant, match="comes to rest"):
+            start_grant(portal.robot, GrantKind.JOB, portal.world.now())
+        portal.world.sleep(0.05)
+    if away:
+        assert rests_by(portal, permitted_until(portal) + BRAKING_S)
+    portal.until(lambda: services.open_grant(portal.robot) is None, 10, "the end of its grant")
+    assert portal.final(command).final
+    portal.rig.plug()
+
+
+@seeds(4, 20, 200)
+def test_a_grant_that_ends_early_is_followed_until_it_rests(worlds, seed):
+    hunt(worlds, seed, ended_early)
 
 
 def mission(portal):

@@ -1,9 +1,9 @@
 """The loops that query Redis and the database, so that safety is judged from memory."""
 
 from robots import bus
-from robots.grants import end_grant, open_grant
+from robots.grants import end_grant, open_grant, running_motions
 from robots.messages import Changed
-from robots.states import GrantEnd
+from robots.states import GrantEnd, GrantKind
 from workers.owned import OwnedRobot
 from workers.safety.lane import Lane, Pace
 from workers.safety.memory import KnownGrants, Link
@@ -58,4 +58,7 @@ class Follower:
         if grants.late(grant.pk, LATE_S):
             end_grant(grant, GrantEnd.TIME_UP, "time is up", now())
             grants.revoke(grant.pk)
+            bus.publish(robot.slug, Changed("queue"))
+        elif grant.kind == GrantKind.REST and not running_motions(robot):  # the last one ended at rest
+            end_grant(grant, GrantEnd.FINISHED, "at rest", now())
             bus.publish(robot.slug, Changed("queue"))

@@ -10,10 +10,11 @@ from django.db.models import BigAutoField
 from robots import bus
 from robots.contract.errors import RobotError
 from robots.contract.session import RobotState
+from robots.grants import rests_within
 from robots.messages import Changed
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
-from robots.services.stopping import NEWEST, rests_within
+from robots.services.stopping import NEWEST
 from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.safety.memory import StopLatch

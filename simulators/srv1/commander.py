@@ -219,7 +219,8 @@ class Commander:
                 if reason is not None:
                     return Refused(command.letter, reason)
                 self._do(command)
-                return self._done(command)
+                if isinstance(command, Permit):
+                    return self._done(command)
         return self.status(command.letter)  # of a hold, too: the interrupt has done it
 
     def _done(self, command: Command) -> Done:

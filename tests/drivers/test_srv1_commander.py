@@ -100,7 +100,7 @@ def test_it_tells_its_state(rig):
 def test_velocities_count_under_the_claimed_epoch_alone(rig):
     assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH)
     assert rig.ask(Claim(7)).epoch == 7
-    assert isinstance(drive(rig, 1.0), Done)
+    assert isinstance(drive(rig, 1.0), Status)
     assert rig.bench.drive.motion == 1
     assert rig.ask(Velocity(8, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH)
     assert rig.ask(Claim(6)) == Refused("c", Reason.EPOCH)
@@ -118,7 +118,7 @@ def test_an_owner_that_says_anything_keeps_its_epoch(rig, question):
     for _ in range(70):
         rig.ask(question, 1.0)
     assert rig.ask(Claim(3)) == Refused("c", Reason.EPOCH)
-    assert isinstance(rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))), Done)
+    assert isinstance(rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))), Status)
 
 
 def test_whoever_is_refused_keeps_no_epoch(rig):

@@ -71,7 +71,7 @@ STATUSES = st.builds(
 )  # fmt: skip
 ANSWERS = st.one_of(
     STATUSES,
-    st.builds(Done, st.sampled_from("vpgu"), within(bounds.NUMBER), within(bounds.UPTIME_MS)),
+    st.builds(Done, st.sampled_from("pu"), within(bounds.NUMBER), within(bounds.UPTIME_MS)),
     st.builds(Refused, st.sampled_from(sorted(extension.COMMANDS)), st.sampled_from(Reason)),
     st.lists(ENTRIES, max_size=4).map(lambda entries: Entries(tuple(entries))),
 )

@@ -7,6 +7,7 @@ from math import dist
 import pytest
 from playwright.sync_api import expect
 
+from robots.description import load
 from robots.drivers.srv1.hall import hall
 from tests.conftest import wait_for
 from tests.e2e.test_rover_stick import PAD, PHONE, middle
@@ -17,7 +18,7 @@ pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["srv1"], indi
 PLACE = 586  # of those where the fault board sets the rover down: west of it, 3 m away, is nothing but a wall
 NOSE_M = 0.14  # from the middle of the rover
 FAR_M, NEAR_M, THERE_M = 1.8, 0.5, 0.3  # beyond the first nothing is felt
-REFLEX_M = 0.16  # nearer it does not drive ahead
+REFLEX_M = load("srv1")["sonar"]["stop"] + 0.04  # nearer, but for its noise, it does not drive ahead
 WAY_S = 180  # a way of 7 s, where the machine is busy
 BUZZED = """
 window.buzzed = [];

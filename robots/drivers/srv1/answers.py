@@ -6,7 +6,7 @@ from typing import Any
 
 from robots.drivers.srv1 import bounds
 from robots.drivers.srv1.bounds import Bounds, numbers, written
-from robots.drivers.srv1.extension import COMMANDS, Ask, Claim, Hold, Journal
+from robots.drivers.srv1.extension import COMMANDS, Ask, Claim, Hold, Journal, Patrol, Velocity
 from robots.drivers.srv1.framing import ANSWER, LONGEST_ANSWER, Frame
 from robots.drivers.srv1.journal import Entries
 from robots.drivers.srv1.protocol import Malformed
@@ -155,7 +155,7 @@ class Refused:
 
 
 Answer = Status | Done | Refused | Entries
-STATUSES = (Ask.letter, Claim.letter, Hold.letter)
+STATUSES = tuple(kind.letter for kind in (Ask, Claim, Hold, Velocity, Patrol))
 
 
 def encode(answer: Answer) -> bytes:

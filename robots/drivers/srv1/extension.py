@@ -43,7 +43,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Velocity:
-    """Drive with m/s ahead and rad/s to the left for at most 0.25 s. Answered by `Done`.
+    """Drive with m/s ahead and rad/s to the left for at most 0.25 s. Answered by `Status`.
 
     `stamp`: `uptime_ms` of the status that this answers to.
     """
@@ -132,7 +132,7 @@ class Permit:
 
 @dataclass(frozen=True)
 class Patrol:
-    """Drive by the rules in force; to be said again within 0.25 s unless a permit runs. Answered by `Done`.
+    """Drive by the rules in force; to be said again within 0.25 s unless a permit runs. Answered by `Status`.
 
     The rules decide the speed, `aside` (rad, to the left of its heading) where its way leads on; after 0.25 s without
     a word it goes straight on. `stamp`: as of a `Velocity`.

@@ -20,7 +20,9 @@ from robots.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
 REST_S = 2.0  # within which it rests after a hold
-LOST_S = 0.25  # without an answer for so long, a velocity is lost
+LOST_S = 0.25  # without an answer for so long, or twice as long as one takes, a velocity is lost
+SLOW_S = 0.05  # an answer that takes longer is not asked for once more: the last one's is new enough
+LEAST_PAUSE_S = 0.01  # in which others may use the line
 RESTARTED = "The rover was started again and does not know its owner; connect again."
 OUT_OF_REACH = "The rover was out of reach for so long that it has come to rest by itself."
 WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
@@ -45,6 +47,7 @@ class Wheels:
         self.holds = 0  # of other threads
         self._closed = True  # by its owner: nothing is opened again by itself
         self.status: Status | None = None  # the newest
+        self._told: Status | None = None  # what the last velocity was answered, until it is used
         self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
@@ -70,9 +73,14 @@ class Wheels:
         self.line.close()
 
     def ask(self) -> Status:
-        """Ask the rover, and keep its state. Raises LineGone, LineSilent, ControllerRestarted."""
-        status = self.line.status()
-        self.take(status)
+        """Ask the rover, and keep its state; by a slow line a velocity that it has just answered has asked it.
+
+        Raises LineGone, LineSilent, ControllerRestarted.
+        """
+        status, self._told = self._told, None
+        if status is None or self.line.answer_s <= SLOW_S:
+            status = self.line.status()
+            self.take(status)
         if status.boot != self._boot or status.epoch != self.line.epoch:
             raise ControllerRestarted(RESTARTED)
         return status
@@ -104,11 +112,11 @@ class Wheels:
 
     def during(self, permit: Permit, mode: Mode, act: Callable[[Permit], None]) -> None:
         """Run a motion with its permit; at its end the rover is held, and rests, whatever ended it."""
-        self.mode = mode
+        self.mode, self._told = mode, None
         try:
             act(permit)
         finally:
-            self.mode = Mode.RESTING
+            self.mode, self._told = Mode.RESTING, None
             if self.alone.rests_within:
                 self._settle()
             elif self.line.is_open:
@@ -167,11 +175,15 @@ class Wheels:
     def _say(self, command: extension.Command, permit: Permit) -> None:
         """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""
         with contextlib.suppress(NotNow, LineSilent):  # a rover that is silent does not answer the next question either
-            self.line.ask(command, LOST_S, permit)
+            answer = self.line.ask(command, max(LOST_S, 2 * self.line.answer_s), permit)
+            if isinstance(answer, Status):
+                self._told = answer
+                self.take(answer)
 
     def pause(self) -> None:
-        """Wait for the next moment."""
-        self.clock.sleep(STEP_S)
+        """Wait for the next moment; of that the answer to a velocity has taken a part, by a slow line all."""
+        spent = self.line.answer_s if self._told is not None else 0.0
+        self.clock.sleep(max(STEP_S - spent, LEAST_PAUSE_S))
 
     def rest(self, seconds: float) -> RobotState:
         """Ask until the rover rests, or has rested and begun its next motion, which is another command's.

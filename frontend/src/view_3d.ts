@@ -73,6 +73,9 @@ export class View3D {
     return false;
   }
 
+  /** Do what depends on how wide and high the view is. */
+  protected fit(): void {}
+
   private draw(): void {
     this.asked = false;
     this.drawn = performance.now();
@@ -88,6 +91,7 @@ export class View3D {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    this.fit();
     this.ask();
   }
 

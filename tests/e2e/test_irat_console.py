@@ -215,6 +215,7 @@ class TestTheRobotItself:
                 continue
             board.fault("charge", 0.19)
             expect(one.page.locator("#readings")).to_contain_text("going to the dock", timeout=30_000)
+            wait_for(lambda: Job.objects.latest("pk").state != "running", 30, "what the queue makes of that")
             if Job.objects.latest("pk").state == "waiting":
                 break
             board.fault("charge", 0.968)

@@ -1,7 +1,7 @@
 /** A floor in 3D: walls, cuboids and round things with their names, a robot that drives on it, its ghost and a path. */
 import {
-  BoxGeometry, BufferGeometry, CanvasTexture, CylinderGeometry, EdgesGeometry, Group, Line, LineBasicMaterial, LineSegments, Mesh,
-  MeshLambertMaterial, PlaneGeometry, Sprite, SpriteMaterial, Vector3,
+  BoxGeometry, BufferGeometry, CanvasTexture, CircleGeometry, CylinderGeometry, EdgesGeometry, Group, Line, LineBasicMaterial, LineSegments, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, RingGeometry, Sprite, SpriteMaterial, Vector3,
 } from "three";
 import { empty, redraw, View3D } from "../view_3d.ts";
 
@@ -12,29 +12,36 @@ export interface Floor { width: number; depth: number; standing: readonly Standi
 export type Size = readonly [number, number, number];
 type Pose = readonly [number, number, number];
 
-const PATH_M = 0.03; // above the floor
+const PATH_M = 0.03, RING_M = 0.02; // above the floor
+const WALL_M = 0.7;
+const FROM = new Vector3(0, 1.05, 1.02); // the direction in which the camera is at first
+const EDGE = 0.96; // of the view, in which the whole floor is
 const COLOURS = { light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33" }, dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2" } };
 
 export class FloorView extends View3D {
   private fixed = new Group();
   private robot: Group;
   private ghostBody: Group;
+  private turned = false;
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xb4531b, linewidth: 2 }));
 
   /** `onPick` gets the place on the floor (m) that was clicked on. */
   constructor(holder: HTMLElement, private floor: Floor, size: Size, onPick: (x: number, y: number) => void) {
     const { width, depth } = floor;
-    const look = { field: 40, near: 0.1, far: 100, from: [0, depth * 1.05, depth * 1.02], to: [0, 0, 0], ambient: 1.5, lamp: 1.9, lampAt: [3, 9, 5] } as const;
+    const look = { field: 40, near: 0.1, far: 100, from: FROM.toArray(), to: [0, 0, 0], ambient: 1.5, lamp: 1.9, lampAt: [3, 9, 5] } as const;
     super(holder, look, (x, y) => {
       if (x >= 0 && y >= 0 && x <= width && y <= depth) onPick(x, y);
     });
     this.world.position.set(-width / 2, 0, depth / 2);
     this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
+    this.controls.addEventListener("start", () => (this.turned = true));
     this.robot = bodyOf(size, 0x0c6471, 1);
+    this.robot.add(...ring(size));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
     this.robot.visible = this.ghostBody.visible = false;
     this.world.add(this.fixed, this.robot, this.ghostBody, this.path);
     this.build();
+    this.fit();
     this.dark.addEventListener("change", () => this.build());
   }
 
@@ -57,6 +64,24 @@ export class FloorView extends View3D {
     this.ask();
   }
 
+  /** Put the camera just so far away that the whole floor is seen, until somebody has turned the view. */
+  protected override fit(): void {
+    if (!this.floor || this.turned) return; // the size is told before there is a floor
+    const { width, depth } = this.floor;
+    const corners = [-1, 1].flatMap((x) => [-1, 1].map((z) => new Vector3((x * width) / 2, z < 0 ? WALL_M : 0, (z * depth) / 2)));
+    const seen = (): boolean => corners.every((corner) => {
+      const { x, y } = corner.clone().project(this.camera);
+      return Math.abs(x) < EDGE && Math.abs(y) < EDGE;
+    });
+    for (let far = depth; far < 10 * depth; far *= 1.02) {
+      this.camera.position.copy(FROM).setLength(far);
+      this.camera.lookAt(this.controls.target);
+      this.camera.updateMatrixWorld();
+      if (seen()) break;
+    }
+    this.controls.update();
+  }
+
   private build(): void {
     const colours = COLOURS[this.dark.matches ? "dark" : "light"], { width, depth, standing, marks } = this.floor;
     empty(this.fixed);
@@ -65,8 +90,8 @@ export class FloorView extends View3D {
     this.fixed.add(ground);
     const wall = new MeshLambertMaterial({ color: colours.wall });
     for (const [x, y, w, d] of [[width / 2, depth + 0.05, width + 0.2, 0.1], [-0.05, depth / 2, 0.1, depth], [width + 0.05, depth / 2, 0.1, depth]] as const) {
-      const made = new Mesh(new BoxGeometry(w, d, 0.7), wall);
-      made.position.set(x, y, 0.35);
+      const made = new Mesh(new BoxGeometry(w, d, WALL_M), wall);
+      made.position.set(x, y, WALL_M / 2);
       this.fixed.add(made);
     }
     for (const one of standing) this.fixed.add(...thing(one, colours));
@@ -74,7 +99,7 @@ export class FloorView extends View3D {
       const made = new Mesh(new CylinderGeometry(0.1, 0.1, 0.02, 20), new MeshLambertMaterial({ color: colours.line }));
       made.rotation.x = Math.PI / 2;
       made.position.set(at[0], at[1], 0.01);
-      this.fixed.add(made, label(name, [at[0], at[1] - 0.22, 0.06], colours.ink, 0.2));
+      this.fixed.add(made, label(name, [at[0], at[1] - 0.3, 0.16], colours.ink, 0.24, true));
     }
     this.ask();
   }
@@ -91,7 +116,8 @@ function thing({ name, at: [x, y], high, half, radius = 0.3, dark }: Standing, c
   return [made, edges, label(name, [x, y, high + 0.22], colours.ink, 0.3)];
 }
 
-function label(words: string, [x, y, z]: readonly [number, number, number], ink: string, tall: number): Sprite {
+/** `behind`: what stands before it hides it. */
+function label(words: string, [x, y, z]: readonly [number, number, number], ink: string, tall: number, behind = false): Sprite {
   const canvas = document.createElement("canvas"), context = canvas.getContext("2d")!;
   const font = "600 44px system-ui, sans-serif";
   context.font = font;
@@ -99,7 +125,7 @@ function label(words: string, [x, y, z]: readonly [number, number, number], ink:
   canvas.height = 60;
   Object.assign(context, { font, fillStyle: ink, textBaseline: "middle", textAlign: "center" });
   context.fillText(words, canvas.width / 2, 30);
-  const made = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
+  const made = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: behind, depthWrite: false }));
   made.scale.set((tall * canvas.width) / canvas.height, tall, 1);
   made.position.set(x, y, z);
   return made;
@@ -118,6 +144,15 @@ function bodyOf([long, wide, high]: Size, colour: number, opacity: number): Grou
     group.add(wheel);
   }
   return group;
+}
+
+/** A ring around the robot with a tip where it looks, because the robot is small in its hall. */
+function ring([long]: Size): Mesh[] {
+  const look = new MeshBasicMaterial({ color: 0x0c6471 });
+  const around = new Mesh(new RingGeometry(long * 1.15, long * 1.4, 40), look), tip = new Mesh(new CircleGeometry(long * 0.45, 3), look);
+  tip.position.x = long * 1.6;
+  for (const part of [around, tip]) part.position.z = RING_M;
+  return [around, tip];
 }
 
 function place(body: Group, at: Pose | null): void {

@@ -60,16 +60,14 @@ def is_placed(pose, true, spread):
     return bool(pose) and dist(pose[:2], true[:2]) <= max(KNOWN_M, 1.5 * spread)
 
 
-SEEDS = (4, 6)
+SEEDS = (18, 24)  # the tower is heard in both, and without it the rover is misled
 
 
 def test_with_the_beacon_a_changed_hall_misleads_no_rover(tmp_path):
-    lies = []
     for seed in SEEDS:
         with_it, without = (looked(tmp_path / f"{seed}-{n}", seed, True, n) for n in (1.0, 0.0))
         assert is_placed(*with_it), f"seed {seed}: {with_it}"
-        lies.append(not is_placed(*without))
-    assert any(lies), "sonar and infrared find each place by the old map; these halls are no test"
+        assert not is_placed(*without), f"seed {seed}: sonar and infrared find it by the old map; it is no test"
 
 
 @pytest.mark.parametrize(("beacon", "fault"), [(False, ""), (True, "beacon_gone")])

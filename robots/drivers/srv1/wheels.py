@@ -78,7 +78,7 @@ class Wheels:
         Raises LineGone, LineSilent, ControllerRestarted.
         """
         status, self._told = self._told, None
-        if status is None or self.line.answer_s <= SLOW_S:
+        if status is None:
             status = self.line.status()
             self.take(status)
         if status.boot != self._boot or status.epoch != self.line.epoch:
@@ -176,12 +176,12 @@ class Wheels:
         """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""
         with contextlib.suppress(NotNow, LineSilent):  # a rover that is silent does not answer the next question either
             answer = self.line.ask(command, max(LOST_S, 2 * self.line.answer_s), permit)
-            if isinstance(answer, Status):
+            if isinstance(answer, Status) and self.line.answer_s > SLOW_S:
                 self._told = answer
                 self.take(answer)
 
     def pause(self) -> None:
-        """Wait for the next moment; of that the answer to a velocity has taken a part, by a slow line all."""
+        """Wait for the next moment; by a slow line the answer to a velocity has taken a part of that, or all."""
         spent = self.line.answer_s if self._told is not None else 0.0
         self.clock.sleep(max(STEP_S - spent, LEAST_PAUSE_S))
 

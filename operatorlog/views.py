@@ -81,6 +81,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,
+        "others": [frame for frame in frames if frame.pk not in {one.frame_id for one in findings}],
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],

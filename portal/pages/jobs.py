@@ -175,12 +175,12 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
     last, mine = commands[-1] if commands else None, may_cancel(job, asker)
     findings, films = list(findings_of(grants)), films_of(grants, request.user)
-    frames = Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")
+    frames = Frame.objects.filter(grant__in=grants, findings=None).select_related("robot").order_by("id")
     everything = "all" in request.GET
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
         "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
-        "asked": asked(job, texts=mine),
+        "asked": asked(job, texts=mine), "texts_hidden": not mine and bool(job.args),
         "result": result(job, last, texts=mine),
         "share": share_of(last),
         "may_cancel": mine,

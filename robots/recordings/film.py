@@ -1,4 +1,4 @@
-"""A movie's picture with the plot of the robot's path beside it and captions below: 640 x 360 px, or twice that.
+"""A movie's picture with the plot of the robot's path beside it and captions above: 640 x 360 px, or twice that.
 
 No Django.
 """
@@ -18,7 +18,8 @@ from robots.recordings.paths import shown
 from robots.recordings.track import Pose, Track, pose_of
 
 WIDTH, HEIGHT = 640, 360
-VIEW = 352, 264  # the picture's part, upper left; the plot is to its right, captions below
+VIEW = 352, 264  # the picture's part, lower left; the plot is to its right
+TOP = HEIGHT - VIEW[1]  # the captions' part: above, because the controls of a player cover what is below
 GROUND, WORDS, QUIET = (24, 24, 24), (255, 255, 255), (190, 190, 190)
 LETTERS, LINE, LINES = 15, 21, 3  # px of the captions; how many there are below the time
 FOLLOWED = (STATE, COMMANDS)
@@ -57,11 +58,11 @@ class Film:
             chart.driven(pose[:2])
         self._waits.clear()
         scale = self._scale
-        width, height = VIEW[0] * scale, VIEW[1] * scale
+        width, top = VIEW[0] * scale, TOP * scale
         frame = np.full((HEIGHT * scale, WIDTH * scale, 3), GROUND, np.uint8)
-        _fit(frame[:height, :width], picture)
+        _fit(frame[top:, :width], picture)
         taken = [(number, place) for at, number, place in self._taken if at <= self._now_ms]
-        frame[:height, width:] = chart.with_marks(self._pose, taken)
+        frame[top:, width:] = chart.with_marks(self._pose, taken)
         self._write(frame)
         return frame
 
@@ -76,7 +77,7 @@ class Film:
     def _write(self, frame: Picture) -> None:
         scale = self._scale
         time, step, read = self._captions.at(self._now_ms)
-        size, x, y = LETTERS * scale, 10 * scale, (VIEW[1] + 20) * scale
+        size, x, y = LETTERS * scale, 10 * scale, 20 * scale
         begin = text(frame, time, (x, y), size, QUIET) + 16 * scale
         words = str(self._plot["name"])
         if begin + width_of(words, size) < frame.shape[1]:

@@ -67,7 +67,7 @@ def test_a_mission_is_composed_offline_sent_and_found_done(portal, visitor):
     back.goto(job.get_absolute_url())
     expect(back.locator("#job")).to_contain_text("What it found")
     expect(back.locator("#job")).to_contain_text("Here begins the tour.")
-    assert back.locator(".frames img").count() == 1
+    assert back.locator(".findings img").count() == 1
 
 
 def test_the_page_fits_a_phone_and_the_map_turns_to_depth(portal, visitor):

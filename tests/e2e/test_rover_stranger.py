@@ -86,8 +86,8 @@ def test_a_stranger_composes_without_a_line_goes_away_and_finds_the_movie(portal
     expect(figure.locator("polyline")).to_have_count(2)
     expect(figure).to_contain_text(re.compile(r"It drove \d\.\d m, from"))
     expect(figure).to_contain_text(re.compile(r"Planned were \d\.\d m; it ended 0\.\d m from where the plan ends"))
-    expect(back.locator(".frames img")).to_have_count(2)
-    for image in back.locator(".frames img").all():
+    expect(back.locator(".findings img")).to_have_count(2)
+    for image in back.locator(".findings img").all():
         image.scroll_into_view_if_needed()
         wait_for(lambda image=image: image.evaluate("(i) => i.complete && i.naturalWidth") > 0, 20, "the picture")
     found = back.locator("#job")

@@ -96,7 +96,7 @@ def job(robot, people, clock):
     promote(made.queue, made, clock.now())
     command = Command.objects.select_related("robot", "grant").get(grant=made.runs.get().grant)
 
-    def found(readings, photographs, **result):
+    def found(readings, photographs, stills=0, **result):
         rows = [Finding(command=command, number=n, at=clock.now(), text=f"no {n}") for n in range(1, readings + 1)]
         Finding.objects.bulk_create(rows)
         for n in range(photographs):
@@ -104,6 +104,8 @@ def job(robot, people, clock):
             frame = Frame.objects.create(file=f"frames/{n}.jpg", **fields)
             number = readings + n + 1
             Finding.objects.create(command=command, number=number, at=clock.now(), text="photograph", frame=frame)
+        for n in range(stills):
+            Frame.objects.create(robot=robot, grant=command.grant, file=f"frames/s{n}.jpg", taken_at=clock.now())
         finish(command, "completed", clock.go(1), "", result)
         return made
 
@@ -112,22 +114,28 @@ def job(robot, people, clock):
 
 def test_the_page_of_a_job_says_how_much_more_there_is_and_shows_all(job, people, client):
     client.force_login(people["ada"])
-    address = job(SHOWN + 100, SHOWN + 40, left_out=12).get_absolute_url()
+    address = job(SHOWN - 100, SHOWN, stills=SHOWN + 40, left_out=12).get_absolute_url()
     page = client.get(address).content.decode()
-    assert "The first 200 of 540 are shown" in page
+    assert "The first 200 of 300 are shown" in page
     assert "Below are the first 200 of 240 pictures" in page
     assert "12 more were not stored" in page
-    assert ("no 200" in page, "no 201" in page, page.count("<img")) == (True, False, 200)
+    assert ("no 100" in page, page.count("Picture 101"), page.count("Picture 201")) == (True, 1, 0)
+    assert page.count("<img") == 100 + 200, "each picture of what it found beside that, and the others once"
     assert 'href="?all=1"' in page
     whole = client.get(f"{address}?all=1").content.decode()
-    assert ("no 300" in whole, whole.count(">of "), whole.count("<img")) == (True, 240, 240)
+    assert (whole.count("Picture 300"), whole.count("<img")) == (1, 200 + 240)
     assert "are shown" not in whole and "12 more were not stored" in whole
 
 
 def test_a_job_that_found_little_says_nothing_of_more(job, people, client):
     client.force_login(people["ada"])
-    page = client.get(job(3, 2).get_absolute_url()).content.decode()
-    assert not any(words in page for words in ("are shown", "not stored", "?all=1"))
+    made = job(3, 2)
+    page = client.get(made.get_absolute_url()).content.decode()
+    assert not any(words in page for words in ("are shown", "not stored", "?all=1", "<h2>Pictures"))
+    assert "photograph</span>" in page
+    client.logout()
+    page = client.get(made.get_absolute_url()).content.decode()
+    assert "What was written is shown to its author only." in page and "No values." not in page
 
 
 @pytest.mark.parametrize("which", ["mercury"], indirect=True)
@@ -141,5 +149,5 @@ def test_the_page_of_a_turn_says_it_too(roles, robot, clock, client):
     client.force_login(roles["operator"])
     page = client.get(f"/turns/{turn.pk}/").content.decode()
     assert "The first 200 of 250 are shown" in page and "5 more were not stored" in page
-    assert (page.count("<td>nothing</td>"), 'href="?all=1"' in page) == (200, True)
-    assert client.get(f"/turns/{turn.pk}/?all=1").content.decode().count("<td>nothing</td>") == 250
+    assert (page.count("nothing measured"), 'href="?all=1"' in page) == (200, True)
+    assert client.get(f"/turns/{turn.pk}/?all=1").content.decode().count("nothing measured") == 250

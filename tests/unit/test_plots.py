@@ -15,7 +15,7 @@ from robots.recordings import chart
 from robots.recordings.captions import Captions, wrapped
 from robots.recordings.chart import Chart, dashes
 from robots.recordings.container import COMMANDS, STATE, Message
-from robots.recordings.film import HEIGHT, VIEW, WIDTH, Film
+from robots.recordings.film import HEIGHT, TOP, VIEW, WIDTH, Film
 from robots.recordings.floors import floor_of
 from robots.recordings.paths import JUMP_M, lines, placed, shown, simplified
 from robots.recordings.track import Track, pose_of
@@ -113,11 +113,11 @@ def film(path=((1, 1, 0), (3, 1, 0), (6, 2, 0.5)), findings=(), planned=((T0, [(
 
 
 @pytest.mark.parametrize(("size", "scale"), [((240, 320), 1), ((164, 193), 1), ((480, 640), 2)])
-def test_a_picture_of_a_movie_has_the_plot_beside_it_and_captions_below(size, scale):
+def test_a_picture_of_a_movie_has_the_plot_beside_it_and_captions_above(size, scale):
     one = film()
     frame = one.beside(np.full((*size, 3), (10, 200, 10), np.uint8))
     assert frame.shape == (HEIGHT * scale, WIDTH * scale, 3)
-    picture, plot = frame[: VIEW[1] * scale, : VIEW[0] * scale], frame[: VIEW[1] * scale, VIEW[0] * scale :]
+    picture, plot = frame[TOP * scale :, : VIEW[0] * scale], frame[TOP * scale :, VIEW[0] * scale :]
     assert count(picture, (10, 200, 10)) > 0.7 * VIEW[0] * VIEW[1] * scale**2, "as large as it fits"
     assert count(plot, chart.THING) > 100 and count(plot, chart.WALL) > 100
 
@@ -128,8 +128,8 @@ def test_the_plot_grows_with_the_recording():
     for n in range(31):
         one.follow(state(T0 + 100 * n, 1 + 0.15 * n, 1.0, 0.0))
         frame = one.beside(picture)
-        plot = frame[:220, VIEW[0] :]
-        seen.append((count(plot, chart.DRIVEN), count(plot, chart.TAKEN), count(frame[264:], (190, 190, 190))))
+        plot = frame[TOP : TOP + 220, VIEW[0] :]
+        seen.append((count(plot, chart.DRIVEN), count(plot, chart.TAKEN), count(frame[:TOP], (190, 190, 190))))
     driven, taken, words = zip(*seen, strict=True)
     assert driven[0] < 10 and driven[-1] > driven[15] > driven[5], "the path driven so far"
     assert taken[14] == 0 and taken[15] > 100, "the picture's place, from when it was taken"
@@ -139,9 +139,9 @@ def test_the_plot_grows_with_the_recording():
 def test_the_path_planned_is_shown_from_its_command_on():
     one, picture = film(planned=((T0 + 500, [(1.0, 1.0), (6.0, 2.0)]),)), np.zeros((240, 320, 3), np.uint8)
     one.follow(state(T0, 1.0, 1.0, 0.0))
-    before = count(one.beside(picture)[:220, VIEW[0] :], chart.PLANNED)
+    before = count(one.beside(picture)[TOP : TOP + 220, VIEW[0] :], chart.PLANNED)
     one.follow(state(T0 + 600, 1.0, 1.0, 0.0))
-    assert before == 0 and count(one.beside(picture)[:220, VIEW[0] :], chart.PLANNED) > 100
+    assert before == 0 and count(one.beside(picture)[TOP : TOP + 220, VIEW[0] :], chart.PLANNED) > 100
 
 
 def stage(**told):
@@ -174,11 +174,11 @@ def test_wrapped_words_keep_to_their_lines(words, fits, most):
 
 
 @given(st.text(max_size=300))
-def test_whatever_people_write_fits_below_the_picture(words):
+def test_whatever_people_write_fits_above_the_picture(words):
     one = film()
     one.follow(stage(kind="go", state="acknowledged", progress={"text": words}))
     frame = one.beside(np.zeros((24, 32, 3), np.uint8))
-    assert (frame[264:, 635:] == (24, 24, 24)).all(), "nothing is cut off by the edge"
+    assert (frame[:TOP, 635:] == (24, 24, 24)).all(), "nothing is cut off by the edge"
 
 
 @given(st.floats(12, 628), st.floats(12, 400), st.integers(1, IN_A_ROW))

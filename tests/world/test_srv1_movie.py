@@ -11,6 +11,7 @@ from robots.clock import MachineClock
 from robots.grants import end_grant
 from robots.models import Finding, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings import chart, keeping, movies
+from robots.recordings.film import TOP
 from robots.services.commands import issue_under
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import wait_for
@@ -87,13 +88,14 @@ def made(portal):
     times, first, last = [at for at, _ in frames], frames[0][1], frames[-1][1]
     assert times[0] == 0 and abs(times[-1] - lasted) < 3, "it lasts as long as the job"
     assert first.shape == (360, 640, 3)
-    assert all(like(frame[:60, :352], (0, 0, 0)) > 0.99 * 60 * 352 for _, frame in frames), "nobody sees what is masked"
-    assert like(last[80:264, :352], (0, 0, 0)) < 0.5 * 184 * 352
-    plot = last[:264, 352:]
-    assert like(plot[:220], chart.DRIVEN) > 100 > like(first[:220, 352:], chart.DRIVEN)
-    assert like(frames[len(frames) // 4][1][:220, 352:], chart.PLANNED) > 50, "before it is driven over"
+    masked = [frame[TOP : TOP + 60, :352] for _, frame in frames]
+    assert all(like(one, (0, 0, 0)) > 0.99 * 60 * 352 for one in masked), "nobody sees what is masked"
+    assert like(last[TOP + 80 :, :352], (0, 0, 0)) < 0.5 * 184 * 352
+    plot = last[TOP:, 352:]
+    assert like(plot[:220], chart.DRIVEN) > 100 > like(first[TOP : TOP + 220, 352:], chart.DRIVEN)
+    assert like(frames[len(frames) // 4][1][TOP : TOP + 220, 352:], chart.PLANNED) > 50, "before it is driven over"
     assert like(plot[:220], chart.TAKEN) > 60, "the numbers of its pictures"
-    assert like(last[264:], (255, 255, 255)) > 100, "captions"
+    assert like(last[:TOP], (255, 255, 255)) > 100, "captions"
     recording.refresh_from_db()
     driven, planned = (recording.track[name] for name in ("driven", "planned"))
     assert dist(driven[-1][-1], PLACE) < 0.3 and dist(planned[-1][-1], PLACE) < 0.01

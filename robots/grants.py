@@ -137,9 +137,9 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
     No other function ends a grant. `code` is for software, `reason` for people. Where the robot may go on without a
     word, a grant of its own follows, until it rests.
     """
-    ending = Grant.objects.filter(pk=grant.pk, ended_at=None)
+    end = {"end_code": code, "end_reason": reason[:120]}
     with transaction.atomic():
-        done = ending.update(ended_at=now, end_code=code, end_reason=reason[:120])
+        done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, **end)
         if done:
             told = interruption(grant.pk) or reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
             cancel_queued(grant.robot, told, now, grant=grant)

@@ -65,7 +65,7 @@ def test_a_picture_keeps_the_values_of_its_moment(robot, people):
 def test_below_a_picture_stand_the_channels_that_its_robot_declares(robot):
     frame = Frame(robot=robot, taken_at=SYSTEM.now(), file="frames/a.jpg", values={"warmth": 21.5, "undeclared": 1.0})
     shown = render_to_string("operatorlog/frame.html", {"frame": frame, "words": "Picture"})
-    assert ("warmth 21.5 °C" in shown) is (robot.driver == "turntable")
+    assert ("warmth 21.5&nbsp;°C" in shown) is (robot.driver == "turntable")
     assert "undeclared" not in shown
     assert render_to_string("operatorlog/frame.html", {"frame": Frame(robot=robot, taken_at=SYSTEM.now())}).startswith(
         "<img"

@@ -150,14 +150,17 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
 
 def _let_rest(grant: Grant, now: datetime) -> None:
     """Open a grant until the robot rests, if what runs under the ended one may go on without a word."""
-    seconds = goes_on_for(grant.robot) if grant.kind != GrantKind.REST else None
+    seconds = goes_on_for(grant.robot, None) if grant.kind != GrantKind.REST else None
     if seconds is not None:
         start_grant(grant.robot, GrantKind.REST, now, until=now + timedelta(seconds=seconds))
 
 
-def goes_on_for(robot: Robot) -> float | None:
-    """Return for how many seconds more what runs may go on without a word, and come to rest; None: nothing may."""
-    within = rests_within(robot)
+def goes_on_for(robot: Robot, kept: dict[str, Any] | None) -> float | None:
+    """Return for how many seconds more what runs may go on without a word, and come to rest; None: nothing may.
+
+    `kept`: as of `Spec.rests_within`.
+    """
+    within = _rests_within(robot, kept)
     return within if within is not None and within > (robot.spec().rest_s or 0.0) else None
 
 
@@ -172,12 +175,16 @@ def rests_within(robot: Robot) -> float | None:
 
     What runs by the rows may have been allowed to go on by itself. Until somebody has asked it, it counts as moving.
     """
+    return _rests_within(robot, robot.settings)
+
+
+def _rests_within(robot: Robot, kept: dict[str, Any] | None) -> float | None:
     try:
         spec = robot.spec()
     except LookupError:
         return None
     kinds = [*running_motions(robot), ""]
-    return None if spec.rest_s is None else max(spec.rests_within(kind, robot.settings) or 0.0 for kind in kinds)
+    return None if spec.rest_s is None else max(spec.rests_within(kind, kept) or 0.0 for kind in kinds)
 
 
 def interruption(grant: int) -> str:

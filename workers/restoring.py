@@ -82,6 +82,8 @@ class Restoring:
         owned, grant = self._owned, open_grant(self._owned.robot)
         if grant is not None and grant.kind == GrantKind.UPKEEP:  # it ends with the one command of staff
             return True
+        if grant is not None and grant.kind == GrantKind.REST:
+            return False  # it ends soon
         try:
             if grant is not None:
                 self.restore(grant)

@@ -168,7 +168,7 @@ class Owner:
         or, where it cannot be reached, once it rests by itself.
         """
         owned, robot = self.owned, self.owned.robot
-        alone_s = goes_on_for(robot)
+        alone_s = goes_on_for(robot, robot.settings)
         self.control.moves_until = owned.clock.monotonic() + alone_s if alone_s is not None else 0.0
         interrupted = [] if alone_s is not None else abandon(robot, owned.now(), self.packages)
         self.connection.begin()

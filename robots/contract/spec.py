@@ -207,11 +207,14 @@ class Spec:
         found = ((setting.name, _usable(setting, kept.get(setting.name))) for setting in self.all_of(Setting))
         return {name: value for name, value in found if value is not None}
 
-    def rests_within(self, kind: str, kept: Mapping[str, Any]) -> float | None:
+    def rests_within(self, kind: str, kept: Mapping[str, Any] | None) -> float | None:
         """Return within how many seconds it rests without a word if that kind of command ran; None: nobody knows.
 
-        `kept` are the robot's settings. A motion that may go on without the live link may do so without its owner.
+        `kept` are the robot's settings; None: whatever staff may set, because a motion keeps what it began with. A
+        motion that may go on without the live link may do so without its owner.
         """
+        if kept is None:
+            kept = {setting.name: setting.high for setting in self.all_of(Setting)}
         found = self.command(kind)
         alone = found.policies.by(self.for_driver(kept)).on_link_lost if found else None
         return self.rest_s if self.rest_s is None or alone is None else self.rest_s + alone.seconds

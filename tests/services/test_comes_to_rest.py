@@ -21,18 +21,19 @@ from tests.services.test_jobs import GUEST, OTHER
 from workers.commands import finish
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-REST_S, ALONE_S = 2.0, 20.0
+REST_S, ALONE_S, MOST_S = 2.0, 20.0, 60.0
 SPEC = f"""
+from robots.contract.capabilities import Setting
 from robots.contract.policies import Bound, Policies
 from robots.contract.spec import ANYONE, Argument, CommandKind, Spec
 def spec():
-    alone, asked = Policies(on_link_lost=Bound({ALONE_S})), frozenset({{ANYONE}})
+    alone, asked = Policies(on_link_lost=Bound({ALONE_S}, setting="alone_s")), frozenset({{ANYONE}})
     return Spec("Rover", (
         CommandKind("patrol", "Patrol", asked_by=asked, policies=alone, limit_s=60.0),
         CommandKind("go", "Go", asked_by=asked),
         CommandKind("tone", "Tone", (Argument("pitch", "Hz", 20.0, 2e4),), lane="config", moves=False,
                     default={{"pitch": 440.0}}),
-    ), rest_s={REST_S})
+    ), rest_s={REST_S}, capabilities=(Setting("alone_s", "Alone", unit="s", low=0.0, high={MOST_S}, default={ALONE_S}),))
 """
 
 
@@ -61,16 +62,20 @@ def running(rover, clock):
     return run
 
 
-def test_a_cancelled_job_is_followed_until_its_robot_rests(rover, running, clock):
+@pytest.mark.parametrize("alone_s", [None, 0.0])
+def test_a_cancelled_job_is_followed_until_its_robot_rests(rover, running, clock, alone_s):
+    """Also where staff have just switched that off: what runs keeps what it began with."""
     job, command = running()
+    if alone_s is not None:
+        Robot.objects.update(settings={"alone_s": alone_s})
     later = ask(rover, OTHER, "go", {}, clock.now())
     cancel(job, GUEST, clock.go(1))
     grant = services.open_grant(rover)
     assert (grant.kind, grant.holder, grant.opened_at) == (GrantKind.REST, None, clock.now())
-    assert grant.until == clock.now() + timedelta(seconds=ALONE_S + REST_S)
+    assert grant.until == clock.now() + timedelta(seconds=MOST_S + REST_S)
     assert why_not_ready(rover, clock.now()) == "The robot comes to rest."
     assert status_of(rover, clock.now())[:2] == ("handover", "Comes to rest")
-    queue.tick(clock.go(ALONE_S))
+    queue.tick(clock.go(MOST_S))
     later.refresh_from_db()
     assert (later.state, services.open_grant(rover)) == ("waiting", grant)
     finish.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.")
@@ -111,7 +116,7 @@ def test_its_owner_is_gone_so_it_ends_by_the_time_it_rests(rover, running, clock
     job, _ = running()
     cancel(job, GUEST, clock.now())
     Lease.objects.update(expires_at=clock.now())
-    queue.tick(clock.go(ALONE_S + REST_S - 0.1))
+    queue.tick(clock.go(MOST_S + REST_S - 0.1))
     assert services.open_grant(rover).kind == GrantKind.REST
     queue.tick(clock.go(0.2))
     assert services.open_grant(rover) is None

@@ -7,7 +7,7 @@ from queueing import services as queue
 from queueing.jobs.asking import ask
 from queueing.models import Job
 from robots import services
-from robots.contract.errors import HardwareFault, OutOfWorkspace
+from robots.contract.errors import HardwareFault, Held, OutOfWorkspace
 from robots.contract.session import Outcome, Progress
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
@@ -182,3 +182,17 @@ def test_a_program_that_an_owner_left_behind_names_its_step_without_the_package_
     command.refresh_from_db()
     assert command.reason.endswith("It was at step 1 of 1: photograph.")
     assert Job.objects.count() == 0
+
+
+@pytest.mark.parametrize("which", ["srv1"], indirect=True)
+@pytest.mark.parametrize("seconds", [None, 12.0])
+def test_an_owner_that_ends_writes_no_end_of_what_goes_on_without_it(owner, people, seconds):
+    """The row tells whoever follows that the robot may move, until it has been asked."""
+
+    def ends():
+        owner.owned.running = False
+        owner.owned.driver.rests_within = lambda: seconds
+        raise Held("held")
+
+    Tours(owner, ends)
+    assert carried_out(owner, people).state == ("acknowledged" if seconds else "cancelled")

@@ -240,3 +240,9 @@ def test_a_robot_that_may_go_on_by_itself_rests_later(kind, kept, seconds):
     cart = replace(SOUND, commands=commands, capabilities=(alone_s,), rest_s=1.0)
     assert cart.rests_within(kind, kept) == seconds
     assert replace(cart, rest_s=None).rests_within(kind, kept) is None
+
+
+def test_what_began_before_a_setting_was_changed_rests_by_the_longest_at_the_latest():
+    commands = (replace(GO, policies=by_setting("long_s")), PACE)
+    cart = replace(SOUND, commands=commands, capabilities=(replace(LONG, high=15.0),), rest_s=1.0)
+    assert (cart.rests_within("go", None), cart.rests_within("pace", None)) == (16.0, 1.0)

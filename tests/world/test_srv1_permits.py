@@ -341,3 +341,25 @@ def terminated(portal):
 @seeds(1, 10, 100)
 def test_an_owner_that_ends_takes_the_permit_back(worlds, seed):
     hunt(worlds, seed, terminated)
+
+
+def terminated_out_of_reach(portal):
+    """What may go on is not ended by the owner that ends: the next one counts it as moving until it has asked."""
+    command = patrolling(portal)
+    portal.rig.pull()
+    portal.world.sleep(random.Random(portal.world.seed).random())
+    portal.supervisor.worker.terminate()
+    portal.until(lambda: portal.supervisor.worker.ended, 20, "its end")
+    while portal.rig.moving:
+        command.refresh_from_db()
+        assert command.state == "acknowledged", "it moves"
+        assert services.open_grant(portal.robot) is not None
+        portal.world.sleep(0.1)
+    assert portal.world.monotonic() <= permitted_until(portal) + BRAKING_S
+    portal.rig.plug()
+    assert portal.final(command, 40).state == "unknown"
+
+
+@seeds(2, 10, 100)
+def test_an_owner_that_ends_out_of_reach_leaves_the_end_to_the_next(worlds, seed):
+    hunt(worlds, seed, terminated_out_of_reach)

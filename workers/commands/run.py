@@ -135,6 +135,9 @@ class Runner:
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Store the end of a command; while the database is away, try again for as long as the robot is ours."""
         at = self._owned.now()
+        if self._goes_on():
+            log.warning("%s is ended by the next owner, which asks the robot first", command)
+            return
         if self._moves and self._readings.wanted:
             result = {**(result or {}), **self._readings.end()}
         if left_out := self._findings.left_out(command):
@@ -158,6 +161,11 @@ class Runner:
                 break
         if has_own_grant(command):
             self._lane.gate.grants.revoke(command.grant_id)  # the grant ended with the command
+
+    def _goes_on(self) -> bool:
+        """Return whether this owner ends while the motion may go on without it: the row says so to whoever follows."""
+        owned = self._owned
+        return self._moves and not owned.running and (owned.driver.rests_within() or 0.0) > 0.0
 
     def _stale(self, command: Command) -> bool:
         """Return whether the lease ran out after the command was claimed."""

@@ -15,6 +15,7 @@ type Pose = readonly [number, number, number];
 const PATH_M = 0.03, RING_M = 0.02; // above the floor
 const WALL_M = 0.7;
 const FROM = new Vector3(0, 1.05, 1.02); // the direction in which the camera is at first
+const TURNED_RAD = 0.01;
 const EDGE = 0.96; // of the view, in which the whole floor is
 const COLOURS = { light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33" }, dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2" } };
 
@@ -22,7 +23,8 @@ export class FloorView extends View3D {
   private fixed = new Group();
   private robot: Group;
   private ghostBody: Group;
-  private turned = false;
+  private turned = false; // by somebody; a click alone does not
+  private polar = 0; // the camera's angle, as it was put
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xb4531b, linewidth: 2 }));
 
   /** `onPick` gets the place on the floor (m) that was clicked on. */
@@ -34,7 +36,7 @@ export class FloorView extends View3D {
     });
     this.world.position.set(-width / 2, 0, depth / 2);
     this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
-    this.controls.addEventListener("start", () => (this.turned = true));
+    this.controls.addEventListener("end", () => (this.turned = Math.hypot(this.controls.getAzimuthalAngle(), this.controls.getPolarAngle() - this.polar) > TURNED_RAD));
     this.robot = bodyOf(size, 0x0c6471, 1);
     this.robot.add(...ring(size));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
@@ -80,6 +82,7 @@ export class FloorView extends View3D {
       if (seen()) break;
     }
     this.controls.update();
+    this.polar = this.controls.getPolarAngle();
   }
 
   private build(): void {

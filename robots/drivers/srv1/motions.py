@@ -77,7 +77,7 @@ class Motions:
         def act(free: Permit) -> None:
             nonlocal linear, sent
             while True:
-                status = self.wheels.ask()
+                status = self.wheels.next_status()
                 forward, turn = wanted()
                 linear = forward * most
                 self.wheels.drive(linear, turn * fastest_turn, status, free)
@@ -219,7 +219,7 @@ class Motions:
 
     def _asked(self) -> Status:
         """Ask the rover. Raises GaveUp where an encoder is dead in a motion that has begun since `_first`."""
-        status = self.wheels.ask()
+        status = self.wheels.next_status()
         if status.dead_encoders and status.motion != self._before:
             raise GaveUp(ENCODER)
         return status

@@ -73,14 +73,21 @@ class Wheels:
         self.line.close()
 
     def ask(self) -> Status:
-        """Ask the rover, and keep its state; by a slow line a velocity that it has just answered has asked it.
+        """Ask the rover, and keep its state. Raises LineGone, LineSilent, ControllerRestarted."""
+        status = self.line.status()
+        self.take(status)
+        return self._same(status)
 
-        Raises LineGone, LineSilent, ControllerRestarted.
+    def next_status(self) -> Status:
+        """Return the status to which the next velocity of a motion answers; for the thread that moves it alone.
+
+        By a slow line it is what the last velocity was answered; else, and if that was lost, as `ask`.
         """
         status, self._told = self._told, None
-        if status is None:
-            status = self.line.status()
-            self.take(status)
+        return self.ask() if status is None else self._same(status)
+
+    def _same(self, status: Status) -> Status:
+        """Return the status of the rover that was claimed. Raises ControllerRestarted."""
         if status.boot != self._boot or status.epoch != self.line.epoch:
             raise ControllerRestarted(RESTARTED)
         return status

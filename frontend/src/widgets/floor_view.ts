@@ -17,13 +17,14 @@ const WALL_M = 0.7;
 const FROM = new Vector3(0, 1.05, 1.02); // the direction in which the camera is at first
 const TURNED_RAD = 0.01;
 const EDGE = 0.96; // of the view, in which the whole floor is
-const COLOURS = { light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33" }, dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2" } };
+const COLOURS = { light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33", ring: 0x0c6471 }, dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2", ring: 0x6cc6d3 } };
 
 export class FloorView extends View3D {
   private fixed = new Group();
   private robot: Group;
   private ghostBody: Group;
   private turned = false; // by somebody; a click alone does not
+  private ringLook = new MeshBasicMaterial();
   private polar = 0; // the camera's angle, as it was put
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xb4531b, linewidth: 2 }));
 
@@ -38,7 +39,7 @@ export class FloorView extends View3D {
     this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
     this.controls.addEventListener("end", () => (this.turned = Math.hypot(this.controls.getAzimuthalAngle(), this.controls.getPolarAngle() - this.polar) > TURNED_RAD));
     this.robot = bodyOf(size, 0x0c6471, 1);
-    this.robot.add(...ring(size));
+    this.robot.add(...ring(size, this.ringLook));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
     this.robot.visible = this.ghostBody.visible = false;
     this.world.add(this.fixed, this.robot, this.ghostBody, this.path);
@@ -88,6 +89,7 @@ export class FloorView extends View3D {
   private build(): void {
     const colours = COLOURS[this.dark.matches ? "dark" : "light"], { width, depth, standing, marks } = this.floor;
     empty(this.fixed);
+    this.ringLook.color.set(colours.ring);
     const ground = new Mesh(new PlaneGeometry(width, depth), new MeshLambertMaterial({ color: colours.floor }));
     ground.position.set(width / 2, depth / 2, 0);
     this.fixed.add(ground);
@@ -150,8 +152,7 @@ function bodyOf([long, wide, high]: Size, colour: number, opacity: number): Grou
 }
 
 /** A ring around the robot with a tip where it looks, because the robot is small in its hall. */
-function ring([long]: Size): Mesh[] {
-  const look = new MeshBasicMaterial({ color: 0x0c6471 });
+function ring([long]: Size, look: MeshBasicMaterial): Mesh[] {
   const around = new Mesh(new RingGeometry(long * 1.15, long * 1.4, 40), look), tip = new Mesh(new CircleGeometry(long * 0.45, 3), look);
   tip.position.x = long * 1.6;
   for (const part of [around, tip]) part.position.z = RING_M;

@@ -3,12 +3,12 @@ import { test } from "node:test";
 import { buzz, EVERY_MS, force, rumble } from "../../robots/drivers/srv1/console/force.ts";
 import { added, inWords, KEPT_MS, line, type Sample, STEP_MS } from "../../robots/drivers/srv1/console/history.ts";
 
-const RANGES = { infrared: { stop: 0.15, far: 0.8 } };
+const RANGES = { infrared: { stop: 0.15, far: 0.8 }, sonar: { stop: 0.2 } };
 const f = (infrared?: number, sonar?: number, ahead = 1): number => force(infrared, sonar, ahead, RANGES);
 
 test("nothing near, nothing known, or driving back: no force", () => {
   for (const level of [f(0.8, 10), f(), f(NaN, NaN), f(0.1, 0.1, 0), f(0.1, 0.1, -1), f(0.1, 0.1, NaN)]) assert.equal(level, 0);
-  assert.equal(force(0.3, undefined, 1, { infrared: { stop: 1, far: 0.5 } }), 0, "a description upside down");
+  assert.equal(force(0.3, undefined, 1, { ...RANGES, infrared: { stop: 1, far: 0.5 } }), 0, "a description upside down");
 });
 
 test("the nearer, the more, up to all at the reflex; sonar alone is never all", () => {
@@ -20,6 +20,7 @@ test("the nearer, the more, up to all at the reflex; sonar alone is never all", 
   }
   assert.equal(f(0.15, 10), 1);
   assert.equal(f(-5, 10), 1);
+  assert.equal(f(0.2, 10), 1, "the sonar's reflex stops it there, before that of infrared");
   assert.ok(f(0.8, 0.1) > 0.3 && f(0.8, 0.1) < 1);
   assert.ok(f(0.8, 1) < f(0.8, 0.5));
 });

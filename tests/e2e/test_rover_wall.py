@@ -126,7 +126,7 @@ def test_a_wall_is_felt_in_a_gamepad_and_the_rover_rests_before_it(portal, opera
     assert max(speed for _, left, speed in truth.samples if left > NEAR_M) > 0.3
     assert not truth.touched
     grows(effects(), truth)
-    assert effects()[-1][1] > 0.7, "where the sonar's reflex holds it, a little before that of infrared"
+    assert effects()[-1][1] > 0.8
     assert page.evaluate("window.buzzed.length") == 0
 
     page.uncheck(".feel input")

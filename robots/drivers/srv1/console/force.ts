@@ -1,6 +1,6 @@
 /** With how much force what is ahead pushes back, by what the rover's sensors read; and how that is felt. */
 
-export interface Ranges { infrared: { stop: number; far: number } }
+export interface Ranges { infrared: { stop: number; far: number }; sonar: { stop: number } }
 /** What a gamepad's motors get, as `playEffect` takes it. */
 export interface Rumble { duration: number; strongMagnitude: number; weakMagnitude: number }
 
@@ -10,11 +10,11 @@ const LEAST = 0.05; // less is not felt
 export const EVERY_MS = 200; // between two effects; each lasts until the next
 
 /** From 0, nothing is near, to 1, the reflex. `ahead`: how far the stick is pushed ahead; who drives back feels nothing. */
-export function force(infrared: number | undefined, sonar: number | undefined, ahead: number, { infrared: { stop, far } }: Ranges): number {
+export function force(infrared: number | undefined, sonar: number | undefined, ahead: number, { infrared: { stop, far }, sonar: reflex }: Ranges): number {
   if (!(ahead > 0)) return 0;
   const near = (value: number | undefined, from: number, to: number): number =>
     value === undefined || !Number.isFinite(value) || !(from > to) ? 0 : Math.max(0, Math.min(1, (from - value) / (from - to))) ** 2;
-  return Math.max(near(infrared, far, stop), SONAR_MOST * near(sonar, SONAR_FAR_M, SONAR_NEAR_M));
+  return Math.max(near(infrared, far, Math.max(stop, reflex.stop)), SONAR_MOST * near(sonar, SONAR_FAR_M, SONAR_NEAR_M));
 }
 
 /** What a gamepad does; null for nothing. */

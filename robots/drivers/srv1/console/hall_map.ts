@@ -9,7 +9,7 @@ export interface Description {
   hall: Hall;
   body: { length: number; width: number; height: number };
   infrared: { from: [number, number, number]; far: number; stop: number };
-  sonar: { from: [number, number, number]; far: number; half_cone: number };
+  sonar: { from: [number, number, number]; far: number; stop: number; half_cone: number };
 }
 /** Where the rover is (m, m, rad), how sure it is of that (m), and what its sensors read (m). */
 export interface Seen { x: number; y: number; heading: number; spread: number; infrared: number; sonar: number }

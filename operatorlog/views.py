@@ -78,10 +78,11 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)
     commands, findings = turn.grant.commands.order_by("id"), list(findings_of([turn.grant_id]))
+    noted = {one.frame_id for one in findings}  # those pictures stand with what was found
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,
-        "others": [frame for frame in frames if frame.pk not in {one.frame_id for one in findings}],
+        "others": [frame for frame in frames if frame.pk not in noted],
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],

@@ -160,7 +160,7 @@ def goes_on_for(robot: Robot, kept: dict[str, Any] | None) -> float | None:
 
     `kept`: as of `Spec.rests_within`.
     """
-    within = _rests_within(robot, kept)
+    within = rests_within(robot, kept)
     return within if within is not None and within > (robot.spec().rest_s or 0.0) else None
 
 
@@ -170,15 +170,12 @@ def running_motions(robot: Robot) -> list[str]:
     return list(running.values_list("kind", flat=True))
 
 
-def rests_within(robot: Robot) -> float | None:
+def rests_within(robot: Robot, kept: dict[str, Any] | None) -> float | None:
     """Return within how many seconds the robot rests that nobody has asked yet, and no word reaches; None: not known.
 
     What runs by the rows may have been allowed to go on by itself. Until somebody has asked it, it counts as moving.
+    `kept`: as of `Spec.rests_within`.
     """
-    return _rests_within(robot, robot.settings)
-
-
-def _rests_within(robot: Robot, kept: dict[str, Any] | None) -> float | None:
     try:
         spec = robot.spec()
     except LookupError:

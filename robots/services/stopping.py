@@ -104,7 +104,7 @@ def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
 
 
 def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:
-    rest_s = rests_within(robot)
+    rest_s = rests_within(robot, robot.settings)
     known = [at for at in (robot.stopped_at, lease and lease.expires_at) if at]
     return max(known) + timedelta(seconds=rest_s) if known and rest_s is not None else None
 

@@ -125,7 +125,6 @@ def _take_rules(folder: Path) -> None:
         page.wait_for_timeout(2500)
         page.select_option("#program-list", label="Evening round")
         page.wait_for_timeout(1500)
-        page.locator("h1").first.scroll_into_view_if_needed()
         page.evaluate("scrollTo({ top: 0, behavior: 'instant' })")
         page.wait_for_function("() => scrollY === 0")
         page.screenshot(path=folder / f"{name.replace('-rules', '')}.png")

@@ -47,9 +47,9 @@ class Stop:
         `follow` holds the robot once it is connected; if it cannot be, the row says by when it rests, because nothing
         was sent to it after the lease of the owner before. Raises Robot.DoesNotExist.
         """
-        row, latch = self._row(), self._latch
+        row, latch, robot = self._row(), self._latch, self._owned.robot
         self._releases = row.releases
-        self._unasked_until = self._owned.clock.monotonic() + (rests_within(self._owned.robot) or 0.0)
+        self._unasked_until = self._owned.clock.monotonic() + (rests_within(robot, robot.settings) or 0.0)
         if row.stop_latched and not latch.latched:
             latch.forbid(row.releases)
             latch.keep()

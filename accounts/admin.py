@@ -21,10 +21,10 @@ from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.rights import drives_more, may_do_more
 from robots.added import on_added
-from robots.clock import SYSTEM
-from robots.contract.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.inlines import NamedInline
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import RobotError
 from robots.models import Robot
 from robots.saving import FormFieldsAdmin
 

@@ -5,7 +5,7 @@ import tomllib
 from django.db import transaction
 
 from accounts.models import Choice, Question
-from robots import description
+from robots.kit import description
 from robots.models import Robot
 
 

@@ -12,11 +12,11 @@ from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 
 from accounts import quiz
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
-from robots.contract.errors import NotPermitted
 from robots.grants import ROBOT
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.previews import Job
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
-from robots.previews import Job
 
 _random = random.SystemRandom()
 RULES = settings.FARHAND

@@ -5,7 +5,7 @@ from typing import Any
 
 from accounts.models import Clearance
 from accounts.rights import may_do_more
-from robots.contract.errors import BadRequest
+from robots.kit.contract.errors import BadRequest
 from robots.permissions import NotStaff
 
 LONGEST = 200

@@ -13,10 +13,10 @@ from accounts import services
 from accounts.models import Attempt
 from accounts.orientation import anchor
 from accounts.orientation import render as render_orientation
-from robots import description
-from robots.clock import SYSTEM
+from robots.kit import description
+from robots.kit.clock import SYSTEM
+from robots.kit.plain import whole
 from robots.models import Robot
-from robots.plain import whole
 
 
 def orientation(request: HttpRequest, slug: str) -> HttpResponse:

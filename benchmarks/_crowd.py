@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 import uvloop
 
 from benchmarks._fans import EVERY_S, many_files
-from robots.messages import PICTURE_HEAD
+from robots.kit.packets import PICTURE_HEAD
 
 FIRST, AT_ONCE = 10, 50  # who join before memory is measured; how many join at a time
 SETTLE_S = 2.0

@@ -15,7 +15,7 @@ from typing import Any
 import redis.asyncio as aioredis
 import uvloop
 
-from robots.messages import PICTURE_HEAD
+from robots.kit.packets import PICTURE_HEAD
 
 SIZE, EVERY_S = 6000, 0.1  # bytes of a picture, as the iRat's; seconds between two
 CHANNEL = "farhand:mercury:frames"

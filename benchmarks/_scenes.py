@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from robots.description import coding, load, views
+from robots.kit.description import coding, load, views
 
 Picture = np.ndarray
 Pair = tuple[Picture, Picture]  # the scene, and what the worker gets; blue, green, red, or grey
@@ -132,7 +132,7 @@ def _arm(view: str) -> Callable[[int], list[Pair]]:
     def take(many: int) -> list[Pair]:
         import mujoco
 
-        from robots.motion.described import chain
+        from robots.kit.arms.described import chain
         from simulators.pa10 import cameras, scene
         from simulators.pa10.render import make
 

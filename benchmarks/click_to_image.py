@@ -27,7 +27,7 @@ def _run() -> None:
     from playwright.sync_api import sync_playwright
 
     from robots import services
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.models import Command, Robot
     from robots.states import Cycle, GrantKind
     from tests.conftest import RedisServer, wait_for
@@ -108,8 +108,8 @@ def _until(page: Any, expression: str) -> None:
 
 
 def _compare(ms: float, command: Any, journal: list[dict[str, Any]]) -> dict[str, float]:
-    from robots.description import load
-    from robots.drivers.mercury.protocol import BYTE_S, Reply, move_xyz, pack_end
+    from robots.kit.description import load
+    from robots.kit.drivers.mercury.protocol import BYTE_S, Reply, move_xyz, pack_end
     from simulators.mercury.__main__ import READOUT_S
 
     assert command.state == "completed", (command.state, command.reason)

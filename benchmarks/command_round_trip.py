@@ -60,7 +60,7 @@ def main() -> None:
 
 def _measure() -> tuple[list[float], list[float]]:
     from robots import services
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.models import Robot
     from robots.states import Cycle, GrantKind
     from tests.conftest import RedisServer, wait_for

@@ -38,8 +38,8 @@ def _measure(controller: str, before: tuple[str, ...] = ()) -> dict[str, Any]:
 
     import numpy as np
 
-    from robots.contract.find import spec_of
-    from robots.drivers.pa10.driver import Driver
+    from robots.kit.contract.find import spec_of
+    from robots.kit.drivers.pa10.driver import Driver
     from tests.conftest import wait_for
     from tests.rig import ArmSimulator
 

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from benchmarks.stage import median, tell
-from robots.autonomy.docking import Docking, DockLimits, Sighting, dock
-from robots.drivers.irat import markers
-from robots.drivers.irat.brain.mind import dock_markers
+from robots.kit.drivers.irat import markers
+from robots.kit.drivers.irat.brain.mind import dock_markers
+from robots.kit.rovers.docking import Docking, DockLimits, Sighting, dock
 from simulators.common.faults import FaultBoard
 from simulators.irat.cameras import RobotCamera, Stage, jpeg
 from simulators.irat.maze import DOCK

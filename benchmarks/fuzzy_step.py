@@ -13,7 +13,7 @@ from typing import Any
 
 from benchmarks._beside import environment
 from benchmarks.stage import median, tell
-from robots.autonomy.fuzzy import PAPER, mamdani, sugeno, surface
+from robots.kit.rovers.fuzzy import PAPER, mamdani, sugeno, surface
 
 PEERS = Path(__file__).with_name("_fuzzy_peers.py")
 ROUNDS, STEPS = 7, 20  # in turns; of ours over all readings in each

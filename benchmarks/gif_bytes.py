@@ -11,9 +11,9 @@ def main() -> None:
     import numpy as np
     from PIL import Image
 
-    from robots.description import load
-    from robots.drivers.mercury.panel import compose
-    from robots.drivers.mercury.scara import scara
+    from robots.kit.description import load
+    from robots.kit.drivers.mercury.panel import compose
+    from robots.kit.drivers.mercury.scara import scara
     from simulators.mercury.camera import expose
     from simulators.mercury.sand import SandBed
 

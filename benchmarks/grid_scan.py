@@ -14,10 +14,10 @@ import numpy as np
 
 from benchmarks._beside import needed
 from benchmarks.stage import tell
-from robots.autonomy.grid import SCANS, Belief, Estimate, RangeMap, Scan, locate
-from robots.contract.errors import OutOfWorkspace
-from robots.drivers.srv1.grid_map import range_map
-from robots.drivers.srv1.ways import ROOM_M, way
+from robots.kit.contract.errors import OutOfWorkspace
+from robots.kit.drivers.srv1.grid_map import range_map
+from robots.kit.drivers.srv1.ways import ROOM_M, way
+from robots.kit.rovers.grid import SCANS, Belief, Estimate, RangeMap, Scan, locate
 from tests.unit.grid_world import KNOWN, World, off
 
 COMMANDS, CARRIED, DELAY_S, SEED = 200, 100, 2.0, 1

@@ -46,7 +46,7 @@ def main() -> None:
 
 
 def _measured(folder: Path, simulator: "subprocess.Popen[bytes]") -> dict[str, Any]:
-    from robots.drivers.irat.driver import Driver
+    from robots.kit.drivers.irat.driver import Driver
     from tests.rig import Board
 
     _until((folder / "tty").exists, "the simulator's address")

@@ -8,9 +8,9 @@ import numpy as np
 
 from benchmarks._beside import needed
 from benchmarks.stage import tell
-from robots.description import text_of
-from robots.motion.described import chain
-from robots.motion.inverse import Inverse
+from robots.kit.arms.described import chain
+from robots.kit.arms.inverse import Inverse
+from robots.kit.description import text_of
 
 POSES = 300
 ROUNDS = 5  # of all three in turn

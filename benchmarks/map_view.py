@@ -11,13 +11,13 @@ from collections import Counter
 from pathlib import Path
 
 from benchmarks.stage import set_up, tell
-from robots.contract.streams import HEAD as PACKET
-from robots.drivers.irat.brain.messages import Packet
-from robots.drivers.irat.composites.decoding import MapShown, with_cells, with_map
-from robots.drivers.irat.composites.decoding import silent as no_cells
-from robots.drivers.irat.composites.drawing import Pixels, draw_cells, draw_map
-from robots.drivers.irat.spec import spec
-from robots.messages import state_packet
+from robots.kit.contract.streams import HEAD as PACKET
+from robots.kit.drivers.irat.brain.messages import Packet
+from robots.kit.drivers.irat.composites.decoding import MapShown, with_cells, with_map
+from robots.kit.drivers.irat.composites.decoding import silent as no_cells
+from robots.kit.drivers.irat.composites.drawing import Pixels, draw_cells, draw_map
+from robots.kit.drivers.irat.spec import spec
+from robots.kit.packets import state_packet
 from tests.irat_trial import Trial, silent
 
 MINUTES = float(os.environ.get("MINUTES", "30"))
@@ -25,7 +25,7 @@ FRAME = 4  # bytes of a WebSocket frame's head
 PART = "--{}\r\nContent-Type: image/jpeg\r\nContent-Length: 00000\r\n\r\n\r\n"
 PAPER = {"desktop_mbit_s": 1.5, "phone_mbit_s": 0.8}  # with the camera
 GOAL = 0.1
-# of the composites of 780 x 460 and 320 x 480 (robots/drivers/irat/composites/scene.py)
+# of the composites of 780 x 460 and 320 x 480 (robots/kit/drivers/irat/composites/scene.py)
 MAP_DESKTOP, CELLS_DESKTOP, MAP_PHONE = (397, 422), (358, 208), (304, 259)
 
 

@@ -16,9 +16,9 @@ def main() -> None:
     import time
     from pathlib import Path
 
-    from robots.description import load
-    from robots.drivers.mercury.driver import Driver
-    from robots.vision.stability import settle
+    from robots.kit.description import load
+    from robots.kit.drivers.mercury.driver import Driver
+    from robots.kit.vision.stability import settle
     from tests.rig import Simulator
     from workers.cameras.source import open_camera
 

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.stage import tell
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.mesh import placed
 from simulators.common.raster import Lens
 from simulators.irat import scene

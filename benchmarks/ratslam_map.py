@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks._beside import needed
 from benchmarks.stage import tell
-from robots.autonomy.ratslam.slam import RatSlam
+from robots.kit.slam.slam import RatSlam
 from tests.unit.ratslam_world import OUTER, Drift, World
 
 MINUTES, DT, EACH = 30, 0.05, 2  # a picture every second step

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks import _published as published
 from benchmarks.ratslam_step import EXPERIENCES, wandered
 from benchmarks.stage import median, tell
-from robots.autonomy.ratslam.routes import plan
+from robots.kit.slam.routes import plan
 
 GOALS, AUTHORS_MS = 12, 110.0
 

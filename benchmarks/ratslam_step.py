@@ -7,11 +7,11 @@ import numpy as np
 
 from benchmarks import _published as published
 from benchmarks.stage import median, tell
-from robots.autonomy.ratslam import spreading
-from robots.autonomy.ratslam.experiences import ExperienceMap
-from robots.autonomy.ratslam.relaxing import relax
-from robots.autonomy.ratslam.settings import CellSettings, MapSettings, ViewSettings
-from robots.autonomy.ratslam.views import Views
+from robots.kit.slam import spreading
+from robots.kit.slam.experiences import ExperienceMap
+from robots.kit.slam.relaxing import relax
+from robots.kit.slam.settings import CellSettings, MapSettings, ViewSettings
+from robots.kit.slam.views import Views
 from tests.unit.ratslam_world import INNER, OUTER, World
 
 TEMPLATES, EXPERIENCES, QUERIES, ROUNDS = 3000, 5000, 24, 7

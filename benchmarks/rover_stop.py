@@ -36,8 +36,8 @@ def main() -> None:
 
 def measured(folder: Path) -> list[float]:
     """Return for each stop how long it took until the simulator noted the rest (s)."""
-    from robots.contract.errors import RobotError
-    from robots.drivers.srv1.driver import Driver
+    from robots.kit.contract.errors import RobotError
+    from robots.kit.drivers.srv1.driver import Driver
 
     driver, dice, over = Driver(str(folder / "tty"), {"epoch": 1}), random.Random(1), threading.Event()
     driver.connect()

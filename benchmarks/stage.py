@@ -55,7 +55,7 @@ def cast() -> tuple[Any, Any]:
     """Return a robot and a cleared person."""
     from accounts.models import Clearance, User
     from queueing.services import queue_of
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.models import Robot
     from tests.conftest import CALIBRATION
 

@@ -22,7 +22,7 @@ def objects(rng: np.random.Generator) -> tuple[int, float, float]:
     """Return the bytes of an object, and how far (mm) and turned (degrees) it is at most from where it was said to be."""
     from scipy.spatial.transform import Rotation
 
-    from robots.contract.objects import Box, Placed
+    from robots.kit.contract.objects import Box, Placed
 
     box = Box((-1.5, -1.5, -0.2), (3.0, 3.0, 2.0))
     places = rng.uniform(box.low, np.add(box.low, box.size), (POSES, 3))
@@ -36,11 +36,11 @@ def objects(rng: np.random.Generator) -> tuple[int, float, float]:
 
 def main() -> None:
     """Measure the museum arm, and objects."""
-    from robots.contract.compact import Layout
-    from robots.contract.session import RobotState
-    from robots.drivers.pa10.spec import spec
-    from robots.messages import state_packet
-    from robots.motion.described import chain
+    from robots.kit.arms.described import chain
+    from robots.kit.contract.compact import Layout
+    from robots.kit.contract.session import RobotState
+    from robots.kit.drivers.pa10.spec import spec
+    from robots.kit.packets import state_packet
 
     arm, layout = chain("pa10"), Layout.of(spec())
     assert layout is not None

@@ -98,7 +98,7 @@ def main() -> None:
 def _measure(stack: ExitStack) -> tuple[list[float], list[float], int, dict[str, dict[str, float]]]:
     from accounts.models import Clearance, User
     from robots import services
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.models import Robot
     from robots.states import Cycle, GrantKind
     from tests.conftest import RedisServer, wait_for

@@ -48,7 +48,7 @@ def framed(packet: bytes) -> int:
 
 def as_jpeg(scene: Scene, pairs: list[Pair]) -> tuple[int, float]:
     """Return all bytes and the mean SSIM."""
-    from robots.messages import picture_packet, read_picture
+    from robots.kit.packets import picture_packet, read_picture
     from workers.cameras.steps import QUALITY, jpeg
 
     size, likeness = 0, []
@@ -64,7 +64,7 @@ def as_video(scene: Scene, pairs: list[Pair], quantizer: int) -> tuple[int, floa
     """Return all bytes, the mean SSIM, and the processor's time for each picture (ms)."""
     import av
 
-    from robots.contract.video import unpack
+    from robots.kit.contract.video import unpack
     from workers.cameras.video import Shot, Video
 
     video, decoder = Video("bench", 0, quantizer, coding=scene.coding), av.CodecContext.create(scene.coding, "r")

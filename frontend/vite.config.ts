@@ -3,7 +3,7 @@ import { defineConfig, type Plugin } from "vite";
 
 const BASE = "/static/app/";
 /** A robot's folder brings its console: nothing here knows which robots there are. */
-const consoles = globSync("../robots/drivers/*/console/console.ts", { cwd: import.meta.dirname });
+const consoles = globSync("../robots/kit/drivers/*/console/console.ts", { cwd: import.meta.dirname });
 /** The console module and those beside it. As entries they are copies, so that no console of ours loads all that they export. */
 const modules = globSync("src/v1/*.ts", { cwd: import.meta.dirname }).map((source) => `${source}?published`);
 

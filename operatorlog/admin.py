@@ -11,9 +11,9 @@ from django.utils.safestring import SafeString
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from robots.clock import SYSTEM
 from robots.history import Guarded
 from robots.inlines import NamedInline, NamedRowsAdmin
+from robots.kit.clock import SYSTEM
 from robots.thumbnails import thumbnail
 
 

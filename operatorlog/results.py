@@ -12,7 +12,7 @@ from django.views.decorators.cache import never_cache
 
 from operatorlog.models import SurveyQuestion, SurveyResponse
 from operatorlog.spreadsheets import csv_response
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 NEWEST = 100  # texts
 SCALE = SurveyQuestion.Kind.SCALE

@@ -15,7 +15,7 @@ from queueing.jobs.asking import Asker
 from queueing.jobs.telling import note_answered
 from queueing.models import Job, Turn
 from robots import bus
-from robots.messages import Changed
+from robots.kit.packets import Changed
 from robots.models import Frame, Robot
 from robots.people import is_person
 from robots.recordings import keeping

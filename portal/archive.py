@@ -16,8 +16,8 @@ from django.core import serializers
 from django.db import connection, models, transaction
 from django.db.migrations.recorder import MigrationRecorder
 
-from robots.clock import SYSTEM
-from robots.files import replaced
+from robots.kit.clock import SYSTEM
+from robots.kit.files import replaced
 from robots.recordings.keeping import BUSY, FOLDER, LIVE, MOVIES, OLD
 
 LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session", "queueing.turnsession", "robots.movie"}

@@ -13,7 +13,7 @@ from portal.stores import trouble
 from queueing.jobs.telling import unseen_jobs
 from queueing.models import Job
 from queueing.places import standings
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.prepared import Prepared
 

@@ -7,7 +7,7 @@ from django.conf import settings
 
 from portal.supervisor import ProcessSpec
 from robots import bus
-from robots.installed import simulator_module
+from robots.kit.installed import simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable

@@ -20,9 +20,9 @@ from django.db.migrations.recorder import MigrationRecorder
 from django.db.models import F
 
 from portal.archive import ArchiveError, counts
-from robots.clock import SYSTEM
-from robots.files import replaced
 from robots.grants import end_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.files import replaced
 from robots.models import Command, Grant, Lease, Robot
 from robots.recordings import keeping
 from robots.services.stopping import NEWEST

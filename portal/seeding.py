@@ -10,8 +10,8 @@ from accounts.bank import load_bank
 from accounts.models import User
 from operatorlog.models import SurveyQuestion
 from queueing.services import queue_of
-from robots import description
-from robots.clock import SYSTEM
+from robots.kit import description
+from robots.kit.clock import SYSTEM
 from robots.models import Records, Robot
 from robots.programs import load_gallery
 from robots.states import Cycle

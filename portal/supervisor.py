@@ -18,7 +18,7 @@ from portal import forks
 from portal.logs.outlet import Outlet
 from portal.logs.text import PRINTED, tidy
 from portal.places import ROOT
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 HEARTBEAT_S = 10.0
 GRACE_S = 25.0

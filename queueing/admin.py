@@ -10,9 +10,9 @@ from queueing.jobs.asking import Asker
 from queueing.jobs.cancelling import cancel
 from queueing.jobs.suspending import RESUMED, resume
 from queueing.models import Account, Job, Queue, QueueRobot, Ticket, Turn
-from robots.clock import SYSTEM
 from robots.history import Kept
 from robots.inlines import NamedInline, NamedRowsAdmin, NamedValues
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.saving import FormFieldsAdmin
 from robots.verbs import add, staff_only

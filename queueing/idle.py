@@ -6,10 +6,10 @@ from typing import TypeVar
 from queueing.models import Queue, QueueRobot
 from queueing.rows import links_of
 from robots import bus
-from robots.contract.capabilities import Idle, Need
-from robots.contract.errors import BadRequest
-from robots.contract.find import spec_of, spec_or_none
 from robots.grants import lease_of, newest_grant_that_moves, start_grant
+from robots.kit.contract.capabilities import Idle, Need
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import spec_of, spec_or_none
 from robots.models import Grant, Robot
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import CommandState, GrantEnd, GrantKind

@@ -11,8 +11,8 @@ from queueing.jobs.asking import Asker
 from queueing.jobs.cancelling import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Ticket
 from queueing.tickets import remove
-from robots.clock import SYSTEM
 from robots.grants import end_grants_of
+from robots.kit.clock import SYSTEM
 from robots.models import Recording
 from robots.recordings.keeping import forget_names
 from robots.states import GrantEnd

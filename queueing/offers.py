@@ -14,8 +14,8 @@ from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
 from queueing.rows import QUEUE, announce, locked
 from queueing.tickets import open_ticket
 from queueing.turns import ALWAYS
-from robots.contract.errors import NotPermitted
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import Cycle, GrantKind

@@ -6,7 +6,7 @@ from typing import Any
 from queueing.models import NOT_YET, OPEN_TICKET, Ticket, TicketState, Turn, TurnSession
 from queueing.tickets import open_ticket
 from robots import bus
-from robots.messages import StandingChanged
+from robots.kit.packets import StandingChanged
 from robots.models import Robot
 
 

@@ -8,7 +8,7 @@ from django.db.models import BigAutoField
 
 from queueing.models import Queue, QueueRobot
 from robots import bus
-from robots.messages import Changed, StandingChanged
+from robots.kit.packets import Changed, StandingChanged
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
 

@@ -8,7 +8,7 @@ from queueing.jobs.forgetting import forget_old_jobs
 from queueing.steps import carry
 from queueing.tick import tick_seldom
 from robots import bus, web_uptime
-from robots.clock import SYSTEM, Lock
+from robots.kit.clock import SYSTEM, Lock
 from robots.wall_clock import wall_clock
 
 

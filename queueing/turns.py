@@ -15,7 +15,7 @@ from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, T
 from queueing.rows import QUEUE, announce, locked
 from robots import bus
 from robots.grants import end_grant
-from robots.messages import StandingChanged
+from robots.kit.packets import StandingChanged
 from robots.models import Command, Grant, Robot
 from robots.people import is_person
 from robots.prepared import Prepared, Slot

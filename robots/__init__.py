@@ -1,0 +1,3 @@
+from robots.kit import former
+
+former.install()

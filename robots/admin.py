@@ -10,20 +10,21 @@ from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from robots import addresses, bus, grants, probes, programs, services
+from robots import bus, grants, probes, programs, services
 from robots.added import ADDED
-from robots.clock import SYSTEM
-from robots.contract import procedures
-from robots.contract.capabilities import ArmModel, Calibration
-from robots.contract.errors import RobotError
-from robots.contract.find import spec_or_none
 from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.history import Guarded, Kept
 from robots.inlines import NamedValues
+from robots.kit import addresses
+from robots.kit.clock import SYSTEM
+from robots.kit.contract import procedures
+from robots.kit.contract.capabilities import ArmModel, Calibration
+from robots.kit.contract.errors import RobotError
+from robots.kit.contract.find import spec_or_none
+from robots.kit.plain import whole
 from robots.models import Command, Frame, Grant, Incident, Program, Robot
 from robots.once import once
 from robots.permissions import NotStaff
-from robots.plain import whole
 from robots.recordings.admin import MovieAdmin, RecordingAdmin
 from robots.saving import FormFieldsAdmin
 from robots.thumbnails import thumbnail
@@ -215,7 +216,7 @@ class RobotAdmin(FormFieldsAdmin):
         extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}
         spec = spec_or_none(robot.driver) if robot is not None else None
         if robot is not None and spec is not None and spec.capability(ArmModel) is not None:
-            from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
+            from robots.kit.arms.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
             extra["model_facts"] = model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")
         return super().change_view(request, object_id, form_url, extra)

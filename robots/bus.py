@@ -18,7 +18,7 @@ from celery import current_app
 from django.conf import settings
 from django.db import transaction
 
-from robots.messages import Changed, Event, StandingChanged, encode
+from robots.kit.packets import Changed, Event, StandingChanged, encode
 
 log = logging.getLogger(__name__)
 failures: Counter[str] = Counter()

@@ -7,12 +7,12 @@ from django import forms
 from django.core.validators import MaxValueValidator, MinValueValidator
 from django.forms.fields import InvalidJSONInput
 
-from robots.contract.capabilities import Setting
-from robots.contract.errors import RobotError
-from robots.contract.find import function, spec_of, spec_or_none
-from robots.contract.ranges import from_to
-from robots.contract.spec import TURN
-from robots.installed import simulators
+from robots.kit.contract.capabilities import Setting
+from robots.kit.contract.errors import RobotError
+from robots.kit.contract.find import function, spec_of, spec_or_none
+from robots.kit.contract.ranges import from_to
+from robots.kit.contract.spec import TURN
+from robots.kit.installed import simulators
 from robots.models import Robot
 
 PREFIX = "setting_"  # so that no setting can take the place of a field of every robot

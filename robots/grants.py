@@ -9,9 +9,9 @@ from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, CharField, DateTimeField, F, QuerySet
 
 from robots import bus
-from robots.contract.errors import GrantOver, NotPermitted, StaleEpoch
-from robots.contract.procedures import PICTURE
-from robots.messages import Changed, CommandStage
+from robots.kit.contract.errors import GrantOver, NotPermitted, StaleEpoch
+from robots.kit.contract.procedures import PICTURE
+from robots.kit.packets import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
 from robots.people import is_person
 from robots.prepared import Prepared, PreparedUpdate, Slot

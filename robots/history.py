@@ -8,7 +8,7 @@ from django.contrib.admin.utils import model_ngettext
 from django.core.exceptions import PermissionDenied
 from django.http import HttpRequest, HttpResponse
 
-from robots.contract.errors import RobotError
+from robots.kit.contract.errors import RobotError
 
 
 class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]

@@ -11,10 +11,10 @@ from django.conf import settings
 from django.db import models
 from django.db.models import Q
 
-from robots import description
-from robots.contract.find import spec_of
-from robots.contract.ranges import readable
-from robots.contract.spec import Spec
+from robots.kit import description
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.ranges import readable
+from robots.kit.contract.spec import Spec
 from robots.recordings.models import Movie, Recording, RecordingState, Records
 from robots.rules import a_turn, camera_addresses, microphone_address, robot_address
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane

@@ -15,7 +15,7 @@ from django.core.cache import cache
 from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
 from django.template.response import TemplateResponse
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 FIELD, FIELD_OF_JOBS = "once", "press"  # whoever asks for a job is also told who they are: a guest gets a cookie
 TOKEN = re.compile(r"[\w-]{20,64}\Z", re.ASCII)

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from robots.contract.errors import NotPermitted
-from robots.contract.spec import CommandKind
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.contract.spec import CommandKind
 from robots.models import Robot
 
 LEVEL = "robots.level_"  # with a number: the clearance for a robot reaches it; the authentication backend answers

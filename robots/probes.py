@@ -10,8 +10,8 @@ from typing import Any
 from django.db.models import Q
 
 from robots import bus
-from robots.contract.errors import NotPermitted
-from robots.messages import Changed
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.packets import Changed
 from robots.models import Robot
 from robots.permissions import need_staff
 from robots.services import RobotOffline

@@ -7,12 +7,12 @@ from django.contrib.auth import get_user_model
 from django.db import IntegrityError, transaction
 from django.db.models import Case, Q, QuerySet, When
 
-from robots import description
-from robots.contract.capabilities import Programs
-from robots.contract.errors import BadRequest, NotPermitted
-from robots.contract.find import spec_or_none
+from robots.kit import description
+from robots.kit.contract.capabilities import Programs
+from robots.kit.contract.errors import BadRequest, NotPermitted
+from robots.kit.contract.find import spec_or_none
+from robots.kit.plain import one_line, plain_breaks, storable
 from robots.models import Program, Robot
-from robots.plain import one_line, plain_breaks, storable
 
 MOST = 50  # of one person for one robot
 LONGEST = 6000

@@ -5,7 +5,7 @@ from math import isfinite
 
 from django.core.exceptions import ValidationError
 
-from robots import addresses
+from robots.kit import addresses
 
 TURN_S = (10, 86_400)
 

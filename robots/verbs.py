@@ -6,9 +6,9 @@ from functools import wraps
 from django.http import HttpRequest
 
 from robots import probes, services
-from robots.clock import SYSTEM
-from robots.contract import procedures
-from robots.contract.errors import BadRequest
+from robots.kit.clock import SYSTEM
+from robots.kit.contract import procedures
+from robots.kit.contract.errors import BadRequest
 from robots.models import Robot
 from robots.permissions import need_staff
 from robots.states import Cycle

@@ -15,9 +15,9 @@ from pathlib import Path
 
 from django.conf import settings
 
-from robots.clock import SYSTEM, Clock
-from robots.clock_steps import Reading, Step, step_between
-from robots.files import replace_text
+from robots.kit.clock import SYSTEM, Clock
+from robots.kit.clock_steps import Reading, Step, step_between
+from robots.kit.files import replace_text
 
 log = logging.getLogger(__name__)
 SKIPPED = timedelta(days=1)  # whoever skips more may have a wrong date

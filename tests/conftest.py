@@ -17,7 +17,7 @@ from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
 from portal.logs.outlet import Console
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests import clock_readers, waiting
 from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here

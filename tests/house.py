@@ -8,7 +8,7 @@ from django.conf import settings
 from django.db.models import F
 
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS

@@ -15,18 +15,18 @@ from typing import Any, Generic, TypeVar
 import cv2
 import numpy as np
 
-from robots.clock import Waitable
-from robots.contract.errors import HardwareFault, Held, LineSilent
-from robots.contract.session import JSON
-from robots.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
-from robots.drivers.irat.brain.mind import Mind
-from robots.drivers.irat.brain.process import SILENT_S
-from robots.drivers.irat.charging import Charging
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state
-from robots.drivers.irat.protocol import REST_S, Status, Velocity
-from robots.drivers.irat.roaming import Roaming
-from robots.drivers.irat.senses import STEP_S, Senses
-from robots.drivers.irat.wheels import Wheels
+from robots.kit.clock import Waitable
+from robots.kit.contract.errors import HardwareFault, Held, LineSilent
+from robots.kit.contract.session import JSON
+from robots.kit.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
+from robots.kit.drivers.irat.brain.mind import Mind
+from robots.kit.drivers.irat.brain.process import SILENT_S
+from robots.kit.drivers.irat.charging import Charging
+from robots.kit.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state
+from robots.kit.drivers.irat.protocol import REST_S, Status, Velocity
+from robots.kit.drivers.irat.roaming import Roaming
+from robots.kit.drivers.irat.senses import STEP_S, Senses
+from robots.kit.drivers.irat.wheels import Wheels
 from simulators.common.faults import FaultBoard
 from simulators.irat.cameras import QUALITY, RobotCamera, Stage
 from simulators.irat.plant import TICK_S, Pose
@@ -308,7 +308,7 @@ def begun(folder: Path) -> tuple[Trial, JSON]:
 
 def place(trial: Trial, experience: int) -> JSON:
     """Return the arguments of a goal."""
-    from robots.autonomy.ratslam.routes import index_of
+    from robots.kit.slam.routes import index_of
 
     held = trial.brain.mind.slam
     x, y = (float(v) for v in held.map.poses[index_of(held.map, experience), :2])

@@ -9,8 +9,8 @@ from datetime import timedelta
 from typing import Any
 
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.errors import Stopped
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import Stopped
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import ONE_COMMAND, CommandState, GrantEnd, GrantKind
 from tests.conftest import wait_for

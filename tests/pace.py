@@ -3,7 +3,7 @@
 1.0 is what a free core with Python 3.11 took in 2026; 2.0 is twice as long, by a slower machine or a busy one.
 """
 
-from robots.clock import TIMER, Timer  # noqa: TID251 - of the machine, beside figures of proofs
+from robots.kit.clock import TIMER, Timer  # noqa: TID251 - of the machine, beside figures of proofs
 
 LOOPS, ROUNDS = 1_000_000, 5
 NOMINAL_S = 0.050  # for one round of so many loops

@@ -13,9 +13,9 @@ SHUTTLE, ERRANDS = TURNTABLE.with_name("shuttle"), TURNTABLE.with_name("errands"
 @contextmanager
 def installed_from(folder, monkeypatch):
     """Have the package in `folder` installed until the end."""
-    from robots import description
-    from robots import installed as packages
-    from robots.contract import find
+    from robots.kit import description
+    from robots.kit import installed as packages
+    from robots.kit.contract import find
 
     monkeypatch.syspath_prepend(str(folder))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))

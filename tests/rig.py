@@ -16,7 +16,7 @@ from typing import BinaryIO
 from django.conf import settings
 from django.db import connection
 
-from robots.clock import FasterTimer
+from robots.kit.clock import FasterTimer
 from tests.waiting import CEILING_S, wait_for
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -13,7 +13,7 @@ import time  # noqa: TID251 - the clock of ROS
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-PACKAGE = Path(__file__).resolve().parents[1] / "robots" / "drivers" / "irat" / "ros"
+PACKAGE = Path(__file__).resolve().parents[1] / "robots" / "kit" / "drivers" / "irat" / "ros"
 SCRIPTS = PACKAGE / "scripts"
 COMMON = {
     "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z",

@@ -58,7 +58,7 @@ class Stand:
 
     def _person(self, number: int):
         from accounts.models import Clearance, User
-        from robots.clock import SYSTEM
+        from robots.kit.clock import SYSTEM
 
         name = f"{self.robot.slug}-{number}"
         person = User.objects.create_user(name, f"{name}@example.org", "correct horse 42")
@@ -72,7 +72,7 @@ class Stand:
     def live(self) -> None:
         """Let each person do something, or nothing."""
         from queueing.errors import QueueError
-        from robots.contract.errors import RobotError
+        from robots.kit.contract.errors import RobotError
 
         for person in self.people:
             try:
@@ -83,7 +83,7 @@ class Stand:
     def _act(self, person) -> None:
         from queueing import services as queue
         from robots import services
-        from robots.clock import SYSTEM
+        from robots.kit.clock import SYSTEM
         from robots.models import Robot
 
         now = SYSTEM.now()
@@ -107,8 +107,8 @@ class Stand:
 
     def _command(self, person) -> None:
         from robots import services
-        from robots.clock import SYSTEM
         from robots.grants import grant_of
+        from robots.kit.clock import SYSTEM
         from robots.models import Command
         from robots.states import COMMAND_FINAL
 
@@ -194,7 +194,7 @@ class Soak:
     def _museum_arm(self, person):
         from accounts.models import Clearance
         from queueing.services import queue_of
-        from robots.clock import SYSTEM
+        from robots.kit.clock import SYSTEM
         from robots.models import Robot
 
         robot = Robot.objects.create(slug="pa10", name="Museum arm", driver="pa10", address="sim:pa10", enabled=True)
@@ -341,7 +341,7 @@ class Soak:
     def _stuck(self) -> dict[str, int]:
         """Count what should have ended before the people went."""
         from queueing.models import Ticket, Turn
-        from robots.clock import SYSTEM
+        from robots.kit.clock import SYSTEM
         from robots.models import Command, Grant
         from robots.states import COMMAND_FINAL
 
@@ -373,7 +373,7 @@ class Soak:
 
     def _write(self, seconds: float, robots: dict, stuck: dict, slopes: dict) -> None:
         """Write the page."""
-        from robots.clock import SYSTEM
+        from robots.kit.clock import SYSTEM
         from tests.proofs import machine
 
         kills = ", ".join(f"{what} {number}" for what, number in self.kills.items())

@@ -23,7 +23,7 @@ WEB = re.compile(r"\b(client|admin|Client)\b")  # asks for pages, so it uses wha
 RULES = (  # what no import leads to, and the modules that stand for it
     (re.compile(r"templates/"), "portal.urls"),
     (re.compile(r"frontend/"), "portal.consoles.console"),
-    (re.compile(r"(robots/drivers|simulators)/(\w+)/"), r"\1.\2"),
+    (re.compile(r"(robots/kit/drivers|simulators)/(\w+)/"), r"\1.\2"),
     (re.compile(r"pyproject\.toml|Makefile|requirements/|\.ci/"), "tools.setup"),
 )
 Found = dict[str, tuple[int, str]]  # of each test: how many imports lie between, and why it was chosen

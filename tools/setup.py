@@ -174,7 +174,7 @@ def compile_tests() -> None:
 
 def prepared() -> list[Path]:
     """Return the `prepare.py` of every robot that has one."""
-    return sorted([*ROOT.glob("robots/drivers/*/prepare.py"), *ROOT.glob("simulators/*/prepare.py")])
+    return sorted([*ROOT.glob("robots/kit/drivers/*/prepare.py"), *ROOT.glob("simulators/*/prepare.py")])
 
 
 def add_lerobot() -> None:

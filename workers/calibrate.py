@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from robots.contract.capabilities import Calibration
-from robots.contract.errors import BadRequest, NotCalibrated, RobotError
-from robots.contract.find import function
-from robots.contract.session import Permit
+from robots.kit.contract.capabilities import Calibration
+from robots.kit.contract.errors import BadRequest, NotCalibrated, RobotError
+from robots.kit.contract.find import function
+from robots.kit.contract.session import Permit
 from robots.models import Robot
 from workers.cameras.pictures import Pictures
 from workers.door import Door, Ours

@@ -3,10 +3,10 @@
 import logging
 
 from robots import bus
-from robots.contract.errors import HardwareFault, LineGone, LineSilent, NotPermitted, RobotError
-from robots.contract.session import RobotState
 from robots.grants import open_grant
-from robots.messages import Changed, Notice
+from robots.kit.contract.errors import HardwareFault, LineGone, LineSilent, NotPermitted, RobotError
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import Changed, Notice
 from robots.models import Command, Grant, Robot
 from robots.services import asked_since_stop
 from robots.states import Cycle, GrantKind

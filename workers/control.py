@@ -2,7 +2,7 @@
 
 import contextlib
 
-from robots.contract.errors import RobotError
+from robots.kit.contract.errors import RobotError
 from robots.states import Cycle
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures

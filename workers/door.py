@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
-from robots.clock import TIMER, Timer
-from robots.contract.errors import HardwareFault, RobotError, why
-from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
+from robots.kit.clock import TIMER, Timer
+from robots.kit.contract.errors import HardwareFault, RobotError, why
+from robots.kit.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")

@@ -5,10 +5,10 @@ A robot that was stopped is not homed before somebody has released the stop and 
 
 import logging
 
-from robots.contract.capabilities import Calibration
-from robots.contract.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
-from robots.contract.session import Permit, RobotState
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
+from robots.kit.contract.capabilities import Calibration
+from robots.kit.contract.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
+from robots.kit.contract.session import Permit, RobotState
 from robots.models import Grant
 from robots.services import asked_since_stop
 from robots.states import IN_ORDER, Cycle, GrantEnd, GrantKind

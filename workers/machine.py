@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from robots.contract.find import open_session
-from robots.contract.session import JSON, Session, Trace
+from robots.kit.contract.find import open_session
+from robots.kit.contract.session import JSON, Session, Trace
 from workers.cameras.source import OpenCamera, open_camera
 from workers.safety.processes import Processes
 

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from typing import Any
 
 from robots import bus
-from robots.clock import Clock
-from robots.contract.channels import finite, whole
-from robots.contract.find import open_session
-from robots.contract.session import RobotState, Session
 from robots.grants import ROBOT
-from robots.messages import Changed
+from robots.kit.clock import Clock
+from robots.kit.contract.channels import finite, whole
+from robots.kit.contract.find import open_session
+from robots.kit.contract.session import RobotState, Session
+from robots.kit.packets import Changed
 from robots.models import Lease, Robot
 from robots.prepared import Prepared
 from robots.states import Cycle

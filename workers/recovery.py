@@ -1,9 +1,9 @@
 """After a fault: the driver resets the robot in its own way, or connects to it anew if it has no reset."""
 
 from robots import bus
-from robots.contract.capabilities import Reset
-from robots.contract.errors import HardwareFault, NotPermitted, RobotError
-from robots.messages import Notice
+from robots.kit.contract.capabilities import Reset
+from robots.kit.contract.errors import HardwareFault, NotPermitted, RobotError
+from robots.kit.packets import Notice
 from robots.models import Command
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures

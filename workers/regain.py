@@ -4,8 +4,8 @@ import contextlib
 from collections.abc import Callable
 
 from robots import bus
-from robots.contract.errors import RobotError
-from robots.messages import Notice
+from robots.kit.contract.errors import RobotError
+from robots.kit.packets import Notice
 from workers.commands import claim
 from workers.connection import Connection
 from workers.owned import OwnedRobot

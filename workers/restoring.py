@@ -5,10 +5,10 @@ That is what the last turn changed, and what the robot has forgotten, as when it
 
 from collections.abc import Mapping
 
-from robots.contract.errors import HardwareFault, RobotError
-from robots.contract.spec import CommandKind
-from robots.contract.values import not_shown
 from robots.grants import AnotherGrant, granted, open_grant
+from robots.kit.contract.errors import HardwareFault, RobotError
+from robots.kit.contract.spec import CommandKind
+from robots.kit.contract.values import not_shown
 from robots.models import Command, Grant, Robot
 from robots.services import restore, to_restore
 from robots.states import CommandState, Cycle, GrantKind

@@ -4,10 +4,10 @@ import redis
 from django.db import Error, close_old_connections
 
 from robots import bus
-from robots.contract.compact import Layout
-from robots.contract.errors import HardwareFault
-from robots.contract.session import RobotState
-from robots.messages import state_packet
+from robots.kit.contract.compact import Layout
+from robots.kit.contract.errors import HardwareFault
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import state_packet
 from workers.connection import Connection
 from workers.owned import OwnedRobot
 from workers.safety.lane import Pace

@@ -4,8 +4,8 @@ import threading
 from dataclasses import dataclass, field
 
 from robots import stream_store
-from robots.clock import Clock
-from robots.contract.streams import LONGEST, MOST_DELTAS, Stream, StreamPacket, pack
+from robots.kit.clock import Clock
+from robots.kit.contract.streams import LONGEST, MOST_DELTAS, Stream, StreamPacket, pack
 
 REFRESH_S = 5.0  # between two looks whether Redis still has what newcomers are given
 

@@ -4,7 +4,7 @@ from celery import shared_task, signals
 from celery.worker import state
 
 from robots import bus, probes, services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.recordings import cleaning
 from robots.wall_clock import wall_clock
 from workers import bootstep

@@ -5,8 +5,8 @@ from typing import Any
 import redis
 
 from robots import bus
-from robots.clock import Clock
-from robots.messages import Trace
+from robots.kit.clock import Clock
+from robots.kit.packets import Trace
 
 
 class WireTrace:

@@ -15,10 +15,10 @@ from pathlib import Path
 from django.conf import settings
 
 from robots import bus
-from robots.brownout import Brownout
-from robots.clock import SYSTEM, Clock
 from robots.grants import goes_on_for, newest_grant
-from robots.messages import Notice
+from robots.kit.brownout import Brownout
+from robots.kit.clock import SYSTEM, Clock
+from robots.kit.packets import Notice
 from robots.models import Robot
 from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures

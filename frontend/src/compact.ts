@@ -1,4 +1,4 @@
-/** Reads compact states (robots/contract/compact.py): whole steps of scales, bit by bit, the highest bit first. */
+/** Reads compact states (robots/kit/contract/compact.py): whole steps of scales, bit by bit, the highest bit first. */
 import type { CompactLayout, StatePacket } from "./packets.ts";
 
 export type { CompactLayout } from "./packets.ts";

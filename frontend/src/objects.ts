@@ -1,4 +1,4 @@
-/** Reads where things lie around a robot (robots/contract/objects.py): 12 bytes an object, deltas hold what has moved. */
+/** Reads where things lie around a robot (robots/kit/contract/objects.py): 12 bytes an object, deltas hold what has moved. */
 
 /** A place (m) and a rotation (quaternion x, y, z, w). */
 export interface Placed { place: [number, number, number]; rotation: [number, number, number, number] }

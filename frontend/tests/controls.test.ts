@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { forward, nozzlePixel, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
-import { type SandFacts as Facts, whyNot } from "../../robots/drivers/mercury/console/rules.ts";
+import { forward, nozzlePixel, onSand, reach, target } from "../../robots/kit/drivers/mercury/console/scara.ts";
+import { type SandFacts as Facts, whyNot } from "../../robots/kit/drivers/mercury/console/rules.ts";
 import { blocked, tooLively } from "../src/controls.ts";
 import { decode } from "../src/protocol.ts";
 import { ago, clock } from "../src/words.ts";

@@ -2,9 +2,9 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { speed } from "../../robots/drivers/srv1/console/fuzzy.ts";
-import { braking, type Made, wrongIn } from "../../robots/drivers/srv1/console/rules_check.ts";
-import { crcOf, parse, write } from "../../robots/drivers/srv1/console/rules_text.ts";
+import { speed } from "../../robots/kit/drivers/srv1/console/fuzzy.ts";
+import { braking, type Made, wrongIn } from "../../robots/kit/drivers/srv1/console/rules_check.ts";
+import { crcOf, parse, write } from "../../robots/kit/drivers/srv1/console/rules_text.ts";
 
 interface Vectors { made: Made; sets: { text: string; crc: number; refusal: string; cases: [number, number, number][] }[]; texts: { text: string; refusal: string }[] }
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/fuzzy.json", import.meta.url), "utf-8")) as Vectors;

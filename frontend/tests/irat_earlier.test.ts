@@ -1,7 +1,7 @@
 /** The iRat's earlier map: what was cleared, why and when, in words. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { earlierOf, endOf } from "../../robots/drivers/irat/console/earlier_map.ts";
+import { earlierOf, endOf } from "../../robots/kit/drivers/irat/console/earlier_map.ts";
 
 /** A packet: why, age (s), and a map of one place. */
 function packet(why: number, age: number, version = 1): Uint8Array {

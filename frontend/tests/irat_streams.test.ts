@@ -2,8 +2,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { PoseCells } from "../../robots/drivers/irat/console/cell_packets.ts";
-import { ExperienceMap } from "../../robots/drivers/irat/console/map_packets.ts";
+import { PoseCells } from "../../robots/kit/drivers/irat/console/cell_packets.ts";
+import { ExperienceMap } from "../../robots/kit/drivers/irat/console/map_packets.ts";
 
 interface Packet { hex: string; key: boolean }
 interface Vectors {

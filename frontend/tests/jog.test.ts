@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { parse, print } from "../../robots/drivers/pa10/console/program_text.ts";
-import { understood } from "../../robots/drivers/pa10/console/terminal_lines.ts";
+import { parse, print } from "../../robots/kit/drivers/pa10/console/program_text.ts";
+import { understood } from "../../robots/kit/drivers/pa10/console/terminal_lines.ts";
 import { type Pad, Pads, stick, twist } from "../src/gamepad.ts";
 
 const pad = (axes: number[], pressed: number[] = [], connected = true) => ({

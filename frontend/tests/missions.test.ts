@@ -2,9 +2,9 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { ghostAt } from "../../robots/drivers/srv1/console/mission_ghost.ts";
-import { judge, type Judged, type Pose, remainder } from "../../robots/drivers/srv1/console/mission_judge.ts";
-import { parse, print } from "../../robots/drivers/srv1/console/mission_text.ts";
+import { ghostAt } from "../../robots/kit/drivers/srv1/console/mission_ghost.ts";
+import { judge, type Judged, type Pose, remainder } from "../../robots/kit/drivers/srv1/console/mission_judge.ts";
+import { parse, print } from "../../robots/kit/drivers/srv1/console/mission_text.ts";
 
 interface Vectors {
   tables: Judged;

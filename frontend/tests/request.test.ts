@@ -13,8 +13,8 @@ function sources(folder: string): string[] {
 }
 
 test("nothing in the pages asks the portal without a limit", () => {
-  const names = [...sources("frontend/src/"), ...sources("robots/drivers/")];
-  assert.ok(names.includes("frontend/src/person.ts") && names.includes("robots/drivers/pa10/console/programs.ts"));
+  const names = [...sources("frontend/src/"), ...sources("robots/kit/drivers/")];
+  assert.ok(names.includes("frontend/src/person.ts") && names.includes("robots/kit/drivers/pa10/console/programs.ts"));
   const asking = names.filter((name) => /(?<![.\w])fetch\(|XMLHttpRequest|sendBeacon/.test(readFileSync(new URL(name, ROOT), "utf8")));
   assert.deepEqual(asking, ["frontend/src/request.ts"]);
 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { buzz, EVERY_MS, force, rumble } from "../../robots/drivers/srv1/console/force.ts";
-import { added, inWords, KEPT_MS, line, type Sample, STEP_MS } from "../../robots/drivers/srv1/console/history.ts";
+import { buzz, EVERY_MS, force, rumble } from "../../robots/kit/drivers/srv1/console/force.ts";
+import { added, inWords, KEPT_MS, line, type Sample, STEP_MS } from "../../robots/kit/drivers/srv1/console/history.ts";
 
 const RANGES = { infrared: { stop: 0.15, far: 0.8 }, sonar: { stop: 0.2 } };
 const f = (infrared?: number, sonar?: number, ahead = 1): number => force(infrared, sonar, ahead, RANGES);

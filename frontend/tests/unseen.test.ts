@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { readUnseen, unseenWords } from "../../robots/drivers/srv1/console/unseen.ts";
+import { readUnseen, unseenWords } from "../../robots/kit/drivers/srv1/console/unseen.ts";
 
 const bytes = (value: unknown): Uint8Array => new TextEncoder().encode(typeof value === "string" ? value : JSON.stringify(value));
 const clock = (ms: number): string => `${ms / 1000} s`;

@@ -16,7 +16,7 @@ from django.shortcuts import get_object_or_404
 from django.utils.crypto import constant_time_compare, salted_hmac
 
 from portal.live.snapshot import seen
-from robots.drivers.panels import panel_of
+from robots.kit.drivers.panels import panel_of
 from robots.models import Frame, Robot
 
 NAME = re.compile(r"([0-9]{1,18})-[0-9a-f]{64}\Z")

@@ -25,10 +25,10 @@ from queueing.estimates import place_and_wait
 from queueing.models import Ticket, Turn
 from queueing.turns import idle_at
 from robots import services
-from robots.clock import SYSTEM, ms_of
-from robots.contract.errors import RobotError
-from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.errors import RobotError
+from robots.kit.drivers.panels import Panel, Press, panel_of
 from robots.models import Command, Frame, Robot
 from robots.people import is_person
 from robots.services import newest_still, stop_shown

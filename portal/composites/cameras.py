@@ -6,8 +6,8 @@ import contextlib
 from portal.composites.parts import GONE_S, Parts, shared
 from portal.live.hub import hub
 from portal.live.rooms import Viewer
-from robots.clock import SYSTEM
-from robots.messages import read_picture, taken_ms
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import read_picture, taken_ms
 
 NEXT_S = 5.0  # for a camera that nobody watched to send a picture
 FRESH_S, SAME_S = 2.0, 1.0

@@ -12,23 +12,23 @@ from portal.live.hub import hub
 from portal.live.rooms import Viewer
 from portal.live.threads import ANYBODY, Pool
 from queueing.jobs.foreseeing import in_order
-from robots.contract.capabilities import Composite
-from robots.contract.find import function
-from robots.contract.session import RobotState
-from robots.contract.spec import Spec
-from robots.contract.streams import unpack
-from robots.messages import read_picture, read_state
+from robots.kit.contract.capabilities import Composite
+from robots.kit.contract.find import function
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.spec import Spec
+from robots.kit.contract.streams import unpack
+from robots.kit.packets import read_picture, read_state
 from robots.models import Robot
 
 if TYPE_CHECKING:  # arrays, which a portal whose pictures nobody watches need not load
-    from robots.contract.composites import Pixels, Scene
+    from robots.kit.contract.composites import Pixels, Scene
 
 log = logging.getLogger(__name__)
 EVERY_S = 0.1
 UNHEARD_S = 1.0  # between two pictures of a robot that tells nothing new
 JOBS_S = 1.0  # between two looks at the jobs that wait
 MOST_JOBS = 10
-QUALITY = 40  # with a Huffman table for each picture; robots/drivers/irat/README.md has bytes and likeness
+QUALITY = 40  # with a Huffman table for each picture; robots/kit/drivers/irat/README.md has bytes and likeness
 THREAD = Pool("composites", 1)
 
 

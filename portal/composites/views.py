@@ -26,11 +26,12 @@ from portal.live.audience import audience
 from portal.live.messages import CAMERAS
 from portal.live.snapshot import seen
 from portal.live.threads import Pool
-from robots import description, shots
-from robots.clock import SYSTEM
-from robots.contract.capabilities import Composite
-from robots.contract.spec import Spec
+from robots import shots
 from robots.grants import lease_of, owner_alive
+from robots.kit import description
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Composite
+from robots.kit.contract.spec import Spec
 from robots.models import Robot
 from robots.services import newest_still
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 from django.templatetags.static import static
 
-from robots.description import folder
-from robots.installed import package
+from robots.kit.description import folder
+from robots.kit.installed import package
 
-OURS = "robots.drivers."
+OURS = "robots.kit.drivers."
 
 
 @dataclass(frozen=True)

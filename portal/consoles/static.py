@@ -7,8 +7,8 @@ from typing import Any
 from django.contrib.staticfiles.finders import BaseFinder
 from django.core.files.storage import FileSystemStorage
 
-from robots.description import folder
-from robots.installed import packaged
+from robots.kit.description import folder
+from robots.kit.installed import packaged
 
 SERVED = frozenset({".js", ".css", ".json", ".map", ".svg", ".png", ".jpg", ".webp", ".glb", ".woff2", ".wasm"})
 

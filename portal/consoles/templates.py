@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from django.template import Origin, TemplateDoesNotExist
 from django.template.loaders.base import Loader as BaseLoader
 
-from robots.description import folder
+from robots.kit.description import folder
 
 NAME = re.compile(r"consoles/([a-z0-9_]{1,60})/([a-z0-9_]{1,60}\.html)\Z")
 

@@ -13,7 +13,7 @@ from django.core.cache.backends.locmem import LocMemCache
 from django.core.cache.backends.redis import RedisCache
 from redis.exceptions import RedisError
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 AGAIN_S = 2.0  # between two attempts while Redis is away
 OWED = 10_000

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from portal.limits.addresses import network_of
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 MANY = 1000  # addresses that are remembered before those that are calm are forgotten
 

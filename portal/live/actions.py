@@ -8,8 +8,8 @@ from portal.live.people import current_user, session_key
 from queueing import services as queue
 from queueing.errors import QueueError
 from robots import services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, NotPermitted, RobotError
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, NotPermitted, RobotError
 from robots.models import Robot
 
 

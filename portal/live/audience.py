@@ -15,7 +15,7 @@ from django.db import Error
 
 from portal.live.loops import of_loop
 from portal.live.threads import ANYBODY
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.services import note_usage, slot_of
 

@@ -15,8 +15,8 @@ import msgspec
 from redis.exceptions import RedisError
 
 from robots import bus
-from robots.contract.errors import GrantOver
 from robots.grants import held, open_grant
+from robots.kit.contract.errors import GrantOver
 from robots.models import Grant, Robot
 from robots.states import GrantKind
 

@@ -41,8 +41,8 @@ from portal.live.viewing import NOT_FOUND, Viewing
 from portal.stores import down_text
 from queueing import services as queue
 from robots import bus
-from robots.clock import SYSTEM
-from robots.description import coding, views
+from robots.kit.clock import SYSTEM
+from robots.kit.description import coding, views
 from robots.models import Robot
 
 log = logging.getLogger(__name__)

@@ -27,9 +27,9 @@ from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.watchers import together, understood
 from robots import bus, stream_store
-from robots.clock import SYSTEM
-from robots.contract.streams import MOST
-from robots.messages import decode
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.streams import MOST
+from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
 PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone

@@ -14,7 +14,7 @@ from portal.limits.rates import AddressRate, Bucket
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once

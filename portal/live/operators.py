@@ -14,7 +14,7 @@ from portal.live.people import current_user
 from portal.live.sessions import Ending, SignIn
 from portal.live.threads import DRIVERS, Pool
 from queueing.sessions import Place
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Grant
 
 PROTOCOL = "farhand.operator"  # offered by the page, with the code behind it

@@ -11,7 +11,7 @@ from django.db.models import BigAutoField, CharField, DateTimeField, Subquery
 from django.utils.crypto import constant_time_compare
 
 from accounts.session_store import SessionStore
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.prepared import Prepared, Slot
 
 LAST = "farhand.person"  # in a socket's scope: the id of the person whom Django found last

@@ -22,7 +22,7 @@ from portal.stores import down_text
 from queueing.places import standings
 from queueing.presence import present
 from queueing.sessions import still_open
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 PULSE_S = 20.0
 UNLINKED_S = 2.0  # between two queries while Redis is away

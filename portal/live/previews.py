@@ -24,9 +24,9 @@ from portal.live.messages import Plan
 from portal.live.people import current_user
 from portal.live.threads import Pool
 from portal.stores import down_text
-from robots import previews
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
+from robots.kit import previews
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 
 log = logging.getLogger(__name__)
@@ -154,7 +154,7 @@ class Previewer:
         async with asyncio.timeout(START_S if start else ANSWER_S):
             if start:
                 self._process = await asyncio.create_subprocess_exec(
-                    sys.executable, "-m", "robots.previews", cwd=settings.BASE_DIR,
+                    sys.executable, "-m", "robots.kit.previews", cwd=settings.BASE_DIR,
                     stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
                     env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
                 )  # fmt: skip

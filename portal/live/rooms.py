@@ -13,10 +13,10 @@ from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, LATER, Given, Videos
 from portal.live.watchers import Watchers, together, watchers_text
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.video import unpack
-from robots.description import CODING
-from robots.messages import TAKEN_DOWN, Changed, Event
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.video import unpack
+from robots.kit.description import CODING
+from robots.kit.packets import TAKEN_DOWN, Changed, Event
 
 EVENTS = 100
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out

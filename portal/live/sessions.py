@@ -21,7 +21,7 @@ from portal.live.people import session_key
 from portal.live.threads import Pool
 from queueing.models import PlaceEnd
 from queueing.sessions import Place
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 CHECK_S = 0.8

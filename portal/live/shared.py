@@ -13,7 +13,7 @@ from django.contrib.auth.models import AnonymousUser
 from portal.live.loops import of_loop
 from portal.live.snapshot import snapshot
 from portal.live.threads import EVERYBODY
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 T = TypeVar("T")
 

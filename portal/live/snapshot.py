@@ -15,8 +15,8 @@ from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Turn
 from queueing.services import open_ticket, open_turn
 from queueing.turns import others_wait_since
-from robots.clock import ms_of
 from robots.grants import lease_of, open_grant, owner_alive, told_result
+from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind

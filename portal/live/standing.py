@@ -8,7 +8,7 @@ from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.places import Standing
 from queueing.presence import dismiss
-from robots.clock import ms_of
+from robots.kit.clock import ms_of
 from robots.models import Robot
 
 OVER = "Your turn on this robot is over."

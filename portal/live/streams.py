@@ -1,6 +1,6 @@
 """The byte streams of robots that somebody watches, kept once a process; viewers get them from the key packet on."""
 
-from robots.contract.streams import MOST, Chain, unpack
+from robots.kit.contract.streams import MOST, Chain, unpack
 
 EARLY = 64  # deltas kept while what they follow is read from Redis
 

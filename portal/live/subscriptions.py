@@ -9,7 +9,7 @@ from redis.exceptions import RedisError
 from portal.live.loops import of_loop
 from portal.live.store import listener
 from robots import bus
-from robots.messages import StandingChanged, decode_standing
+from robots.kit.packets import StandingChanged, decode_standing
 
 log = logging.getLogger(__name__)
 AGAIN_S, SILENT_S = 0.5, 7.0

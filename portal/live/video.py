@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from portal.live.direct import binary_frame
-from robots.contract.video import GROUP_S, Group, unpack
+from robots.kit.contract.video import GROUP_S, Group, unpack
 
 LATE_MS = 500  # what a viewer has missed may be so long, whatever its bytes
 SILENT_S = GROUP_S + 0.5  # after which nothing that is kept belongs to what comes next

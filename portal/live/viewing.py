@@ -24,8 +24,8 @@ from portal.live.watchers import watchers_text
 from portal.stores import down_text
 from queueing.sessions import LATELY, Place, disconnect, reported_elsewhere, session_over
 from robots import bus
-from robots.clock import SYSTEM
-from robots.messages import Changed
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import Changed
 from robots.models import Robot
 
 RESYNC_S = 1.0

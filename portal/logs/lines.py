@@ -11,7 +11,7 @@ import traceback
 from types import TracebackType
 
 from portal.logs.text import bounded, tidy
-from robots.addresses import redacted
+from robots.kit.addresses import redacted
 
 MESSAGE = 1000  # bytes of a record's first line
 TRACE = 3000  # bytes of its traceback

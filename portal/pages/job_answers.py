@@ -10,7 +10,7 @@ from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs, Too
 from queueing.jobs.asking import Asker
 from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
-from robots.contract.errors import NotPermitted
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.permissions import NotStaff
 

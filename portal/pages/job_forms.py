@@ -7,11 +7,11 @@ from typing import Any
 
 from queueing.jobs.asking import packets_of
 from robots import programs
-from robots.contract.capabilities import JobChoices
-from robots.contract.find import function
-from robots.contract.spec import Argument, CommandKind
+from robots.kit.contract.capabilities import JobChoices
+from robots.kit.contract.find import function
+from robots.kit.contract.spec import Argument, CommandKind
+from robots.kit.plain import whole
 from robots.models import Robot
-from robots.plain import whole
 
 SHOWN = 200  # programs
 

@@ -6,9 +6,9 @@ from datetime import UTC, datetime
 from typing import Any
 
 from queueing.models import Job
-from robots.contract.capabilities import JobChoices
-from robots.contract.ranges import readable
 from robots.grants import INTERRUPTED
+from robots.kit.contract.capabilities import JobChoices
+from robots.kit.contract.ranges import readable
 from robots.models import Command
 from robots.states import CommandState
 

@@ -11,8 +11,8 @@ from django.views.decorators.http import require_http_methods
 from portal.live.standing import act, places
 from queueing.places import standings
 from queueing.presence import present
-from robots.clock import SYSTEM
-from robots.plain import whole
+from robots.kit.clock import SYSTEM
+from robots.kit.plain import whole
 
 
 @never_cache

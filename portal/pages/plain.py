@@ -8,7 +8,7 @@ from django.db import DataError, NotSupportedError, ProgrammingError
 from django.http import HttpRequest, HttpResponse
 
 from portal.pages.errors import bad_request
-from robots.plain import plain_breaks, storable
+from robots.kit.plain import plain_breaks, storable
 
 log = logging.getLogger(__name__)
 # of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern

@@ -8,8 +8,8 @@ from redis.exceptions import RedisError
 
 from portal.limits.attempts import within
 from portal.live import codes
-from robots.clock import SYSTEM
-from robots.contract.errors import GrantOver
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import GrantOver
 from robots.models import Robot
 
 TOO_OFTEN = "This page asks for too many codes; wait a minute."

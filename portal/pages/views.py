@@ -26,12 +26,13 @@ from queueing.jobs.kinds import job_kinds, offers_turns
 from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Turn
 from queueing.services import open_turn
-from robots import bus, description
-from robots.clock import SYSTEM
-from robots.contract.capabilities import ArmModel, Composite
-from robots.contract.compact import Layout
-from robots.contract.procedures import offered
-from robots.contract.spec import STAFF, TURN, CommandKind
+from robots import bus
+from robots.kit import description
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import ArmModel, Composite
+from robots.kit.contract.compact import Layout
+from robots.kit.contract.procedures import offered
+from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.people import is_person
 from robots.permissions import reaches
@@ -127,7 +128,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         ],
     }
     if spec.capability(ArmModel) is not None:
-        from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
+        from robots.kit.arms.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
         facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
     return facts

@@ -14,7 +14,7 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
 from portal.recordings import access
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording, RecordingState
 from robots.recordings.keeping import movie_path
 from robots.recordings.models import SHOWN, OfTheDay

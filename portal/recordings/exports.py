@@ -13,8 +13,8 @@ from operatorlog.services import stills_of
 from portal.limits.attempts import within
 from portal.recordings import access
 from portal.recordings.serving import limited, ranged
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest
 from robots.models import Movie, Recording, Robot
 from robots.recordings import keeping, movies
 from robots.recordings.models import SHOWN

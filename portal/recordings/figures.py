@@ -10,10 +10,10 @@ from itertools import pairwise
 from math import dist
 from typing import Any
 
-from robots.contract.floor import Box, Floor
+from robots.kit.contract.floor import Box, Floor
+from robots.kit.recording.floors import floor_of
+from robots.kit.recording.paths import IN_PLANE, POINTS, Line, Place, is_place, shown
 from robots.models import Finding, Recording, Robot
-from robots.recordings.floors import floor_of
-from robots.recordings.paths import IN_PLANE, POINTS, Line, Place, is_place, shown
 
 WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
 TALLEST = 900.0  # px: a path that is longer than wide is drawn smaller

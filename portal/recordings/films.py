@@ -5,7 +5,7 @@ from datetime import timedelta
 from typing import Any
 
 from portal.recordings import access
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording, RecordingState
 from robots.recordings.movies import is_filmed
 

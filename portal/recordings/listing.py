@@ -12,7 +12,7 @@ from portal.recordings import access
 from portal.recordings.serving import limited
 from queueing.jobs.kinds import offers_turns
 from queueing.models import JobRun
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording, Robot
 from robots.recordings.models import SHOWN
 

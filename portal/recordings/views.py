@@ -17,12 +17,12 @@ from portal.pages.views import console_facts
 from portal.recordings import access
 from portal.recordings.exports import arriving, offered
 from portal.recordings.serving import limited, ranged
-from robots import description
+from robots.kit import description
 from robots.models import Recording, Robot
 from robots.recordings import keeping
 
 if TYPE_CHECKING:
-    from robots.recordings.timeline import Index
+    from robots.kit.recording.timeline import Index
 
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
@@ -82,13 +82,13 @@ def _index(recording: Recording) -> "Index | None":
         finally:
             COLD.release()
         cache.set(name, kept, 600)
-    from robots.recordings.timeline import Index  # noqa: PLC0415 - the reader is loaded when it is needed
+    from robots.kit.recording.timeline import Index  # noqa: PLC0415 - the reader is loaded when it is needed
 
     return msgspec.json.decode(kept, type=Index)
 
 
 def _read(recording: Recording) -> str:
-    from robots.recordings.timeline import read_index  # noqa: PLC0415 - see _index
+    from robots.kit.recording.timeline import read_index  # noqa: PLC0415 - see _index
 
     try:
         return msgspec.json.encode(read_index(keeping.path_of(recording))).decode()
@@ -119,7 +119,7 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
 @require_safe
 def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
     """Return a slice: the packets of five seconds."""
-    from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _index
+    from robots.kit.recording.timeline import read_slice  # noqa: PLC0415 - see _index
 
     refused = limited(request, "slices")
     if refused is not None:

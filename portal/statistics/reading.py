@@ -10,7 +10,7 @@ from portal.statistics.counting import CANCELLED, FAULT, GAVE_UP, OPEN, REACHED,
 from portal.statistics.day import Span
 from queueing.jobs.running import FAULTS
 from queueing.models import Job, JobState
-from robots.contract.capabilities import Statistics
+from robots.kit.contract.capabilities import Statistics
 from robots.models import Command, Robot, Usage
 from robots.states import CommandState, GrantKind, Lane
 

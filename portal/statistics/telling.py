@@ -24,8 +24,8 @@ from portal.statistics.counting import (
 )
 from portal.statistics.day import Span
 from portal.statistics.reading import Happened, Use
-from robots.contract.capabilities import Share, Statistics, Times, Total
-from robots.contract.spec import Spec
+from robots.kit.contract.capabilities import Share, Statistics, Times, Total
+from robots.kit.contract.spec import Spec
 from robots.states import CommandState
 
 

@@ -14,8 +14,8 @@ from portal.statistics.day import DAY, BadDate, Span, span_of
 from portal.statistics.reading import MOST_JOBS, MOST_MOTIONS, happened
 from portal.statistics.telling import Told, tell
 from queueing.jobs.kinds import job_kinds
-from robots.clock import SYSTEM
-from robots.contract.capabilities import Statistics
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Statistics
 from robots.models import Robot
 
 LATEST = timedelta(minutes=1)  # less than this before now is now

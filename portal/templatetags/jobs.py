@@ -5,7 +5,7 @@ from django import template
 from queueing.jobs.kinds import label_of
 from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Job
-from robots.contract.ranges import plain, readable
+from robots.kit.contract.ranges import plain, readable
 from robots.models import Robot
 
 register = template.Library()

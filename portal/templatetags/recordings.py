@@ -6,7 +6,7 @@ from typing import Any
 from django import template
 
 from portal.recordings import access, figures, films
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Finding, Movie, Recording, Robot
 from robots.recordings import movies
 from robots.recordings.keeping import recorded

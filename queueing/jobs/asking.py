@@ -15,14 +15,14 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
 from queueing.turns import start_countdown
-from robots.contract.capabilities import JobCheck
-from robots.contract.errors import BadRequest
-from robots.contract.find import function, spec_of
-from robots.contract.streams import unpack
-from robots.contract.values import check
 from robots.grants import lease_of
+from robots.kit.contract.capabilities import JobCheck
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import function, spec_of
+from robots.kit.contract.streams import unpack
+from robots.kit.contract.values import check
+from robots.kit.plain import one_line
 from robots.models import Robot
-from robots.plain import one_line
 from robots.services.clicks import with_program
 from robots.services.commands import picture_time
 from robots.services.present import present_state

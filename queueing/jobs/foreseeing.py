@@ -12,8 +12,8 @@ from queueing.jobs.kinds import link_of
 from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket, Turn
 from queueing.rows import QUEUE, links_of
-from robots.contract.find import spec_or_none
 from robots.grants import ROBOT, open_grant
+from robots.kit.contract.find import spec_or_none
 from robots.models import Robot
 from robots.prepared import Prepared
 from robots.states import Cycle, GrantKind

@@ -11,7 +11,7 @@ from queueing.jobs.outdated import outdated
 from queueing.jobs.running import end
 from queueing.models import Job, JobState, Queue
 from queueing.rows import links_of
-from robots.contract.spec import CommandKind
+from robots.kit.contract.spec import CommandKind
 from robots.models import Robot
 
 SWITCHED_OFF = "The account of the person who asked for it is switched off."

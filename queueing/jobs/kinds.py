@@ -4,9 +4,9 @@ from typing import Any
 
 from accounts.services import cleared
 from queueing.models import QueueRobot
-from robots.contract.find import spec_or_none
-from robots.contract.spec import ANYONE, CommandKind
 from robots.grants import ROBOT
+from robots.kit.contract.find import spec_or_none
+from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Robot
 from robots.prepared import Prepared
 

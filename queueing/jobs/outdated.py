@@ -5,9 +5,9 @@ from datetime import datetime, timedelta
 from django.db.models import QuerySet
 
 from queueing.models import Job
-from robots.contract.capabilities import GoodWhile
-from robots.contract.find import spec_or_none
 from robots.grants import lease_of
+from robots.kit.contract.capabilities import GoodWhile
+from robots.kit.contract.find import spec_or_none
 from robots.models import Robot
 
 FRESH = timedelta(seconds=60)  # an older value of a channel is not used

@@ -13,8 +13,8 @@ from queueing.jobs.kinds import label_of
 from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
 from queueing.rows import QUEUE, announce
-from robots.contract.find import spec_of
 from robots.grants import interruption, start_grant
+from robots.kit.contract.find import spec_of
 from robots.models import Command, Grant, Robot
 from robots.prepared import Prepared
 from robots.programs import is_program

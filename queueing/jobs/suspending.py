@@ -6,9 +6,9 @@ from typing import Any
 from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
 from queueing.rows import announce, queue_of
-from robots.contract.capabilities import Idle, Need
-from robots.contract.errors import NotPermitted
-from robots.contract.find import spec_or_none
+from robots.kit.contract.capabilities import Idle, Need
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.contract.find import spec_or_none
 from robots.models import Robot
 from robots.permissions import need_staff
 

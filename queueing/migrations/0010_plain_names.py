@@ -1,7 +1,7 @@
 from django.db import migrations
 
 from accounts.handles import claims_role
-from robots.plain import one_line
+from robots.kit.plain import one_line
 
 
 def clean(apps, schema_editor):

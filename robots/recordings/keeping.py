@@ -15,14 +15,14 @@ from django.conf import settings
 from django.db import IntegrityError, connection, transaction
 from django.db.models import F, Q
 
-from robots.clock import SYSTEM, ms_of
-from robots.files import beside
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings.models import SHOWN
 from robots.states import GrantKind
 
 if TYPE_CHECKING:
-    from robots.recordings.container import Message
+    from robots.kit.recording.container import Message
 
 log = logging.getLogger(__name__)
 FOLDER, MOVIES = "recordings", "movies"  # beside the pictures
@@ -232,7 +232,7 @@ def _beginning_with(robot: Robot, at: datetime, still: int, camera: int) -> list
 
 def _first_still(path: Path, camera: int) -> int:
     """Return the first stored picture that a file shows, 0 if none."""
-    from robots.recordings import container, reading  # noqa: PLC0415 - see copy
+    from robots.kit.recording import container, reading  # noqa: PLC0415 - see copy
 
     try:
         for message in reading.messages(path, [f"{container.CAMERA}{camera}"]):
@@ -253,7 +253,7 @@ def forget_names(keys: Iterable[int]) -> None:
 
 
 def _names_somebody(path: Path) -> bool:
-    from robots.recordings import container, reading  # noqa: PLC0415 - see copy
+    from robots.kit.recording import container, reading  # noqa: PLC0415 - see copy
 
     try:
         return any(container.nameless(one) is not one for one in reading.messages(path, {container.COMMANDS}))
@@ -289,7 +289,7 @@ def _written_again(row: Recording) -> bool:
 
 def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
     """Copy what can be read and `wanted` accepts to a whole new file. Return how many messages. Raises OSError."""
-    from robots.recordings import container, reading  # noqa: PLC0415 - the libraries of files; few processes need them
+    from robots.kit.recording import container, reading  # noqa: PLC0415 - the libraries of files; few processes need them
 
     count, tape = 0, container.Tape(new, reading.about(path))
     try:
@@ -309,7 +309,7 @@ def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
 
 def taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
     """Return whether a message is a picture in one of the spans."""
-    from robots.recordings import container  # noqa: PLC0415 - see copy
+    from robots.kit.recording import container  # noqa: PLC0415 - see copy
 
     if not message.topic.startswith(container.CAMERA):
         return False

@@ -8,9 +8,9 @@ from django.conf import settings
 from django.db import IntegrityError, transaction
 from django.db.models import F
 
-from robots.clock import ms_of
-from robots.contract.capabilities import Programs
-from robots.contract.errors import BadRequest
+from robots.kit.clock import ms_of
+from robots.kit.contract.capabilities import Programs
+from robots.kit.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, Robot
 from robots.recordings import keeping
 from robots.recordings.models import SHOWN

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from robots.contract.capabilities import Programs
+from robots.kit.contract.capabilities import Programs
 from robots.models import Command
 
 

@@ -3,11 +3,11 @@
 from typing import Any
 
 from robots import programs
-from robots.contract.capabilities import ClickInPicture, PictureTaken
-from robots.contract.channels import Pose
-from robots.contract.errors import BadRequest
-from robots.contract.find import function
 from robots.grants import ROBOT
+from robots.kit.contract.capabilities import ClickInPicture, PictureTaken
+from robots.kit.contract.channels import Pose
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import function
 from robots.models import Frame, Lease, Robot
 from robots.prepared import Prepared
 

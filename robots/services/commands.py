@@ -9,13 +9,13 @@ from django.db import IntegrityError, connection, transaction
 from django.db.models import BigIntegerField, CharField, Count, Max, OuterRef, QuerySet, Subquery
 
 from robots import bus
-from robots.clock import SYSTEM, ms_of
-from robots.contract.errors import BadRequest, NotPermitted, RobotError, Stopped
-from robots.contract.find import spec_of
-from robots.contract.procedures import procedure
-from robots.contract.spec import TURN
-from robots.contract.values import check
 from robots.grants import end_grant, held, lease_of, open_grant, owner_alive, start_grant
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.errors import BadRequest, NotPermitted, RobotError, Stopped
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.procedures import procedure
+from robots.kit.contract.spec import TURN
+from robots.kit.contract.values import check
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_level, need_staff
 from robots.prepared import Prepared, Slot

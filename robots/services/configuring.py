@@ -11,12 +11,12 @@ from django.db import transaction
 from django.db.models import F, Min, Q, QuerySet
 
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, NotPermitted
-from robots.contract.find import spec_of
-from robots.contract.spec import CommandKind
-from robots.contract.values import not_shown
 from robots.grants import COMES_TO_REST, open_grant, start_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, NotPermitted
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.spec import CommandKind
+from robots.kit.contract.values import not_shown
 from robots.models import Command, Grant, Robot
 from robots.permissions import need_staff
 from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under, need_worker

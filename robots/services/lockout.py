@@ -7,10 +7,10 @@ from typing import Any
 from django.db import transaction
 
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, NotPermitted
 from robots.grants import cancel_queued, end_grant, open_grant
-from robots.messages import Changed
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, NotPermitted
+from robots.kit.packets import Changed
 from robots.models import Robot
 from robots.permissions import need_staff
 from robots.services.stopping import stop

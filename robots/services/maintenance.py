@@ -3,9 +3,9 @@
 from datetime import timedelta
 from typing import Any
 
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
 from robots.grants import open_grant, start_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
 from robots.permissions import need_staff
 from robots.services.commands import need_worker

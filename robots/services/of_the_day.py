@@ -4,7 +4,7 @@ from typing import Any
 
 from django.db import transaction
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording
 from robots.permissions import need_staff
 from robots.recordings import movies

@@ -2,7 +2,7 @@
 
 from datetime import datetime, timedelta
 
-from robots.contract.session import RobotState
+from robots.kit.contract.session import RobotState
 from robots.models import Lease, Robot
 
 FRESH = timedelta(seconds=60)  # an older state is not used

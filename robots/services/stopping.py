@@ -9,11 +9,11 @@ from django.db.models import Case, F, OuterRef, Subquery, When
 from django.db.models.functions import Coalesce
 
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
-from robots.contract.procedures import PICTURE
 from robots.grants import cancel_queued, lease_of, open_grant, owner_alive, rests_within
-from robots.messages import Changed
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.contract.procedures import PICTURE
+from robots.kit.packets import Changed
 from robots.models import Command, Lease, Robot
 from robots.states import Lane
 

@@ -7,8 +7,8 @@ from django.conf import settings
 from django.db import transaction
 
 from robots import bus, shots
-from robots.clock import ms_of
-from robots.messages import TAKEN_DOWN, Changed
+from robots.kit.clock import ms_of
+from robots.kit.packets import TAKEN_DOWN, Changed
 from robots.models import Frame, Recording
 from robots.permissions import need_staff
 from robots.recordings import keeping

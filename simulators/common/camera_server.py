@@ -12,8 +12,8 @@ from math import isfinite, nan
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from robots.brownout import Brownout
-from robots.clock import TIMER, WALL, Timer, Wall
+from robots.kit.brownout import Brownout
+from robots.kit.clock import TIMER, WALL, Timer, Wall
 from simulators.common import memory
 from simulators.common.faults import FaultBoard
 from simulators.common.microphone import Microphone

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from robots.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Timer
 
 BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash", "bad_checksum", "claim"})
 BURST, A_SECOND = 100.0, 5.0  # lines of each of these

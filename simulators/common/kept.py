@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from robots.clock import WALL, Wall
-from robots.files import replaced
+from robots.kit.clock import WALL, Wall
+from robots.kit.files import replaced
 
 BOOTS = 2**32
 Kept = TypeVar("Kept")

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Timer
 from simulators.common.faults import FaultBoard
 
 RATE = 16_000  # samples a second, of one channel and 16 bits

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from robots.clock import TIMER, WALL, Timer, Wall
+from robots.kit.clock import TIMER, WALL, Timer, Wall
 from simulators.common import stamp
 from simulators.common.faults import FaultBoard
 

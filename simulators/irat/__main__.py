@@ -9,7 +9,7 @@ people and tests, never for the robot), `faults` (a Unix socket), `journal.jsonl
 import gc
 import sys
 
-from robots.clock import FasterTimer
+from robots.kit.clock import FasterTimer
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import end_with_any
 from simulators.irat.simulator import Simulator

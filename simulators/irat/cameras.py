@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.mesh import Mesh, joined
 from simulators.common.raster import Canvas, Lens, looking
 from simulators.common.texture import Atlas

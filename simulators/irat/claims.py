@@ -1,6 +1,6 @@
 """Who commands: one connection at a time, by a claim with an epoch that only grows."""
 
-from robots.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Timer
 from simulators.irat.peer import Peer
 
 FORGOTTEN_S = 60.0  # without a commander for so long an epoch excludes nobody, so that a wrong one locks nobody out

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from robots.drivers.irat.markers import BITS, CELL_M, CELLS, OUTER_IDS, OUTER_M, SMALL_ID, SMALL_M
+from robots.kit.drivers.irat.markers import BITS, CELL_M, CELLS, OUTER_IDS, OUTER_M, SMALL_ID, SMALL_M
 
 Picture = NDArray[np.uint8]
 Draw = ImageDraw.ImageDraw

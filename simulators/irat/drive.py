@@ -1,6 +1,6 @@
 """The iRat's motor board: velocities in, rim speeds out. It forgets a velocity, it holds, and it knows its rest."""
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.motor_board import End, MotorBoard, Note
 
 __all__ = ["Drive", "End", "Note"]

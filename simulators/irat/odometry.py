@@ -5,7 +5,7 @@ from math import atan2, cos, sin, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.description import load
+from robots.kit.description import load
 
 RADIUS_SHARE, TRACK_SHARE = 0.01, 0.02  # standard deviations of the systematic errors
 ROUGH = 0.01  # standard deviation of an increment's error, as a share of the increment

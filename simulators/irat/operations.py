@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from robots.clock import TIMER, WALL, Limit, Timer, Wall
-from robots.drivers.irat.protocol import (
+from robots.kit.clock import TIMER, WALL, Limit, Timer, Wall
+from robots.kit.drivers.irat.protocol import (
     CLAIM,
     COMMAND,
     DRIVE,
@@ -20,7 +20,7 @@ from robots.drivers.irat.protocol import (
     Velocity,
     epoch_of,
 )
-from robots.drivers.rosbridge import Malformed, Operation, encode, operation, received
+from robots.kit.drivers.rosbridge import Malformed, Operation, encode, operation, received
 from simulators.irat.claims import Claims
 from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robots.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Timer
 from simulators.common.faults import FaultBoard
 
 MOST_ANSWERS = 64

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.irat import scene
 from simulators.irat.dock import DOCKED_M, touching
 from simulators.irat.maze import DOCK

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterable
 
-from robots.clock import TIMER, WALL, Timer, Wall
-from robots.drivers.rosbridge import Message, encode
+from robots.kit.clock import TIMER, WALL, Timer, Wall
+from robots.kit.drivers.rosbridge import Message, encode
 from simulators.common.faults import FaultBoard
 from simulators.irat.operations import Note, Operations, Robot
 from simulators.irat.peer import Peer

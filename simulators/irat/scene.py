@@ -6,7 +6,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.irat.dock import GUIDE_HIGH_M, GUIDES, STOP_HIGH_M, STOP_M
 from simulators.irat.drawings import BOARD_M
 from simulators.irat.maze import BOARD, COLUMN, DOCK, OPEN_FLOOR, WALL_HIGH_M, WALL_M, Wall, walls

@@ -14,8 +14,8 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from robots.clock import TIMER, Timer
-from robots.drivers.rosbridge import MOST_BYTES
+from robots.kit.clock import TIMER, Timer
+from robots.kit.drivers.rosbridge import MOST_BYTES
 from simulators.common.faults import FaultBoard
 from simulators.irat.operations import Note
 from simulators.irat.radio import Messages, Radio

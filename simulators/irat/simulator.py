@@ -8,10 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.clock import TIMER, WALL, Timer, Wall, poll
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state, velocities
-from robots.drivers.irat.protocol import BATTERY, CAMERA, CHARGER, ODOMETRY, RANGES, STATE, VELOCITIES, Status, Velocity
-from robots.files import replace_text
+from robots.kit.clock import TIMER, WALL, Timer, Wall, poll
+from robots.kit.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state, velocities
+from robots.kit.drivers.irat.protocol import (
+    BATTERY,
+    CAMERA,
+    CHARGER,
+    ODOMETRY,
+    RANGES,
+    STATE,
+    VELOCITIES,
+    Status,
+    Velocity,
+)
+from robots.kit.files import replace_text
 from simulators.common import stamp
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve

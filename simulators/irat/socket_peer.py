@@ -5,7 +5,7 @@ import asyncio
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from robots.clock import TIMER, Limit, Timer
+from robots.kit.clock import TIMER, Limit, Timer
 from simulators.common.faults import FaultBoard
 from simulators.irat.peer import Peer
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.battery import Battery
 from simulators.common.faults import FaultBoard
 from simulators.irat.drive import Drive, End

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.clock import TIMER, FasterTimer, Timer
-from robots.description import load
-from robots.drivers.mercury import protocol as wire
-from robots.files import replace_text
+from robots.kit.clock import TIMER, FasterTimer, Timer
+from robots.kit.description import load
+from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal

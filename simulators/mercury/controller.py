@@ -9,9 +9,9 @@ from collections.abc import Callable
 from math import degrees, radians
 from typing import Any
 
-from robots.clock import TIMER, Timer
-from robots.drivers.mercury import protocol as wire
-from robots.drivers.mercury.protocol import Error, Flag, Frame, Instruction, Mode, Reply
+from robots.kit.clock import TIMER, Timer
+from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.drivers.mercury.protocol import Error, Flag, Frame, Instruction, Mode, Reply
 from simulators.common.faults import FaultBoard
 from simulators.common.journal import Journal
 from simulators.common.kept import BOOTS

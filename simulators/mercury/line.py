@@ -11,9 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from robots.clock import TIMER, Timer
-from robots.drivers.mercury.protocol import BITS_A_BYTE, Frame
-from robots.files import replace_text
+from robots.kit.clock import TIMER, Timer
+from robots.kit.drivers.mercury.protocol import BITS_A_BYTE, Frame
+from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard
 
 TICK_S = 0.003

@@ -10,7 +10,7 @@ from math import tau
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.drivers.mercury.scara import OutOfReach
+from robots.kit.drivers.mercury.scara import OutOfReach
 from simulators.common.microphone import RATE
 from simulators.mercury.arm import Body, Pose
 from simulators.mercury.workspace import Workspace

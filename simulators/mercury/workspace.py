@@ -7,7 +7,7 @@ without a step, and a motion on which it would pass its limit is refused.
 from math import isfinite
 from typing import Any
 
-from robots.drivers.mercury.scara import OutOfReach, scara
+from robots.kit.drivers.mercury.scara import OutOfReach, scara
 from simulators.mercury.arm import Pose
 
 SLACK_M = 1e-4

@@ -9,8 +9,8 @@ import os
 import sys
 from functools import partial
 
-from robots.clock import FasterTimer
-from robots.description import load
+from robots.kit.clock import FasterTimer
+from robots.kit.description import load
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import end_with_any
 from simulators.pa10.controllers import CONTROLLERS

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robots.motion.chain import Joints
-from robots.motion.planner import Planner
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.planner import Planner
 
 OFF_M = 0.005  # depth inside a box from which the measured arm counts as inside
 OFF_RAD = 0.05  # the same for the range of a joint

@@ -13,12 +13,12 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 
-from robots.clock import TIMER, Limit, Timer, Until
-from robots.drivers.pa10.courses import Course, Courses, is_default
-from robots.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
-from robots.motion.chain import Joints
-from robots.motion.planner import Refused
-from robots.motion.zones import Box
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.planner import Refused
+from robots.kit.arms.zones import Box
+from robots.kit.clock import TIMER, Limit, Timer, Until
+from robots.kit.drivers.pa10.courses import Course, Courses, is_default
+from robots.kit.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
 from simulators.pa10 import runner
 from simulators.pa10.allowed import Allowed
 from simulators.pa10.runner import GRIP_S

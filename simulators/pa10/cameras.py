@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.description import load, views
-from robots.files import replace_text
+from robots.kit.description import load, views
+from robots.kit.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.pa10 import scene

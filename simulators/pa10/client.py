@@ -10,9 +10,9 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 
-from robots.clock import TIMER, Timer, Until
-from robots.drivers.pa10.protocol import Malformed
-from robots.motion.planner import Refused
+from robots.kit.arms.planner import Refused
+from robots.kit.clock import TIMER, Timer, Until
+from robots.kit.drivers.pa10.protocol import Malformed
 from simulators.common.faults import FaultBoard
 from simulators.common.tcp import Line
 

@@ -9,8 +9,8 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from robots.motion.chain import Joints
-from robots.motion.described import chain
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.described import chain
 from simulators.pa10 import scene
 from simulators.pa10.plant import Measured
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from robots.drivers.pa10.protocol import LONGEST
+from robots.kit.drivers.pa10.protocol import LONGEST
 from simulators.common.tcp import Line
 
 PIECE = 4096

@@ -16,17 +16,17 @@ from functools import lru_cache
 from multiprocessing.connection import Connection
 from typing import Any
 
-from robots.drivers.pa10.courses import Course, Courses
-from robots.drivers.pa10.protocol import Request
-from robots.motion.budget import Budget
-from robots.motion.chain import Joints
-from robots.motion.planner import Refused
-from robots.motion.zones import Box
+from robots.kit.arms.budget import Budget
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.planner import Refused
+from robots.kit.arms.zones import Box
+from robots.kit.drivers.pa10.courses import Course, Courses
+from robots.kit.drivers.pa10.protocol import Request
 from simulators.common.fork import Fork, fork
 
 NICER = 5  # plans may wait; steps of the control loop may not
 TRIES = 2
-ANSWER_S = 30.0  # only a process that hangs takes so long: work is bounded (`robots/motion/budget.py`)
+ANSWER_S = 30.0  # only a process that hangs takes so long: work is bounded (`robots/kit/arms/budget.py`)
 KEPT = 8  # sets of boxes
 
 

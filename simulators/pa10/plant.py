@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robots.description import load
-from robots.motion.chain import Joints
-from robots.motion.described import chain
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.described import chain
+from robots.kit.description import load
 from simulators.pa10 import scene
 
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robots.clock import TIMER, Timer
-from robots.motion.chain import Joints
+from robots.kit.arms.chain import Joints
+from robots.kit.clock import TIMER, Timer
 
 STILL = 1e-4  # rad, m: closed fingers tremble by less, and cameras show nothing smaller
 EVERY = 50  # steps between two looks at the positions

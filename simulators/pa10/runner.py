@@ -5,9 +5,9 @@ from typing import Protocol
 
 import numpy as np
 
-from robots.clock import Timer
-from robots.drivers.pa10.protocol import MOTIONS, Request
-from robots.motion.planner import Refused
+from robots.kit.arms.planner import Refused
+from robots.kit.clock import Timer
+from robots.kit.drivers.pa10.protocol import MOTIONS, Request
 
 GRIP_S = 0.8
 

@@ -6,8 +6,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from robots.description import load, text_of
-from robots.motion.described import boxes
+from robots.kit.arms.described import boxes
+from robots.kit.description import load, text_of
 
 BLOCK = 0.040  # edge of a block (m)
 BLOCKS = (

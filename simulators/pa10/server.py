@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
-from robots.clock import TIMER, Timer
-from robots.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
+from robots.kit.clock import TIMER, Timer
+from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
 from simulators.common.tcp import Listener
 from simulators.pa10.client import Client, Order

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robots.motion.chain import Joints
-from robots.motion.path import Path
-from robots.motion.planner import Planner, Refused
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.path import Path
+from robots.kit.arms.planner import Planner, Refused
 from simulators.pa10.velocity import VelocityCommand
 
 STILL = 1e-9

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from robots.clock import TIMER, Timer, poll
-from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import VELOCITIES, ArmState, Request
-from robots.files import replace_text, replaced
-from robots.motion.planner import Refused
+from robots.kit.arms.planner import Refused
+from robots.kit.clock import TIMER, Timer, poll
+from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.protocol import VELOCITIES, ArmState, Request
+from robots.kit.files import replace_text, replaced
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
 from simulators.common.journal import Journal

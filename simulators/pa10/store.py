@@ -5,9 +5,9 @@ import json
 import threading
 from pathlib import Path
 
-from robots.drivers.pa10.protocol import program
-from robots.files import replaced
-from robots.motion.planner import Refused
+from robots.kit.arms.planner import Refused
+from robots.kit.drivers.pa10.protocol import program
+from robots.kit.files import replaced
 
 MOST = 200
 PROGRAMS = {

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robots.motion.chain import Joints
-from robots.motion.planner import Planner
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.planner import Planner
 from simulators.pa10.scene import STEP_S
 
 DEAD_MAN_S = 0.25

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from robots.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Timer
 from simulators.pa10.server import Network
 
 LOOK_S = 0.1

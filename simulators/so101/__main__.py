@@ -16,8 +16,8 @@ import tty
 from pathlib import Path
 from typing import Any
 
-from robots.clock import TIMER, FasterTimer, Timer
-from robots.files import replace_text
+from robots.kit.clock import TIMER, FasterTimer, Timer
+from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.process import arguments, stop_when_told

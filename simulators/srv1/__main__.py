@@ -10,7 +10,7 @@ tests, never for the rover), `faults` (a Unix socket), `journal.jsonl`, `state.j
 import gc
 import sys
 
-from robots.clock import FasterTimer
+from robots.kit.clock import FasterTimer
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import end_with_any
 from simulators.srv1.simulator import LINKS, Simulator

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.description import load
-from robots.drivers.srv1.hall import Hall, hall
-from robots.drivers.srv1.protocol import size_of
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import Hall, hall
+from robots.kit.drivers.srv1.protocol import size_of
 from simulators.common.mesh import Mesh, joined, placed
 from simulators.common.raster import Canvas, Lens, looking
 from simulators.common.texture import Atlas

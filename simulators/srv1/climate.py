@@ -7,7 +7,7 @@ from math import dist, exp, sin, tau
 
 import numpy as np
 
-from robots.drivers.srv1.hall import Hall
+from robots.kit.drivers.srv1.hall import Hall
 
 TEMPERATURE_C, HUMIDITY, LIGHT = 20.5, 0.46, 0.25  # the last two are shares
 DAY_S, VENTILATION_S, CLOUD_S = 86400.0, 4700.0, 900.0

@@ -7,12 +7,12 @@ import contextlib
 from binascii import crc_hqx
 from collections.abc import Callable
 
-from robots.clock import Timer
-from robots.description import load
-from robots.description import text_of as described_text
-from robots.drivers.srv1 import sensors
-from robots.drivers.srv1.answers import ENDS, Answer, Done, Reason, Refused, Status
-from robots.drivers.srv1.extension import (
+from robots.kit.clock import Timer
+from robots.kit.description import load
+from robots.kit.description import text_of as described_text
+from robots.kit.drivers.srv1 import sensors
+from robots.kit.drivers.srv1.answers import ENDS, Answer, Done, Reason, Refused, Status
+from robots.kit.drivers.srv1.extension import (  # fmt: skip
     LATE_MS,
     Activate,
     Ask,
@@ -22,9 +22,9 @@ from robots.drivers.srv1.extension import (
     Patrol,
     Permit,
     Velocity,
-)  # fmt: skip
-from robots.drivers.srv1.journal import Event
-from robots.drivers.srv1.sensors import Channel
+)
+from robots.kit.drivers.srv1.journal import Event
+from robots.kit.drivers.srv1.sensors import Channel
 from simulators.srv1.drive import End, Note
 from simulators.srv1.flash import Flash, text_of
 from simulators.srv1.hardware import Hardware

@@ -1,6 +1,6 @@
 """The hall rover's motor board: per cent or velocities in, rim speeds out. It forgets velocities, never per cent."""
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.motor_board import End, MotorBoard, Note
 
 __all__ = ["Drive", "End", "Note"]

@@ -5,7 +5,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from robots.drivers.srv1.hall import Case, Exhibit
+from robots.kit.drivers.srv1.hall import Case, Exhibit
 from simulators.common.mesh import WHITE, Colour, Mesh, box, joined, placed, quad, turned
 from simulators.common.texture import Atlas
 from simulators.srv1 import drawings, paintings

@@ -8,12 +8,12 @@ threads while the loop is busy. A hold is found by `receive` at any moment: the 
 
 from collections.abc import Callable
 
-from robots.clock import TIMER, Limit, Lock, Timer
-from robots.drivers.srv1 import answers, extension
-from robots.drivers.srv1.bounds import BOOT
-from robots.drivers.srv1.extension import Hold
-from robots.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
-from robots.drivers.srv1.protocol import Malformed
+from robots.kit.clock import TIMER, Limit, Lock, Timer
+from robots.kit.drivers.srv1 import answers, extension
+from robots.kit.drivers.srv1.bounds import BOOT
+from robots.kit.drivers.srv1.extension import Hold
+from robots.kit.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
+from robots.kit.drivers.srv1.protocol import Malformed
 from simulators.srv1.commander import Commander, Parse
 from simulators.srv1.drive import Note
 from simulators.srv1.flash import Flash

@@ -27,7 +27,7 @@ class Hardware(Protocol):
         """Return the distance (m) that the sonar tells, from `near` to `far`."""
 
     def analogue(self, channel: int) -> int:
-        """Return the counts (0 to 1023) of a channel of `robots.drivers.srv1.sensors.Channel`; 0 of any other."""
+        """Return the counts (0 to 1023) of a channel of `robots.kit.drivers.srv1.sensors.Channel`; 0 of any other."""
 
     def encoders(self) -> tuple[int, int]:
         """Return the counts of the left and the right wheels since power on; they fall while a wheel turns back."""

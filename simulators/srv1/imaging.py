@@ -8,8 +8,8 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from robots.clock import Timer
-from robots.drivers.srv1.protocol import SIZES, PictureHeader, Size
+from robots.kit.clock import Timer
+from robots.kit.drivers.srv1.protocol import SIZES, PictureHeader, Size
 from simulators.srv1.frame import Bin, Frame, Image
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.uart import Uart

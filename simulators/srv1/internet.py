@@ -2,7 +2,7 @@
 
 from random import Random
 
-from robots.description import load
+from robots.kit.description import load
 
 
 class Internet:

@@ -9,9 +9,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
-from robots.clock import TIMER, Timer, Until
-from robots.drivers.srv1.extension import HOLD
-from robots.drivers.srv1.protocol import STOP
+from robots.kit.clock import TIMER, Timer, Until
+from robots.kit.drivers.srv1.extension import HOLD
+from robots.kit.drivers.srv1.protocol import STOP
 from simulators.common.faults import FaultBoard
 from simulators.srv1.drive import Note
 

@@ -4,9 +4,9 @@ from collections import deque
 from collections.abc import Callable
 from math import dist
 
-from robots.drivers.srv1.answers import encode
-from robots.drivers.srv1.journal import Entries, Entry, Event
-from robots.drivers.srv1.protocol import Malformed
+from robots.kit.drivers.srv1.answers import encode
+from robots.kit.drivers.srv1.journal import Entries, Entry, Event
+from robots.kit.drivers.srv1.protocol import Malformed
 
 ROOM = 256  # entries; older ones are forgotten
 MOST_VALUE = 2**31

@@ -6,7 +6,7 @@ A speed is never 0, the keypad does nothing before the first `M`, and a 0 for th
 from collections.abc import Callable
 from enum import Enum
 
-from robots.drivers.srv1.protocol import DURATION_S, FAILSAFE_S
+from robots.kit.drivers.srv1.protocol import DURATION_S, FAILSAFE_S
 
 BASE, STEP, MOST_BASE = 40, 3, 95  # per cent: the keypad's speed at first, and how it is changed
 TURN_PER_CENT, TURN_S = 70, 0.2

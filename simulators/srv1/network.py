@@ -3,7 +3,7 @@
 import contextlib
 from functools import partial
 
-from robots.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Timer
 from simulators.common.tcp import Line, Listener
 from simulators.srv1.drive import Note
 from simulators.srv1.link import Link

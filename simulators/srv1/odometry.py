@@ -6,7 +6,7 @@ rover is switched on at `hall.home`, so its coordinates are the hall's, but for 
 
 from math import cos, exp, pi, radians, remainder, sin, tau
 
-from robots.description import load
+from robots.kit.description import load
 
 DEAD_S, DRIVEN_M_S = 0.3, 0.02  # a side that is driven so fast counts in any shorter time, or its encoder is dead
 COMPASS_S = 0.3  # within which the heading follows the compass

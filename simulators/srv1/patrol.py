@@ -7,7 +7,7 @@ Below all rules is the reflex: it halts before what infrared sees nearer than `i
 from math import copysign, sin
 from typing import Protocol
 
-from robots.description import load
+from robots.kit.description import load
 
 TURN_RAD_S = 0.8
 SLOWEST_M_S = 0.02  # a rule set that says less says that the way is closed

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.description import load
-from robots.drivers.srv1.hall import Hall, hall
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import Hall, hall
 from simulators.srv1 import scene
 
 Floats = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from robots.description import load
+from robots.kit.description import load
 
 BITS_A_BYTE = 8
 

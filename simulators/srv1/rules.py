@@ -1,7 +1,7 @@
 """The rules as the rover's firmware keeps and evaluates them: whole numbers only, as its processor has them.
 
 Readings and peaks are thousandths of their unit (mm, mm/s), weights are shares of 16384. Of the format of the text:
-robots/autonomy/fuzzy_text.py; this is a parser of its own.
+robots/kit/rovers/fuzzy_text.py; this is a parser of its own.
 """
 
 from binascii import crc_hqx

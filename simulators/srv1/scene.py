@@ -8,8 +8,8 @@ from typing import Any
 
 import mujoco
 
-from robots.description import load
-from robots.drivers.srv1.hall import Hall, hall
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import Hall, hall
 
 STEP_S = 0.004
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")

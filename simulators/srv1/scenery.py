@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from robots.drivers.srv1.hall import Case, Exhibit, Hall
+from robots.kit.drivers.srv1.hall import Case, Exhibit, Hall
 from simulators.common.mesh import WHITE, Colour, Mesh, box, joined, lid, placed, prism, quad, turned
 from simulators.common.texture import Atlas
 from simulators.srv1 import drawings, paintings

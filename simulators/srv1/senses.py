@@ -4,9 +4,9 @@ from math import atan2, degrees, floor, hypot, remainder, sin, tau
 
 import numpy as np
 
-from robots.description import load
-from robots.drivers.srv1.hall import Hall
-from robots.drivers.srv1.sensors import Channel, infrared_counts, share_counts, temperature_counts
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import Hall
+from robots.kit.drivers.srv1.sensors import Channel, infrared_counts, share_counts, temperature_counts
 from simulators.common.faults import FaultBoard
 from simulators.srv1.climate import Climate
 from simulators.srv1.plant import Plant

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.clock import TIMER, WALL, Timer, Wall, poll
-from robots.files import replace_text, replaced
+from robots.kit.clock import TIMER, WALL, Timer, Wall, poll
+from robots.kit.files import replace_text, replaced
 from simulators.common import stamp
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve

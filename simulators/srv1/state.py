@@ -5,7 +5,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from robots.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.hall import hall
 from simulators.common import kept
 from simulators.srv1.flash import SECTOR
 from simulators.srv1.plant import Pose

@@ -5,8 +5,8 @@ Not here: C programs, neural nets, the editor, web pages, GPS; their letters tak
 
 from collections.abc import Callable
 
-from robots.clock import Limit, Lock, Timer
-from robots.drivers.srv1.protocol import CHANNELS, DURATION_S, METRES_A_PING, UNKNOWN
+from robots.kit.clock import Limit, Lock, Timer
+from robots.kit.drivers.srv1.protocol import CHANNELS, DURATION_S, METRES_A_PING, UNKNOWN
 from simulators.srv1.flash import Flash
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.imaging import Imaging

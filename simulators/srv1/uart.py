@@ -8,8 +8,8 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from robots.clock import TIMER, Limit, Timer, Until
-from robots.drivers.srv1.extension import HOLD
+from robots.kit.clock import TIMER, Limit, Timer, Until
+from robots.kit.drivers.srv1.extension import HOLD
 
 ROOM = 4096
 LOOK_S = 3600.0  # between two looks at an empty port; who puts something there says so

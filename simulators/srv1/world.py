@@ -9,8 +9,8 @@ from math import hypot
 
 import numpy as np
 
-from robots.description import load
-from robots.drivers.srv1.hall import hall
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import hall
 from simulators.common.battery import Battery
 from simulators.common.faults import FaultBoard
 from simulators.srv1.drive import Drive

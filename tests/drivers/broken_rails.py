@@ -6,9 +6,9 @@ from io import BytesIO
 
 from PIL import Image
 
-from robots.clock import SYSTEM
-from robots.contract.errors import HardwareFault, LineGone
-from robots.contract.session import Outcome, Progress, RobotState
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import HardwareFault, LineGone
+from robots.kit.contract.session import Outcome, Progress, RobotState
 from tests.drivers.rail import ALONE_S, REST_S, Cart, Rail
 
 

@@ -4,10 +4,10 @@ from contextlib import closing
 
 import pytest
 
-from robots.clock import FasterTimer
-from robots.drivers.irat.driver import Driver as IratDriver
-from robots.drivers.mercury.driver import Driver
-from robots.drivers.pa10.driver import Driver as ArmDriver
+from robots.kit.clock import FasterTimer
+from robots.kit.drivers.irat.driver import Driver as IratDriver
+from robots.kit.drivers.mercury.driver import Driver
+from robots.kit.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers import irat_wire

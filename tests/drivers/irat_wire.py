@@ -10,8 +10,8 @@ from typing import ClassVar
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from robots.clock import FasterTimer
-from robots.contract.errors import GrantOver
+from robots.kit.clock import FasterTimer
+from robots.kit.contract.errors import GrantOver
 from tests.waiting import wait_for
 
 FASTER = 2  # so many times faster than real time the shared robot and its driver live

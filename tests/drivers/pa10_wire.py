@@ -4,7 +4,7 @@ import contextlib
 import socket
 from typing import ClassVar
 
-from robots.clock import FasterTimer
+from robots.kit.clock import FasterTimer
 
 FASTER = 4  # so many times faster than real time the shared arm and its driver live
 CLOCK = FasterTimer(FASTER)

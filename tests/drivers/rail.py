@@ -5,15 +5,15 @@ from io import BytesIO
 
 from PIL import Image
 
-from robots.clock import FasterTimer
-from robots.contract.channels import Scalar, Scale
-from robots.contract.errors import LineGone
-from robots.contract.policies import Bound, Policies, Range
-from robots.contract.session import Outcome, Progress, RobotState, Session
-from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
-from robots.contract.streams import Stream
-from robots.contract.values import known, within
-from robots.drivers.permits import until_held
+from robots.kit.clock import FasterTimer
+from robots.kit.contract.channels import Scalar, Scale
+from robots.kit.contract.errors import LineGone
+from robots.kit.contract.policies import Bound, Policies, Range
+from robots.kit.contract.session import Outcome, Progress, RobotState, Session
+from robots.kit.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
+from robots.kit.contract.streams import Stream
+from robots.kit.contract.values import known, within
+from robots.kit.drivers.permits import until_held
 
 CLOCK = FasterTimer(10)
 LENGTH, STEP_S = 2.0, 0.02  # m, s

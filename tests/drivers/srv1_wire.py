@@ -4,10 +4,10 @@ from math import cos, degrees, pi, sin, tau
 
 import numpy as np
 
-from robots.description import load
-from robots.drivers.srv1 import answers, extension
-from robots.drivers.srv1.framing import ANSWER, Frames
-from robots.drivers.srv1.sensors import Channel, share_counts, temperature_counts
+from robots.kit.description import load
+from robots.kit.drivers.srv1 import answers, extension
+from robots.kit.drivers.srv1.framing import ANSWER, Frames
+from robots.kit.drivers.srv1.sensors import Channel, share_counts, temperature_counts
 from simulators.common.faults import FaultBoard
 from simulators.srv1.drive import Drive
 from simulators.srv1.firmware import Firmware

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.contract.errors import CameraFault
-from robots.vision.stability import settle
+from robots.kit.contract.errors import CameraFault
+from robots.kit.vision.stability import settle
 from tests.conftest import wait_for
 from workers.cameras import video
 from workers.cameras.source import SnapshotCamera, StreamCamera, fitted, open_camera

@@ -10,16 +10,16 @@ from io import StringIO
 import pytest
 from django.core.management import CommandError, call_command
 
-from robots.conformance.installed import conform_installed
-from robots.conformance.report import Verdict
-from robots.conformance.suite import CHECKS
-from robots.conformance.trial import Limits
+from robots.kit.conformance.installed import conform_installed
+from robots.kit.conformance.report import Verdict
+from robots.kit.conformance.suite import CHECKS
+from robots.kit.conformance.trial import Limits
 from tests.packaged import SHUTTLE, TURNTABLE, installed_from
 from tests.rig import PYTHON, ROOT
 
 # how many times faster than real time each simulator runs; the others run in real time
 SPEED = {"mercury": 2.0, "pa10": 4.0, "irat": 2.0, "srv1": 4.0}
-OURS = sorted(file.parent.name for file in (ROOT / "robots/drivers").glob("*/driver.py"))
+OURS = sorted(file.parent.name for file in (ROOT / "robots/kit/drivers").glob("*/driver.py"))
 # what a robot has nothing to show for, of its own spec and simulator
 WITHOUT = {
     "mercury": {"replaced", "policies", "streams", "steered", "time left"},

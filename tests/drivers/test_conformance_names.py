@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from robots.conformance.report import Verdict
-from robots.conformance.suite import conform
-from robots.conformance.trial import Limits
-from robots.contract.channels import IN_PLANE
-from robots.contract.policies import Bound, Policies
+from robots.kit.conformance.report import Verdict
+from robots.kit.conformance.suite import conform
+from robots.kit.conformance.trial import Limits
+from robots.kit.contract.channels import IN_PLANE
+from robots.kit.contract.policies import Bound, Policies
 from tests.drivers import broken_rails as broken
 from tests.drivers.rail import CAMERA, CLOCK, SPEC, Cart, Rail
 

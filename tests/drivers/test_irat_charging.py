@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.contract.errors import GrantOver, HardwareFault
+from robots.kit.contract.errors import GrantOver, HardwareFault
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import until
 from tests.drivers.pa10_wire import allow

@@ -7,10 +7,10 @@ import threading
 import pytest
 from websockets.sync.server import serve
 
-from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, Stopped
-from robots.drivers.irat.line import IratLine
-from robots.drivers.irat.protocol import Velocity
-from robots.drivers.rosbridge_client import Bridge
+from robots.kit.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, Stopped
+from robots.kit.drivers.irat.line import IratLine
+from robots.kit.drivers.irat.protocol import Velocity
+from robots.kit.drivers.rosbridge_client import Bridge
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, EPOCHS, WireClient, journal
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from robots.autonomy.ratslam.routes import index_of
-from robots.autonomy.ratslam.storage import load
-from robots.contract.errors import BadRequest, GaveUp, GrantOver, Held
-from robots.contract.session import Progress
-from robots.drivers.irat.brain.messages import Save
-from robots.drivers.irat.brain.mind import IN_DOCK_M
-from robots.drivers.irat.places import MapCleared
+from robots.kit.contract.errors import BadRequest, GaveUp, GrantOver, Held
+from robots.kit.contract.session import Progress
+from robots.kit.drivers.irat.brain.messages import Save
+from robots.kit.drivers.irat.brain.mind import IN_DOCK_M
+from robots.kit.drivers.irat.places import MapCleared
+from robots.kit.slam.routes import index_of
+from robots.kit.slam.storage import load
 from simulators.irat.plant import docked
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, FASTER, journal, until

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from websockets.sync.client import connect
 
-from robots.contract.errors import ControllerRestarted, Held, LineBusy
-from robots.drivers.irat.driver import Driver
-from robots.drivers.irat.line import IratLine
-from robots.drivers.irat.protocol import Velocity
+from robots.kit.contract.errors import ControllerRestarted, Held, LineBusy
+from robots.kit.drivers.irat.driver import Driver
+from robots.kit.drivers.irat.line import IratLine
+from robots.kit.drivers.irat.protocol import Velocity
 from tests.conftest import wait_for
 from tests.ros_fake import Ordered, Ros, start_node
 from tests.rosbridge_fake import Bridge

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from robots.description import load
-from robots.drivers.irat.protocol import EVERY_S, TOPICS
+from robots.kit.description import load
+from robots.kit.drivers.irat.protocol import EVERY_S, TOPICS
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import FASTER, WireClient, journal, operation, velocity
 

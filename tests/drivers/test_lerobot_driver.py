@@ -9,7 +9,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from robots.contract.find import spec_of
+from robots.kit.contract.find import spec_of
 from tests.conftest import wait_for
 from tests.rig import PYTHON, ROOT, Simulator
 
@@ -48,7 +48,7 @@ def arm(servos):
 
 
 def driver(servos, **settings):
-    from robots.drivers.so101.driver import Driver
+    from robots.kit.drivers.so101.driver import Driver
 
     return Driver(str(servos.folder / "tty"), settings)
 
@@ -91,7 +91,7 @@ def test_it_goes_where_it_is_told_and_says_what_was_sent(arm, servos):
 
 @needs
 def test_what_lerobot_clips_is_told(servos, monkeypatch):
-    from robots.description import load
+    from robots.kit.description import load
 
     monkeypatch.setitem(load("so101")["lerobot"]["options"], "max_relative_target", 0.8)  # degrees a goal
     arm = driver(servos)
@@ -104,7 +104,7 @@ def test_what_lerobot_clips_is_told(servos, monkeypatch):
 
 @needs
 def test_a_hold_ends_a_motion_on_its_way_and_no_goal_of_before_follows(arm, servos):
-    from robots.contract.errors import Held
+    from robots.kit.contract.errors import Held
 
     errors = []
 
@@ -129,7 +129,7 @@ def test_a_hold_ends_a_motion_on_its_way_and_no_goal_of_before_follows(arm, serv
 
 @needs
 def test_each_step_wants_a_permit(arm, servos):
-    from robots.contract.errors import Stopped
+    from robots.kit.contract.errors import Stopped
 
     before = len(goals(servos))
 
@@ -152,7 +152,7 @@ def test_each_step_wants_a_permit(arm, servos):
 
 @needs
 def test_bad_values_are_named(arm, servos):
-    from robots.contract.errors import BadRequest
+    from robots.kit.contract.errors import BadRequest
 
     for args, words in (({"shoulder_pan": 9}, "must lie between"), ({"knee": 1}, "no value called knee")):
         with pytest.raises(BadRequest, match=words):
@@ -162,7 +162,7 @@ def test_bad_values_are_named(arm, servos):
 
 @needs
 def test_a_noisy_line_is_asked_again_and_a_silent_one_is_named(arm, servos):
-    from robots.contract.errors import LineSilent
+    from robots.kit.contract.errors import LineSilent
 
     servos.fault("corrupt", 0.02, seed=3)
     do(arm, "move", elbow_flex=0.3)
@@ -177,7 +177,7 @@ def test_a_noisy_line_is_asked_again_and_a_silent_one_is_named(arm, servos):
 
 @needs
 def test_a_pulled_cable_is_named_and_mended(arm, servos):
-    from robots.contract.errors import HardwareFault
+    from robots.kit.contract.errors import HardwareFault
 
     servos.stop()
     with pytest.raises(HardwareFault):
@@ -190,7 +190,7 @@ def test_a_pulled_cable_is_named_and_mended(arm, servos):
 
 @needs
 def test_a_robot_that_was_never_calibrated_is_refused_in_words(servos):
-    from robots.contract.errors import HardwareFault
+    from robots.kit.contract.errors import HardwareFault
 
     kept = servos.folder / "calibration" / "farhand.json"
     kept.write_text(kept.read_text().replace("3395", "3000"))
@@ -203,7 +203,7 @@ def test_it_is_driven_and_stopped_through_the_worker(transactional_db, redis_ser
     from portal.processes import robot_processes
     from portal.seeding import add_robot
     from robots import bus, services
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.models import Command, Lease, Robot
     from robots.states import Cycle, GrantKind
     from tests.rig import Child
@@ -235,7 +235,7 @@ def test_it_is_driven_and_stopped_through_the_worker(transactional_db, redis_ser
 
 
 def test_without_the_library_it_is_named_in_words():
-    code = "import sys\nsys.modules['lerobot'] = None\nfrom robots.contract.find import open_session\n"
+    code = "import sys\nsys.modules['lerobot'] = None\nfrom robots.kit.contract.find import open_session\n"
     code += "open_session('so101', '/dev/null', {})"
     done = subprocess.run([PYTHON, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert "LeRobot, or a part of it that this robot needs, is not installed" in done.stderr

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from robots.contract.errors import (
+from robots.kit.contract.errors import (
     BadRequest,
     ControllerRefused,
     ControllerRestarted,

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, seed
 from hypothesis import strategies as st
 
-from robots.clock import FasterTimer
-from robots.contract.errors import ControllerRefused, LineGone, LineSilent
-from robots.drivers.mercury import protocol as wire
-from robots.drivers.mercury.line import HostLine
-from robots.drivers.mercury.protocol import Instruction
+from robots.kit.clock import FasterTimer
+from robots.kit.contract.errors import ControllerRefused, LineGone, LineSilent
+from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.drivers.mercury.line import HostLine
+from robots.kit.drivers.mercury.protocol import Instruction
 from tests.conftest import wait_for
 from tests.drivers.fuzzing import numbers, rounds
 from tests.drivers.mercury_wire import ACK, CHECKSUM, DONE, HELD, NAK, STATE, floats, frame

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robots.contract.errors import Held, OutOfWorkspace, Replaced, Stopped
-from robots.drivers.pa10.driver import Driver
-from robots.drivers.pa10.units import pose_request
-from robots.motion.described import chain
-from robots.motion.pose import matrix
+from robots.kit.arms.described import chain
+from robots.kit.arms.pose import matrix
+from robots.kit.contract.errors import Held, OutOfWorkspace, Replaced, Stopped
+from robots.kit.drivers.pa10.driver import Driver
+from robots.kit.drivers.pa10.units import pose_request
 from simulators.pa10 import scene
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import CLOCK, FASTER, allow, do, journal

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
-from robots.drivers.pa10.forms import FORMS
-from robots.drivers.pa10.protocol import Malformed, program
+from robots.kit.drivers.pa10.forms import FORMS
+from robots.kit.drivers.pa10.protocol import Malformed, program
 from simulators.pa10.store import PROGRAMS
 from tests.conftest import at_length
 from tests.drivers.fuzzing import Watched, numbers, pieces, rounds, weighted

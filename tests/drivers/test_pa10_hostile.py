@@ -7,10 +7,10 @@ import time
 
 import pytest
 
-from robots.contract.errors import RobotError
-from robots.drivers.pa10.driver import Driver
-from robots.drivers.pa10.line import ANSWER_S, ArmLine
-from robots.drivers.pa10.protocol import ArmState, End, Mode
+from robots.kit.contract.errors import RobotError
+from robots.kit.drivers.pa10.driver import Driver
+from robots.kit.drivers.pa10.line import ANSWER_S, ArmLine
+from robots.kit.drivers.pa10.protocol import ArmState, End, Mode
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed

@@ -7,9 +7,9 @@ import time
 
 import pytest
 
-from robots.contract.errors import LineBusy, LineGone
-from robots.drivers.pa10.checks import courses, request_of
-from robots.drivers.pa10.driver import Driver
+from robots.kit.contract.errors import LineBusy, LineGone
+from robots.kit.drivers.pa10.checks import courses, request_of
+from robots.kit.drivers.pa10.driver import Driver
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import FASTER, Terminal, allow, do, journal
 from tests.rig import ArmSimulator

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.contract.session import Progress
+from robots.kit.contract.session import Progress
 from tests.drivers.pa10_wire import allow
 
 pytestmark = pytest.mark.timed

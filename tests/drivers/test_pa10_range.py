@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from robots.contract.errors import HardwareFault, OutOfWorkspace
-from robots.motion.described import chain
+from robots.kit.arms.described import chain
+from robots.kit.contract.errors import HardwareFault, OutOfWorkspace
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, allow, do, journal
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robots.contract.find import spec_of
+from robots.kit.contract.find import spec_of
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import CLOCK, do, journal
 

@@ -8,9 +8,9 @@ import time
 import numpy as np
 import pytest
 
-from robots.drivers.pa10.units import pose_request
-from robots.motion.described import chain
-from robots.motion.pose import EULER, RPY, numbers
+from robots.kit.arms.described import chain
+from robots.kit.arms.pose import EULER, RPY, numbers
+from robots.kit.drivers.pa10.units import pose_request
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, journal
 

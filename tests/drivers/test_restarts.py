@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from psutil import Process
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers import irat_wire

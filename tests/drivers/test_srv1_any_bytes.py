@@ -4,8 +4,19 @@ from random import Random
 
 import pytest
 
-from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity, encode
-from robots.drivers.srv1.framing import ANSWER, Frames
+from robots.kit.drivers.srv1.extension import (
+    HOLD,
+    Activate,
+    Ask,
+    Claim,
+    Hold,
+    Journal,
+    Patrol,
+    Permit,
+    Velocity,
+    encode,
+)
+from robots.kit.drivers.srv1.framing import ANSWER, Frames
 from tests.drivers.srv1_wire import Rig
 
 pytestmark = pytest.mark.django_db(transaction=True)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.drivers.srv1.protocol import HEADER_BYTES, QUALITIES, PictureHeader
+from robots.kit.drivers.srv1.protocol import HEADER_BYTES, QUALITIES, PictureHeader
 from simulators.srv1.imaging import jpeg
 from tests.drivers.srv1_wire import JPEG, SEEN, Rig
 

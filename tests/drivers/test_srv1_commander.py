@@ -4,14 +4,14 @@ from binascii import crc_hqx
 
 import pytest
 
-from robots.autonomy.fuzzy import PAPER, sugeno
-from robots.autonomy.fuzzy_text import parse as parse_text
-from robots.description import text_of
-from robots.drivers.srv1 import answers, protocol
-from robots.drivers.srv1.answers import Done, Reason, Refused, Status
-from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity
-from robots.drivers.srv1.framing import ANSWER, Frames
-from robots.drivers.srv1.journal import Event
+from robots.kit.description import text_of
+from robots.kit.drivers.srv1 import answers, protocol
+from robots.kit.drivers.srv1.answers import Done, Reason, Refused, Status
+from robots.kit.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity
+from robots.kit.drivers.srv1.framing import ANSWER, Frames
+from robots.kit.drivers.srv1.journal import Event
+from robots.kit.rovers.fuzzy import PAPER, sugeno
+from robots.kit.rovers.fuzzy_text import parse as parse_text
 from simulators.srv1.commander import MADE_WITH
 from simulators.srv1.patrol import TURN_RAD_S
 from simulators.srv1.patrol import Patrol as Course

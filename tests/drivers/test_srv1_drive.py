@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.srv1.drive import Drive
 from simulators.srv1.odometry import Odometry
 from tests.drivers.srv1_wire import TICK_S, Bench

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers.srv1 import answers, bounds, extension
-from robots.drivers.srv1.answers import Done, Reason, Refused, Status
-from robots.drivers.srv1.extension import (
+from robots.kit.drivers.srv1 import answers, bounds, extension
+from robots.kit.drivers.srv1.answers import Done, Reason, Refused, Status
+from robots.kit.drivers.srv1.extension import (  # fmt: skip
     HOLD,
     Activate,
     Ask,
@@ -19,10 +19,10 @@ from robots.drivers.srv1.extension import (
     Patrol,
     Permit,
     Velocity,
-)  # fmt: skip
-from robots.drivers.srv1.framing import ANSWER, COMMAND, LONGEST_ANSWER, LONGEST_COMMAND, Frame, Frames
-from robots.drivers.srv1.journal import Entries, Entry, Event
-from robots.drivers.srv1.protocol import Malformed
+)
+from robots.kit.drivers.srv1.framing import ANSWER, COMMAND, LONGEST_ANSWER, LONGEST_COMMAND, Frame, Frames
+from robots.kit.drivers.srv1.journal import Entries, Entry, Event
+from robots.kit.drivers.srv1.protocol import Malformed
 
 
 def within(limits):

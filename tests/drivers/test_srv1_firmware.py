@@ -2,9 +2,9 @@
 
 import pytest
 
-from robots.drivers.srv1 import protocol
-from robots.drivers.srv1.extension import HOLD, Ask
-from robots.drivers.srv1.protocol import RESYNCHRONISE, PictureHeader
+from robots.kit.drivers.srv1 import protocol
+from robots.kit.drivers.srv1.extension import HOLD, Ask
+from robots.kit.drivers.srv1.protocol import RESYNCHRONISE, PictureHeader
 from tests.drivers.srv1_wire import BOOT, JPEG, Rig
 
 pytestmark = pytest.mark.django_db(transaction=True)

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robots.contract.errors import LineSilent
-from robots.drivers.srv1 import flash
-from robots.drivers.srv1.extension import Activate
-from robots.drivers.srv1.line import RoverLine
-from robots.drivers.srv1.rules import crc_of, paper
+from robots.kit.contract.errors import LineSilent
+from robots.kit.drivers.srv1 import flash
+from robots.kit.drivers.srv1.extension import Activate
+from robots.kit.drivers.srv1.line import RoverLine
+from robots.kit.drivers.srv1.rules import crc_of, paper
 from simulators.srv1.flash import CHECKED, Flash
 from simulators.srv1.simulator import Simulator
 from tests.drivers.srv1_wire import Rig

@@ -6,10 +6,10 @@ from functools import partial
 
 import pytest
 
-from robots.clock import FasterTimer, poll
-from robots.drivers.srv1.extension import HOLD
-from robots.drivers.srv1.protocol import RESYNCHRONISE, motion
-from robots.drivers.srv1.wire import Wire, open_wire
+from robots.kit.clock import FasterTimer, poll
+from robots.kit.drivers.srv1.extension import HOLD
+from robots.kit.drivers.srv1.protocol import RESYNCHRONISE, motion
+from robots.kit.drivers.srv1.wire import Wire, open_wire
 from simulators.common.faults import FaultBoard
 from simulators.common.tcp import TcpListener
 from simulators.srv1.firmware import Firmware

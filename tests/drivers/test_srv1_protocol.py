@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers.srv1 import protocol, sensors
-from robots.drivers.srv1.protocol import HEADER_BYTES, MOST_PICTURE, SIZES, Malformed, PictureHeader, size_of
+from robots.kit.description import load
+from robots.kit.drivers.srv1 import protocol, sensors
+from robots.kit.drivers.srv1.protocol import HEADER_BYTES, MOST_PICTURE, SIZES, Malformed, PictureHeader, size_of
 from simulators.srv1.motors import signed
 
 per_cent = st.integers(-100, 100)

@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.drivers.srv1 import answers, extension, protocol
-from robots.drivers.srv1.extension import Ask, Claim, Hold, Patrol, Velocity
-from robots.drivers.srv1.framing import ANSWER, Frames
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.protocol import HEADER_BYTES, SIZES, PictureHeader
+from robots.kit.drivers.srv1 import answers, extension, protocol
+from robots.kit.drivers.srv1.extension import Ask, Claim, Hold, Patrol, Velocity
+from robots.kit.drivers.srv1.framing import ANSWER, Frames
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.protocol import HEADER_BYTES, SIZES, PictureHeader
 from simulators.srv1.simulator import IDLE_S, KEEP_S, Simulator
 from tests.world.world import World
 

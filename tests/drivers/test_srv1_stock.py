@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import pytest
 
-from robots.contract.errors import BadRequest, ControlsReleased, HardwareFault, Held, LineSilent
-from robots.drivers.srv1.driver import Driver
-from robots.drivers.srv1.stock import BY_HAND_ONLY, NOT_AT_REST
+from robots.kit.contract.errors import BadRequest, ControlsReleased, HardwareFault, Held, LineSilent
+from robots.kit.drivers.srv1.driver import Driver
+from robots.kit.drivers.srv1.stock import BY_HAND_ONLY, NOT_AT_REST
 from simulators.srv1.simulator import Simulator
 from tests.world.streams import Door, Network
 from tests.world.world import World

@@ -16,9 +16,9 @@ from queueing import services as queue
 from queueing.models import Queue, Ticket, TicketState
 from queueing.rows import announce
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
-from robots.messages import state_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import state_packet
 from robots.models import Command, Frame, Lease, Robot
 from robots.states import CommandState, Cycle, GrantEnd
 from tests.waiting import CEILING_S, wait_for

@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect, sync_playwright
 from accounts.bank import load_bank
 from queueing.models import Queue, Ticket, Turn
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import Cycle
 from tests import waiting

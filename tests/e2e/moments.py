@@ -47,7 +47,7 @@ class Moments:
         from playwright.sync_api import sync_playwright
 
         from queueing import services as queue
-        from robots.clock import SYSTEM
+        from robots.kit.clock import SYSTEM
         from robots.models import Robot
         from robots.states import Cycle
         from tests.conftest import wait_for

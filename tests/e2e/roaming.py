@@ -7,10 +7,10 @@ from datetime import timedelta
 
 from portal.seeding import add_robot
 from robots import bus
-from robots.clock import SYSTEM, ms_of
-from robots.contract.session import RobotState
-from robots.drivers.irat.brain.packets import EARLIER
-from robots.messages import state_packet
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.session import RobotState
+from robots.kit.drivers.irat.brain.packets import EARLIER
+from robots.kit.packets import state_packet
 from robots.models import Lease, Robot
 from robots.states import Cycle
 from tests.unit.test_irat_vectors import cell_packets, map_packets

@@ -56,7 +56,7 @@ def _take_arm(folder: Path) -> None:
     """The museum arm's console: a place filled in, the ghost shown."""
     from accounts.models import Clearance, User
     from portal.seeding import add_robot
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
 
     robot = add_robot("pa10")
     person = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
@@ -114,7 +114,7 @@ def _take_rules(folder: Path) -> None:
     """The rover with a mission that is being written; its rules while it patrols, figure 6, one changed, one refused."""
     from accounts.models import Clearance, User
     from portal.seeding import add_robot
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from tests.conftest import PASSWORD
 
     robot = add_robot("srv1")
@@ -189,7 +189,7 @@ def _mission(robot):
     """Return a job that looks around, and photographs at three places of the hall."""
     from accounts.models import Clearance, User
     from queueing.jobs.asking import Asker, ask
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from tests.conftest import PASSWORD
 
     person = User.objects.create(username="ada", email="ada@example.org", password=PASSWORD)
@@ -228,7 +228,7 @@ def _looks(robot, person, height: int, names: tuple[str, str, str]) -> Iterator[
 def _turn(robot, person) -> Iterator[object]:
     """Let the person drive the robot, in a portal of its own."""
     from queueing import services as queue
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.models import Robot
     from robots.states import Cycle
     from tests.conftest import RedisServer, wait_for

@@ -10,10 +10,10 @@ from django.conf import settings
 from PIL import Image
 from playwright.sync_api import expect
 
-from robots.clock import SYSTEM
-from robots.contract.errors import OutOfWorkspace
-from robots.contract.values import check
-from robots.description import programs_of
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import OutOfWorkspace
+from robots.kit.contract.values import check
+from robots.kit.description import programs_of
 from robots.models import Command, Program, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session

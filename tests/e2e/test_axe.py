@@ -9,7 +9,7 @@ from operatorlog.models import Entry, Visibility
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Ticket
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.conftest import at_length
 from tests.e2e.conftest import session
 from tests.e2e.drawn import size

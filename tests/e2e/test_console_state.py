@@ -8,8 +8,8 @@ from PIL import Image
 from playwright.sync_api import expect
 
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.messages import picture_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import picture_packet
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e import bare as told

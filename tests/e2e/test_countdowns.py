@@ -11,7 +11,7 @@ from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, OrientationRead
 from queueing import services as queue
 from queueing.models import Ticket, Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET
 from tests.e2e.told_line import ToldLine, own_time, stopped_clock

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from robots import bus
-from robots.messages import picture_packet
+from robots.kit.packets import picture_packet
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed

@@ -9,7 +9,7 @@ from datetime import timedelta
 import pytest
 
 from queueing.models import Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.conftest import BOTH_AT_LENGTH, wait_for
 from tests.faults.controls import LOST

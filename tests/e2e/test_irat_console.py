@@ -9,8 +9,8 @@ from playwright.sync_api import expect
 
 from queueing.models import Job
 from robots import bus, services, stream_store
-from robots.contract.streams import unpack
-from robots.drivers.irat.composites.decoding import MapShown, with_map
+from robots.kit.contract.streams import unpack
+from robots.kit.drivers.irat.composites.decoding import MapShown, with_map
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session

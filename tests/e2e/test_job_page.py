@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 from queueing import services as queue
 from queueing.jobs.models import Job, JobRun
 from queueing.models import Account
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Grant
 from robots.states import GrantKind
 from tests.e2e.conftest import session

@@ -11,7 +11,7 @@ from portal.seeding import add_robot
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Lease, Recording
 from tests.conftest import wait_for
 from tests.e2e.small import SmallPortal

@@ -8,7 +8,7 @@ import pytest
 from django.conf import settings
 
 from portal.seeding import add_robot
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for
 from tests.faults.test_composites import PHONE, Teller

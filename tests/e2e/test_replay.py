@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
-from robots.messages import picture_packet, state_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import picture_packet, state_packet
+from robots.kit.recording.container import Tape
+from robots.kit.recording.packets import picture_of, state_told
+from robots.kit.recording.reading import messages
 from robots.models import Movie, RecordingState
 from robots.recordings import keeping
-from robots.recordings.container import Tape
-from robots.recordings.packets import picture_of, state_told
-from robots.recordings.reading import messages
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT, OTHERS

@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from queueing import services as queue
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Program, Robot
 from tests.conftest import wait_for
 from tests.e2e.test_rover_stick import portal  # noqa: F401 - a fixture

@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from robots.drivers.srv1.rules import crc_of, paper
+from robots.kit.drivers.srv1.rules import crc_of, paper
 from robots.models import Command, Lease
 from tests.conftest import wait_for
 from tests.e2e.drawn import size

@@ -11,9 +11,9 @@ from playwright.sync_api import expect
 
 from portal.seeding import add_robot
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
-from robots.messages import state_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import state_packet
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for

@@ -10,7 +10,7 @@ from portal.processes import recorder_process
 from portal.recordings.day import movie_of_the_day
 from portal.seeding import add_robot
 from queueing.models import Job
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording
 from robots.recordings.models import OfTheDay
 from tests.conftest import wait_for

@@ -7,8 +7,8 @@ from math import dist
 import pytest
 from playwright.sync_api import expect
 
-from robots.description import load
-from robots.drivers.srv1.hall import hall
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import hall
 from tests.conftest import wait_for
 from tests.e2e.test_rover_stick import PAD, PHONE, middle
 

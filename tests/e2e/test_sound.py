@@ -8,7 +8,7 @@ from django.db import transaction
 from playwright.sync_api import expect
 
 from robots import services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for

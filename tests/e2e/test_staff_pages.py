@@ -7,7 +7,7 @@ import pytest
 from operatorlog import services as log
 from operatorlog.models import SurveyAnswer, SurveyQuestion
 from portal.seeding import add_robot
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from queueing import services as queue
 from queueing.rows import announce
 from robots import services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle
 from tests.e2e.conftest import session

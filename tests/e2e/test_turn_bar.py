@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from queueing import services as queue
 from queueing.models import Ticket, Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.conftest import at_length, wait_for
 from tests.e2e.drawn import IDLE, settle
 from tests.e2e.told_line import stopped_clock

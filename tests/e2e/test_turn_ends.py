@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots import bus, services, web_uptime
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
 from tests.e2e.drawn import QUIET

@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyAnswer
 from queueing import services as queue
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session

@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from robots.contract.video import unpack
+from robots.kit.contract.video import unpack
 from tests.conftest import at_length, wait_for
 from tests.e2e.test_pace import PICTURE, Heard
 

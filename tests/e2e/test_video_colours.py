@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robots import bus
-from robots.messages import picture_packet
+from robots.kit.packets import picture_packet
 from tests.conftest import wait_for
 from tests.e2e.test_pace import Heard
 from workers.cameras.steps import jpeg

@@ -8,7 +8,7 @@ from portal.live.standing import act, places
 from queueing import services as queue
 from queueing.places import standings
 from robots import bus, web_uptime
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.waiting import CEILING_S, wait_for
 
 ANY_LINE, OWN_LINE = re.compile("/ws/"), re.compile("/ws/me/")

@@ -10,8 +10,8 @@ from django.contrib.auth.models import Permission
 from django.db import connection
 
 from robots import bus, services
-from robots.clock import SYSTEM
 from robots.grants import owner_alive
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for

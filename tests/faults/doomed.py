@@ -16,8 +16,8 @@ def _end(number):
 
 def _arm(number):
     """Wrap the one function at which this worker is to die."""
-    from robots.drivers.mercury.line import HostLine
-    from robots.drivers.mercury.protocol import Instruction
+    from robots.kit.drivers.mercury.line import HostLine
+    from robots.kit.drivers.mercury.protocol import Instruction
     from robots.models import Command
 
     inner = HostLine._send

@@ -99,7 +99,7 @@ def test_the_watchdog_restarts_the_application_during_a_program(rig):
 
 def test_a_program_is_held_by_a_stop_and_by_the_end_of_the_turn(rig):
     from robots import services
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
 
     rig.owner()
     grant = rig.grant(seconds=600)

@@ -9,7 +9,7 @@ from accounts.models import Clearance
 from portal.processes import robot_processes
 from portal.seeding import add_robot
 from robots import bus, services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for

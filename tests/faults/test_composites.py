@@ -18,12 +18,12 @@ from portal.composites.drawn import drawn
 from portal.composites.parts import HEAD, watchers
 from portal.seeding import add_robot
 from robots import bus, stream_store
-from robots.clock import SYSTEM
-from robots.contract.capabilities import Composite
-from robots.contract.find import spec_of
-from robots.contract.session import RobotState
-from robots.contract.streams import StreamPacket, pack
-from robots.messages import picture_packet, state_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Composite
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.streams import StreamPacket, pack
+from robots.kit.packets import picture_packet, state_packet
 from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for
 from tests.rig import Web

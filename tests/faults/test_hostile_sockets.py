@@ -15,7 +15,7 @@ from portal.live.messages import Message
 from queueing import services as queue
 from queueing.models import Ticket
 from robots import bus, services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import GrantKind
 from tests.conftest import at_length, wait_for

@@ -15,9 +15,9 @@ from django.db import connection
 from queueing import services as queue
 from queueing.models import Ticket
 from robots.grants import end_grant
+from robots.kit.recording.reading import messages
 from robots.models import Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.recordings.reading import messages
 from robots.states import GrantEnd
 from tests.conftest import at_length, wait_for
 from tests.crowd import MANY, Crowd

@@ -13,7 +13,7 @@ from portal.live.hub import PING_S, Hub
 from portal.live.messages import Watch
 from portal.live.rooms import Viewer
 from robots import bus
-from robots.messages import Changed, picture_packet
+from robots.kit.packets import Changed, picture_packet
 from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import heard, line

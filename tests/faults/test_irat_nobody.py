@@ -16,7 +16,7 @@ from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Incident, Lease, Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import wait_for

@@ -13,7 +13,7 @@ from portal.seeding import add_robot
 from queueing import services as queue
 from queueing.models import Account, Job, JobRun, Queue
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Grant, Robot
 from robots.states import Cycle
 from tests.conftest import wait_for

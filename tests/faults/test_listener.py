@@ -7,7 +7,7 @@ import pytest
 import redis
 
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for
 from tests.faults.proxy import Proxy
 from workers.safety import listen

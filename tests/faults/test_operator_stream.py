@@ -15,8 +15,8 @@ from portal.live.operators import OperatorConsumer
 from queueing.models import Turn
 from queueing.turns import end_turn
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.messages import picture_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import picture_packet
 from robots.models import Grant
 from robots.states import GrantEnd, GrantKind
 from tests.conftest import wait_for

@@ -12,7 +12,7 @@ from portal.live import person
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Lease
 from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, line

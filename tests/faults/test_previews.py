@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from portal.live.previews import EACH_S
-from robots.description import load
-from robots.motion.described import posture
+from robots.kit.arms.described import posture
+from robots.kit.description import load
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 

@@ -16,8 +16,8 @@ from django.contrib.auth import get_user_model
 from accounts.models import Clearance
 from queueing import services as queue
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.messages import Changed
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import Changed
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import CALIBRATION, wait_for

@@ -9,8 +9,8 @@ from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyRespon
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots import bus
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Grant
 from robots.states import COMMAND_FINAL
 from tests.conftest import wait_for

@@ -16,10 +16,10 @@ from websockets.exceptions import ConnectionClosed
 from portal import serve
 from portal.live import audience, hub, person, sessions, viewing
 from robots import bus, services, stream_store
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
-from robots.contract.streams import StreamPacket, pack
-from robots.messages import Changed, picture_packet, state_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.streams import StreamPacket, pack
+from robots.kit.packets import Changed, picture_packet, state_packet
 from robots.models import Command
 from robots.states import CommandState, GrantKind
 from tests.conftest import wait_for

@@ -122,7 +122,7 @@ from accounts.models import Clearance, User
 from queueing import services as queue
 from queueing.errors import QueueError
 from robots import services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import COMMAND_FINAL
 admin, robot, turn = User.objects.get(username="admin"), Robot.objects.get(slug="mercury"), None

@@ -9,7 +9,7 @@ import pytest
 from django.conf import settings
 
 from portal.supervisor import HEARTBEAT_S
-from robots.contract.errors import NotPermitted
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL
 from tests.conftest import BOTH_AT_LENGTH, wait_for

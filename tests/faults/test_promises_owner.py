@@ -89,8 +89,8 @@ def test_promise_04_a_stale_epoch_is_refused_at_the_driver_and_by_the_robot(rig,
 
 
 def alive(rig):
-    from robots.clock import SYSTEM
     from robots.grants import owner_alive
+    from robots.kit.clock import SYSTEM
 
     return owner_alive(rig.lease(), SYSTEM.now())
 

@@ -10,7 +10,7 @@ from django.db import connection
 
 from benchmarks.command_round_trip import cookie
 from robots import bus, services
-from robots.contract.errors import Stopped
+from robots.kit.contract.errors import Stopped
 from robots.models import Command, Robot
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
 from tests.faults.witness import STALLED

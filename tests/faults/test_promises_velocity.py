@@ -11,13 +11,13 @@ from celery import current_app
 from queueing import services as queue
 from queueing.jobs.suspending import resume
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.capabilities import Stills
-from robots.contract.errors import BadRequest, RobotError, Stopped
-from robots.contract.procedures import PICTURE
-from robots.contract.values import check
-from robots.description import load
-from robots.drivers.irat.protocol import Velocity
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Stills
+from robots.kit.contract.errors import BadRequest, RobotError, Stopped
+from robots.kit.contract.procedures import PICTURE
+from robots.kit.contract.values import check
+from robots.kit.description import load
+from robots.kit.drivers.irat.protocol import Velocity
 from robots.models import Command, Grant, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState, GrantEnd
 from tests.conftest import wait_for

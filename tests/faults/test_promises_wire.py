@@ -6,11 +6,11 @@ import time
 
 import pytest
 
-from robots.contract.errors import RobotError
-from robots.contract.session import RobotState
-from robots.contract.values import check
-from robots.description import load
-from robots.drivers.mercury.scara import scara
+from robots.kit.contract.errors import RobotError
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.values import check
+from robots.kit.description import load
+from robots.kit.drivers.mercury.scara import scara
 from robots.models import Incident, Robot
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from robots import bus, services
-from robots.clock import SYSTEM
 from robots.grants import end_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.recording.reading import messages
 from robots.models import Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.recordings.reading import messages
 from robots.states import GrantEnd
 from tests.conftest import wait_for
 from tests.rig import Child

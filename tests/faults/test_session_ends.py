@@ -19,8 +19,8 @@ from portal.live.sessions import RAN_OUT_S, session_watch
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
-from robots.clock import SYSTEM
-from robots.messages import Trace
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import Trace
 from robots.models import Robot
 from robots.states import Cycle
 from tests.conftest import at_length, wait_for

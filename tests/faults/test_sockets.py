@@ -11,7 +11,7 @@ from websockets.sync.client import connect
 from benchmarks.command_round_trip import cookie
 from portal.limits.rates import AddressRate
 from robots import bus
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for
 from tests.faults.here import closed, handshake, heard, line
 

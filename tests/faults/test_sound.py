@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from robots import bus
-from robots.contract.sound import RATE, unpack
+from robots.kit.contract.sound import RATE, unpack
 from robots.models import Incident, Robot
 from robots.states import CommandState
 from tests.conftest import wait_for

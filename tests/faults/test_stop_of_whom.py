@@ -4,9 +4,9 @@ import pytest
 from django.conf import settings
 
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
 from robots.grants import owner_alive
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.states import GrantEnd
 from tests.conftest import BOTH_AT_LENGTH, wait_for

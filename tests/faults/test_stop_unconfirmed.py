@@ -7,7 +7,7 @@ from django.contrib.auth.models import AnonymousUser
 
 from portal.live.snapshot import snapshot
 from robots import services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
 

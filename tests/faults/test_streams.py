@@ -11,8 +11,8 @@ from accounts.models import Clearance
 from portal.processes import robot_processes
 from portal.seeding import add_robot
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.streams import unpack
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.streams import unpack
 from robots.models import Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for

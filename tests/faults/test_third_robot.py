@@ -12,8 +12,8 @@ from accounts.models import Clearance, Question
 from portal.processes import robot_processes
 from portal.seeding import add_robot
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
@@ -64,7 +64,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
 @pytest.mark.timed
 def test_a_driver_that_is_not_installed_is_named_in_words():
     done = subprocess.run(
-        [sys.executable, "-c", "from robots.contract.find import open_session; open_session('nowhere', '', {})"],
+        [sys.executable, "-c", "from robots.kit.contract.find import open_session; open_session('nowhere', '', {})"],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert "no driver named 'nowhere' is installed" in done.stderr

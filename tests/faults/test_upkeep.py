@@ -5,8 +5,8 @@ import pytest
 from queueing import services as queue
 from queueing.models import Ticket, TicketState
 from robots import services
-from robots.clock import SYSTEM
 from robots.grants import open_grant
+from robots.kit.clock import SYSTEM
 from robots.models import Command
 from tests.conftest import at_length, wait_for
 

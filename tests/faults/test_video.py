@@ -9,7 +9,7 @@ import pytest
 
 from portal.live.video import JOIN_S
 from robots import bus
-from robots.contract.video import VideoPacket, pack, unpack
+from robots.kit.contract.video import VideoPacket, pack, unpack
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer

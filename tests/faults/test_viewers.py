@@ -19,7 +19,7 @@ from portal.live import consumers, shared, viewing
 from portal.live.snapshot import snapshot
 from portal.live.viewing import LEAST_S
 from robots import bus
-from robots.messages import Changed, Notice
+from robots.kit.packets import Changed, Notice
 from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import closed, heard, line

@@ -5,7 +5,7 @@ import signal
 import pytest
 
 from robots import bus, web_uptime
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for
 
 pytestmark = [pytest.mark.timed, pytest.mark.django_db(transaction=True)]

@@ -35,8 +35,8 @@ def site(tmp_path_factory):
 def test_the_wheel_holds_what_no_import_finds(site):
     for path in (
         "portal/shipped/templates/base.html", "portal/shipped/frontend/.vite/manifest.json",
-        "portal/shipped/frontend/farhand/v1/console.js", "portal/shipped/frontend/farhand/v1/arm.css", "robots/drivers/pa10/model.urdf",
-        "robots/drivers/mercury/console/console.html", "robots/migrations/0001_initial.py", "portal/static/portal/icon.svg",
+        "portal/shipped/frontend/farhand/v1/console.js", "portal/shipped/frontend/farhand/v1/arm.css", "robots/kit/drivers/pa10/model.urdf",
+        "robots/kit/drivers/mercury/console/console.html", "robots/migrations/0001_initial.py", "portal/static/portal/icon.svg",
     ):  # fmt: skip
         assert (site / path).is_file(), path
     assert not list(site.rglob("*.ts")), "what was built needs no source"

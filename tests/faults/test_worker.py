@@ -3,8 +3,8 @@
 import pytest
 
 from robots import bus, services
-from robots.clock import SYSTEM
 from robots.grants import owner_alive
+from robots.kit.clock import SYSTEM
 from robots.models import Frame, Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import at_length, wait_for

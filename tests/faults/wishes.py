@@ -3,10 +3,10 @@
 import termios
 
 from queueing.jobs.asking import packets_of
-from robots.description import load
-from robots.drivers.irat.choices import choices
-from robots.drivers.srv1.hall import hall
-from robots.motion.described import chain, posture
+from robots.kit.arms.described import chain, posture
+from robots.kit.description import load
+from robots.kit.drivers.irat.choices import choices
+from robots.kit.drivers.srv1.hall import hall
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, RoverSimulator, Simulator
 from tests.waiting import wait_for

@@ -10,7 +10,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.waiting import CEILING_S
 
 HOST = "localhost"  # the certificate's; 127.0.0.1 is the same server by a name that it has no certificate for

@@ -296,7 +296,7 @@ def snapshot(line, secure):
 SEES = """
 import sys
 from pathlib import Path
-from robots.contract.errors import CameraFault
+from robots.kit.contract.errors import CameraFault
 from workers.cameras.source import open_camera
 source = open_camera(sys.argv[1], Path())
 for _ in range(int(sys.argv[2])):

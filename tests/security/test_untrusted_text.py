@@ -8,8 +8,8 @@ from markdown_it import MarkdownIt
 from operatorlog.models import Entry
 from queueing import services as queue
 from queueing.models import Turn
-from robots import description
-from robots.clock import SYSTEM
+from robots.kit import description
+from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
 from robots.states import GrantEnd
 

@@ -23,7 +23,7 @@ def roles(robot, people, owned, django_user_model):
     from django.contrib.auth.models import AnonymousUser, Permission
 
     from queueing import services as queue
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
 
     viewer = django_user_model.objects.create_user("vic", "vic@example.org", "correct horse 42", is_staff=True)
     viewer.user_permissions.set(Permission.objects.filter(codename__startswith="view_"))
@@ -39,7 +39,7 @@ def roles(robot, people, owned, django_user_model):
 def grant(robot, people, owned):
     """The open turn of ada, for five minutes of the real time of day."""
     from robots import services
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from robots.states import GrantKind
 
     now = SYSTEM.now()
@@ -71,7 +71,7 @@ def shuttle(robot, people, clock, monkeypatch):
 @pytest.fixture
 def used(robot, people, django_user_model, settings, tmp_path):
     """A portal in use, with a superuser among its people."""
-    from robots.clock import SYSTEM
+    from robots.kit.clock import SYSTEM
     from tests.services.in_use import in_use
 
     settings.MEDIA_ROOT = tmp_path

@@ -6,8 +6,8 @@ import shutil
 from django.conf import settings
 
 from queueing import services as queue
-from robots.clock import SYSTEM
-from robots.contract.errors import LineGone
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import LineGone
 from robots.models import Lease, Robot
 from tests.services.owner import Arm, followed
 from workers.wiring import Owner

@@ -8,7 +8,7 @@ from django.conf import settings
 from django.db import connections
 
 from robots import services
-from robots.contract.session import Outcome, RobotState
+from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import FakeClock

@@ -17,7 +17,7 @@ from accounts.models import Attempt, Choice, Clearance, OrientationRead, User
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse
 from queueing import services as queue
 from queueing.models import Job, Ticket, Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Frame, Movie, Program
 from robots.recordings import keeping
 from robots.states import GrantEnd

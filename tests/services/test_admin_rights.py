@@ -5,7 +5,7 @@ from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group, Permission
 
 from accounts.models import Clearance, User
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 pytestmark = pytest.mark.django_db
 NEW = "a long enough phrase 9"

@@ -7,7 +7,7 @@ from accounts.handles import key
 from accounts.models import Clearance, User
 from queueing.models import Account, Queue
 from queueing.rows import queue_of
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Program, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

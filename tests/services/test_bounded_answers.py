@@ -8,13 +8,13 @@ from contextlib import contextmanager, suppress
 import pytest
 from websockets.sync.server import serve
 
-from robots.contract.errors import HardwareFault, LineGone, LineSilent
-from robots.drivers import rosbridge_client
-from robots.drivers.irat.line import IratLine
-from robots.drivers.pa10 import line as arms
-from robots.drivers.pa10.line import ArmLine
-from robots.drivers.pa10.protocol import Request
-from robots.drivers.rosbridge_client import MOST_BYTES, Bridge
+from robots.kit.contract.errors import HardwareFault, LineGone, LineSilent
+from robots.kit.drivers import rosbridge_client
+from robots.kit.drivers.irat.line import IratLine
+from robots.kit.drivers.pa10 import line as arms
+from robots.kit.drivers.pa10.line import ArmLine
+from robots.kit.drivers.pa10.protocol import Request
+from robots.kit.drivers.rosbridge_client import MOST_BYTES, Bridge
 from tests.conftest import wait_for
 
 

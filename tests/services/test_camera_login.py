@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from portal.logs.lines import Line
-from robots import addresses
-from robots.contract.errors import CameraFault
+from robots.kit import addresses
+from robots.kit.contract.errors import CameraFault
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from workers.cameras.source import SnapshotCamera, open_camera

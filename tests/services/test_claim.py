@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots import services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState, GrantKind
 from workers.commands import claim, finish

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 import pytest
 
 from portal.seeding import add_robot
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Frame, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

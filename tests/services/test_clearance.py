@@ -11,8 +11,8 @@ from django.db import connection
 from accounts import services, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest
 from robots.permissions import NotStaff
 from tests.waiting import CEILING_S
 

@@ -7,9 +7,9 @@ import pytest
 
 from queueing.steps import carry
 from robots import services
+from robots.kit.recording.timeline import read_index
 from robots.models import Frame, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.recordings.timeline import read_index
 from robots.states import GrantEnd, GrantKind
 from robots.wall_clock import SETTLED_S, WallClock
 from tests.services.clock_steps import HOUR, YEAR, each_step

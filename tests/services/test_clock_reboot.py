@@ -8,7 +8,7 @@ from queueing import services as queue
 from queueing.models import Ticket, Turn
 from queueing.steps import carry
 from queueing.tick import ABSENT_S
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Lease
 from robots.wall_clock import WallClock
 from tests.conftest import FakeClock

@@ -356,7 +356,7 @@ def test_a_stop_suspends_until_staff_resume_whatever_the_time_of_day_was(shuttle
 @pytest.mark.service
 def test_a_need_is_tried_again_after_the_time_of_day_was_set_back(robot, clock):
     from queueing.idle import open_need
-    from robots.contract.capabilities import Need
+    from robots.kit.contract.capabilities import Need
 
     Robot.objects.update(driver="irat")
     robot.refresh_from_db()

@@ -11,10 +11,10 @@ from queueing import services as queue
 from queueing.errors import RobotUnavailable
 from queueing.models import QueueRobot, Ticket, Turn
 from robots import services
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
-from robots.contract.find import spec_of
 from robots.grants import newest_grant_that_moves
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.contract.find import spec_of
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.owner import begun
@@ -156,7 +156,7 @@ def test_a_broken_package_is_named(monkeypatch, fault):
         def spec():
             raise fault
 
-    monkeypatch.setattr("robots.contract.find.import_module", lambda name: Broken)
+    monkeypatch.setattr("robots.kit.contract.find.import_module", lambda name: Broken)
     spec_of.cache_clear()
     with pytest.raises(LookupError, match="package of the driver 'odd' is broken"):
         spec_of("odd")

@@ -11,7 +11,7 @@ from queueing.jobs.cancelling import cancel
 from queueing.models import QueueRobot
 from queueing.offers import why_not_ready
 from robots import services
-from robots.contract.errors import NotPermitted
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Grant, Lease, Robot
 from robots.services.commands import put
 from robots.services.configuring import configure
@@ -23,9 +23,9 @@ from workers.commands import finish
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 REST_S, ALONE_S, MOST_S = 2.0, 20.0, 60.0
 SPEC = f"""
-from robots.contract.capabilities import Setting
-from robots.contract.policies import Bound, Policies
-from robots.contract.spec import ANYONE, Argument, CommandKind, Spec
+from robots.kit.contract.capabilities import Setting
+from robots.kit.contract.policies import Bound, Policies
+from robots.kit.contract.spec import ANYONE, Argument, CommandKind, Spec
 def spec():
     alone, asked = Policies(on_link_lost=Bound({ALONE_S}, setting="alone_s")), frozenset({{ANYONE}})
     return Spec("Rover", (

@@ -6,8 +6,8 @@ import pytest
 import redis
 
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
 from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION

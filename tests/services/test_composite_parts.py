@@ -12,7 +12,7 @@ from django.test import RequestFactory
 
 from portal.composites import views
 from portal.composites.parts import GONE_S, HEAD, ordered, part_of
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Frame
 
 JPEGS = [cv2.imencode(".jpg", np.full((48, 64, 3), grey, np.uint8))[1].tobytes() for grey in (40, 120, 200)]

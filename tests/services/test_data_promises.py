@@ -11,8 +11,8 @@ from accounts.models import Attempt, Clearance, User
 from operatorlog.models import Entry, SurveyAnswer, SurveyResponse
 from queueing.jobs.asking import Asker, ask
 from queueing.models import OPEN_JOB, Account, Job, Ticket, Turn, TurnSession
-from robots.clock import SYSTEM
 from robots.grants import open_grant
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Recording, Robot
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.test_later_changes import addresses

@@ -10,8 +10,8 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.running import promote
 from queueing.models import QueueRobot, Turn
 from robots import services
-from robots.contract.session import Noted, Outcome
 from robots.findings import SHOWN
+from robots.kit.contract.session import Noted, Outcome
 from robots.models import Command, Finding, Frame, Lease
 from tests.services.owner import made_owner
 from workers.cameras.pictures import Pictures

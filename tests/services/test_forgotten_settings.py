@@ -3,7 +3,7 @@
 import pytest
 
 from robots import services
-from robots.contract.errors import HardwareFault
+from robots.kit.contract.errors import HardwareFault
 from robots.models import Robot
 from tests.services.test_lanes import issue, owner, state_of
 from workers.commands import claim

@@ -12,9 +12,9 @@ from portal.live.messages import Accept, Keep, Released
 from portal.live.messages import Command as Asked
 from queueing import services as queue
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.find import spec_of
 from robots.grants import open_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.find import spec_of
 from robots.models import Command
 from robots.states import GrantEnd, GrantKind
 from tests.services.owner import made_owner

@@ -9,7 +9,7 @@ from portal.composites.views import _newest_still
 from portal.live.snapshot import snapshot
 from queueing import services as queue
 from queueing.models import Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Frame
 from robots.states import GrantEnd
 

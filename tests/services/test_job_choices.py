@@ -9,9 +9,9 @@ import pytest
 from django.test import Client
 
 from queueing.models import Job, QueueRobot
-from robots.contract.streams import StreamPacket, pack
-from robots.drivers.irat.brain.packets import HEAD, UNIT_M, VERSION
-from robots.drivers.irat.choices import APART_M
+from robots.kit.contract.streams import StreamPacket, pack
+from robots.kit.drivers.irat.brain.packets import HEAD, UNIT_M, VERSION
+from robots.kit.drivers.irat.choices import APART_M
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 ADDRESS = "/robots/irat/jobs/"

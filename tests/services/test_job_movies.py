@@ -10,11 +10,11 @@ from django.test import Client
 
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, JobState
-from robots.clock import SYSTEM
 from robots.grants import end_grant, start_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.recording.container import Tape
 from robots.models import Command, Finding, Frame, Movie, Recording, RecordingState, Robot
 from robots.recordings import cleaning, keeping, movies
-from robots.recordings.container import Tape
 from robots.states import CommandState, GrantEnd, GrantKind
 from tests.conftest import FakeClock, wait_for
 from tests.services.test_movies import jpeg, media

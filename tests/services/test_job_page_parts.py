@@ -9,8 +9,8 @@ from django.test import Client
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
-from robots.clock import SYSTEM
 from robots.grants import end_grant
+from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
 from tests.services.test_jobs import GUEST, settle

@@ -12,7 +12,7 @@ from queueing.jobs.forgetting import forget_old_jobs
 from queueing.jobs.suspending import resume
 from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
 from robots import services
-from robots.contract.errors import BadRequest, NotPermitted
+from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.models import Command, Grant, Robot
 from robots.permissions import NotStaff
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind

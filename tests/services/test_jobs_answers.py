@@ -15,8 +15,8 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.models import Job, QueueRobot
 from queueing.rows import BadSettings, queue_of
-from robots import description
-from robots.clock import SYSTEM, ms_of
+from robots.kit import description
+from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Command, Robot
 from tests.services.test_jobs import settle
 

@@ -14,8 +14,8 @@ from queueing.jobs.head import head_of
 from queueing.jobs.kinds import may_ask
 from queueing.models import Job, QueueRobot
 from queueing.tick import busy_queues
-from robots.contract.find import spec_of
-from robots.contract.spec import STAFF
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.spec import STAFF
 from robots.models import Robot
 from robots.states import Cycle
 from tests.services.test_jobs import GUEST
@@ -40,7 +40,7 @@ def of_staff_alone(monkeypatch):
     """Let the shuttle's spec give `go` to staff alone, as a newer version of its package might."""
     spec = spec_of("shuttle")
     closed = tuple(replace(kind, asked_by=frozenset({STAFF})) for kind in spec.commands)
-    monkeypatch.setattr("robots.contract.find.spec_of", lambda name: replace(spec, commands=closed))
+    monkeypatch.setattr("robots.kit.contract.find.spec_of", lambda name: replace(spec, commands=closed))
 
 
 WAITS = ("waiting", "")
@@ -118,7 +118,7 @@ def test_jobs_of_a_package_that_is_not_there_now_wait_for_it(shuttle, people, cl
     def gone(name):
         raise LookupError(name)
 
-    monkeypatch.setattr("robots.contract.find.spec_of", gone)
+    monkeypatch.setattr("robots.kit.contract.find.spec_of", gone)
     Robot.objects.update(cycle=Cycle.READY)
     queue.tick(clock.go(1))
     assert told(waits) == [WAITS, WAITS]

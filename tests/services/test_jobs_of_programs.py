@@ -11,7 +11,7 @@ from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
 from robots import programs
-from robots.contract.errors import BadRequest
+from robots.kit.contract.errors import BadRequest
 from robots.models import Lease, Program, Robot
 from tests.packaged import installed_from, of_spec
 
@@ -19,8 +19,8 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 GUEST = Asker(guest="a" * 64, network="192.0.2.1")
 TEXT = "roll 1\nturn 90"
 SPEC = """
-from robots.contract.capabilities import Programs
-from robots.contract.spec import ANYONE, Argument, CommandKind, Spec
+from robots.kit.contract.capabilities import Programs
+from robots.kit.contract.spec import ANYONE, Argument, CommandKind, Spec
 def spec():
     text = Argument("text", "", 1.0, 6000.0, text=True)
     run = CommandKind("mission", "Run a mission", (text,), asked_by=frozenset({ANYONE}))

@@ -10,8 +10,8 @@ from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.telling import unseen_jobs
 from queueing.models import Account, Job
-from robots.contract.capabilities import GoodWhile, Statistics
-from robots.contract.find import spec_of
+from robots.kit.contract.capabilities import GoodWhile, Statistics
+from robots.kit.contract.find import spec_of
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle
 from tests.services.test_jobs import GUEST, OTHER, settle

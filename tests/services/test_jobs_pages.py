@@ -12,7 +12,7 @@ from django.utils.html import escape
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command
 from tests.services.test_jobs import settle
 

@@ -7,7 +7,7 @@ import pytest
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
 from robots import services
-from robots.contract.errors import BadRequest, OutOfWorkspace
+from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.models import Command, Grant, Lease
 from robots.states import CommandState, Cycle, GrantKind
 from workers.commands import finish

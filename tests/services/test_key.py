@@ -19,7 +19,7 @@ from accounts import services
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Question
 from portal.live.snapshot import snapshot
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.proof import Proof
 
 pytestmark = pytest.mark.django_db

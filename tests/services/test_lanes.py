@@ -7,8 +7,8 @@ from datetime import timedelta
 import pytest
 
 from robots import services
-from robots.contract.errors import BadRequest, HardwareFault, NotPermitted, Stopped
-from robots.contract.session import Outcome
+from robots.kit.contract.errors import BadRequest, HardwareFault, NotPermitted, Stopped
+from robots.kit.contract.session import Outcome
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle, GrantKind
 from tests.services.owner import Arm, begun, followed, made_owner

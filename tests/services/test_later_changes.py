@@ -16,7 +16,7 @@ from django.test import Client
 from accounts.models import User
 from portal.live.snapshot import snapshot
 from queueing.models import Job, Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Recording, Robot
 from tests.conftest import at_length
 from tests.services.admin_forms import as_sent, controls_of, other_values

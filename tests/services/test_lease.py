@@ -7,7 +7,7 @@ from datetime import timedelta
 import pytest
 from django.db import connection
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Lease
 from tests.services.owner import made_owner
 from tests.waiting import CEILING_S

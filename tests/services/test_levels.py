@@ -10,7 +10,7 @@ from portal.live.actions import act
 from portal.live.messages import Command as Asked
 from portal.pages.views import console_facts
 from robots import services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.permissions import NotCleared
 from robots.states import Cycle, GrantKind

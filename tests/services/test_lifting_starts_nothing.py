@@ -13,7 +13,7 @@ from portal.live.messages import Release
 from portal.live.snapshot import status_of
 from queueing.jobs.suspending import resume
 from robots import services
-from robots.contract.errors import NotPermitted
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.lifted import World

@@ -18,9 +18,9 @@ from operatorlog.services import LONGEST, LONGEST_ANSWER
 from portal.places import ROOT
 from queueing import services as queue
 from queueing.models import Job
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
+from robots.kit.plain import plain_breaks
 from robots.models import Program, Robot
-from robots.plain import plain_breaks
 from robots.programs import LONGEST as LONGEST_PROGRAM
 from robots.states import GrantEnd
 

@@ -7,7 +7,7 @@ import pytest
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, Visibility
 from queueing import services as queue
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Frame, Lease
 from robots.states import GrantEnd
 

@@ -3,7 +3,7 @@
 import pytest
 
 from robots import bus
-from robots.messages import Changed, Notice, decode
+from robots.kit.packets import Changed, Notice, decode
 
 pytestmark = [pytest.mark.usefixtures("redis_server"), pytest.mark.timed]
 EVENT = Notice("The robot rests.", "info")

@@ -18,8 +18,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from accounts.models import User
 from robots import services
-from robots.contract.errors import RobotError
-from robots.contract.session import Outcome, RobotState
+from robots.kit.contract.errors import RobotError
+from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION, FakeClock

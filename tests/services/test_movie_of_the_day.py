@@ -9,9 +9,9 @@ from operatorlog.models import Entry, Visibility
 from portal.recordings.day import may_be_shown, movie_of_the_day
 from queueing.models import Job, JobRun, Turn
 from robots import services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest
 from robots.grants import end_grant, start_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, RecordingState
 from robots.recordings import cleaning, keeping
 from robots.recordings.models import OfTheDay

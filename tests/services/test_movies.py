@@ -17,13 +17,13 @@ from django.db import OperationalError
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing.models import Turn
-from robots.clock import SYSTEM, ms_of
-from robots.contract.errors import BadRequest
-from robots.messages import picture_packet
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.errors import BadRequest
+from robots.kit.packets import picture_packet
+from robots.kit.recording.container import Tape
+from robots.kit.recording.packets import picture_of
 from robots.models import Frame, Grant, Movie, Recording, RecordingState
 from robots.recordings import cleaning, keeping, movies
-from robots.recordings.container import Tape
-from robots.recordings.packets import picture_of
 from robots.states import GrantKind
 from tests.conftest import wait_for
 from workers.recorder.movies import LEAST, MovieMaker
@@ -353,7 +353,7 @@ def test_a_movie_is_made_when_nobody_else_needs_the_machine(recording):
 def test_a_program_that_is_given_rubbish_makes_nothing(tmp_path):
     (tmp_path / "x.mcap").write_bytes(b"rubbish")
     plan = json.dumps({"hz": 5, "files": [[str(tmp_path / "x.mcap"), 0]]})
-    argv = [sys.executable, "-m", "robots.recordings.movie", "mp4", str(tmp_path / "x.part"), "0"]
+    argv = [sys.executable, "-m", "robots.kit.recording.movie", "mp4", str(tmp_path / "x.part"), "0"]
     done = subprocess.run(argv, input=plan, capture_output=True, text=True, check=False)
     assert done.stdout.split()[-1:] == ["0"], done.stdout
 

@@ -11,7 +11,7 @@ import pytest
 from django.db import connection
 
 from queueing.models import Turn
-from robots.clock import SYSTEM, ms_of
+from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Movie
 from robots.recordings import keeping, movies
 from tests.conftest import wait_for

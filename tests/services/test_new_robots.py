@@ -3,7 +3,7 @@
 import pytest
 
 from accounts.models import Question
-from robots import description
+from robots.kit import description
 from robots.models import Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

@@ -8,7 +8,7 @@ from django.test import Client
 from portal.live import actions, consumers
 from portal.live.messages import Command as Asked
 from robots import bus, services
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
 from tests.conftest import CALIBRATION

@@ -7,8 +7,8 @@ import pytest
 from queueing import services as queue
 from queueing.models import Ticket
 from robots import services
-from robots.contract.errors import GrantOver, LineGone, Stopped
-from robots.messages import Notice
+from robots.kit.contract.errors import GrantOver, LineGone, Stopped
+from robots.kit.packets import Notice
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.owner import Arm, followed, made_owner

@@ -6,7 +6,7 @@ from struct import unpack_from
 import pytest
 
 from robots import bus
-from robots.messages import PICTURE_HEAD, read_picture, read_state
+from robots.kit.packets import PICTURE_HEAD, read_picture, read_state
 from robots.models import Grant
 from tests.services.owner import made_owner
 from tests.services.test_stamps import Still, heard

@@ -11,7 +11,7 @@ from accounts.models import Question, User
 from portal.classic.models import ClassicToken
 from portal.seeding import seed
 from queueing import services as queue
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

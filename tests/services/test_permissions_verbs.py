@@ -25,9 +25,9 @@ from queueing.errors import QueueError
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
 from robots import bus, services, verbs
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, NotPermitted
-from robots.contract.spec import ANYONE, CommandKind
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, NotPermitted
+from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Command, Frame, Incident, Program, Recording
 from robots.recordings.models import OfTheDay
 from robots.services import RobotOffline

@@ -8,7 +8,7 @@ from django.contrib.sessions.models import Session
 from django.test import Client
 
 from portal.live.people import current_user
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

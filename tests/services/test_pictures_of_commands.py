@@ -10,8 +10,8 @@ from portal.live.messages import ROBOT
 from portal.live.snapshot import command_info
 from queueing.models import Turn
 from robots import bus, services
-from robots.clock import ms_of
-from robots.contract.session import Outcome
+from robots.kit.clock import ms_of
+from robots.kit.contract.session import Outcome
 from robots.models import Command
 from robots.states import CommandState
 from tests.services.owner import made_owner

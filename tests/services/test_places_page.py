@@ -4,7 +4,7 @@ import pytest
 
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle
 

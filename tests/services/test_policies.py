@@ -7,8 +7,8 @@ from datetime import timedelta
 import pytest
 
 from robots import services
-from robots.contract.errors import Held
-from robots.contract.session import Outcome
+from robots.kit.contract.errors import Held
+from robots.kit.contract.session import Outcome
 from robots.models import Grant
 from tests.services.owner import Arm, begun, followed, made_owner
 from tests.waiting import CEILING_S, wait_for

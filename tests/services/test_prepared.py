@@ -7,7 +7,7 @@ import pytest
 from django.db import DatabaseError, connection, transaction
 from django.db.models import BigAutoField, BigIntegerField, CharField, DateTimeField, JSONField
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Lease, Robot
 from robots.prepared import Prepared, PreparedUpdate, Slot
 from tests.waiting import CEILING_S

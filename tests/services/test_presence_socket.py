@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from portal.live import consumers
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.waiting import CEILING_S
 
 pytestmark = pytest.mark.service

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from django.conf import settings as configured
 
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
 from tests.services.test_settings import address, admin, form, sent
 from workers.cameras.camera import Camera
 from workers.cameras.pictures import Pictures

@@ -6,12 +6,12 @@ import pytest
 from django.test import Client
 
 from robots import services, verbs
-from robots.contract.capabilities import Reset
-from robots.contract.errors import BadRequest
-from robots.contract.find import function, spec_of
-from robots.contract.procedures import offered
-from robots.contract.session import Session
-from robots.installed import driver_path
+from robots.kit.contract.capabilities import Reset
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import function, spec_of
+from robots.kit.contract.procedures import offered
+from robots.kit.contract.session import Session
+from robots.kit.installed import driver_path
 from robots.models import Command, Grant, Lease, Robot
 from robots.services import RobotOffline
 from robots.states import Cycle

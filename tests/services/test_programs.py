@@ -8,13 +8,14 @@ from django.test import Client
 
 from accounts.services import preview_job
 from portal.live.messages import ROBOT, NotUnderstood
-from robots import previews, programs, services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, NotPermitted, OutOfWorkspace
-from robots.description import load
-from robots.drivers.pa10.boxes import checked
+from robots import programs, services
+from robots.kit import previews
+from robots.kit.arms.described import posture
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, NotPermitted, OutOfWorkspace
+from robots.kit.description import load
+from robots.kit.drivers.pa10.boxes import checked
 from robots.models import Command, Program, Robot
-from robots.motion.described import posture
 from robots.states import GrantKind
 
 pytestmark = [

@@ -7,8 +7,8 @@ from queueing import services as queue
 from queueing.jobs.asking import ask
 from queueing.models import Job
 from robots import services
-from robots.contract.errors import HardwareFault, Held, OutOfWorkspace
-from robots.contract.session import Outcome, Progress
+from robots.kit.contract.errors import HardwareFault, Held, OutOfWorkspace
+from robots.kit.contract.session import Outcome, Progress
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
 from tests.services.owner import made_owner

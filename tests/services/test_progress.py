@@ -7,7 +7,7 @@ from django.db import OperationalError
 
 from portal.live.snapshot import command_info
 from robots import bus, services
-from robots.contract.session import Progress
+from robots.kit.contract.session import Progress
 from robots.models import Command
 from tests.services.owner import made_owner
 from workers.commands.progress import EVERY_S, LONGEST, record

@@ -14,8 +14,8 @@ from queueing.errors import NotCleared, QueueError
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, QueueRobot, Ticket, TicketState, Turn
-from robots.contract.spec import ANYONE, CommandKind
 from robots.grants import end_grant
+from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import CommandState, Cycle, GrantEnd
 from tests.conftest import CALIBRATION, FakeClock

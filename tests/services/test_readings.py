@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from django.template.loader import render_to_string
 
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
 from robots.models import Frame, Lease
 from tests.services.owner import made_owner
 from workers.cameras.pictures import Taken

@@ -6,12 +6,12 @@ from math import inf
 import pytest
 
 from robots import bus, services, stream_store
-from robots.clock import SYSTEM
-from robots.contract.streams import StreamPacket, pack, unpack
 from robots.grants import end_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.streams import StreamPacket, pack, unpack
+from robots.kit.recording.timeline import HEAD, read_index, read_slice
 from robots.models import Command, Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.recordings.timeline import HEAD, read_index, read_slice
 from robots.states import GrantEnd, GrantKind, Lane
 from workers.recorder.recorder import Recorder
 

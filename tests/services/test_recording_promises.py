@@ -6,11 +6,11 @@ import pytest
 from django.test import Client
 
 from queueing.models import Turn
-from robots.clock import SYSTEM, ms_of
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.recording.container import COMMANDS, Tape
+from robots.kit.recording.reading import messages
 from robots.models import Recording
 from robots.recordings import cleaning, keeping
-from robots.recordings.container import COMMANDS, Tape
-from robots.recordings.reading import messages
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.test_recordings import addresses, made, media, statuses  # noqa: F401
 

@@ -13,16 +13,16 @@ from portal.recordings import listing, views
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, Turn
 from robots import services, shots
-from robots.clock import SYSTEM, ms_of
-from robots.contract.session import RobotState
 from robots.grants import end_grant, start_grant
-from robots.messages import picture_packet, state_packet
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import picture_packet, state_packet
+from robots.kit.recording.container import STATE, Tape, taken_ms
+from robots.kit.recording.packets import picture_of, state_told
+from robots.kit.recording.reading import messages
 from robots.models import Frame, Movie, Recording, RecordingState, Records, Robot
 from robots.permissions import NotStaff
 from robots.recordings import cleaning, keeping
-from robots.recordings.container import STATE, Tape, taken_ms
-from robots.recordings.packets import picture_of, state_told
-from robots.recordings.reading import messages
 from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import pytest
 from django.db import connection
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.recordings import cleaning, keeping
 from tests.services.test_recordings import media, of_turn
 

@@ -5,14 +5,14 @@ from datetime import timedelta
 import pytest
 
 from queueing.models import Turn
-from robots.clock import SYSTEM
 from robots.grants import end_grant, start_grant
-from robots.messages import picture_packet
+from robots.kit.clock import SYSTEM
+from robots.kit.packets import picture_packet
+from robots.kit.recording.container import Tape
+from robots.kit.recording.packets import picture_of
+from robots.kit.recording.reading import messages
 from robots.models import Movie, RecordingState
 from robots.recordings import cleaning, keeping
-from robots.recordings.container import Tape
-from robots.recordings.packets import picture_of
-from robots.recordings.reading import messages
 from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

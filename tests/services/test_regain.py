@@ -7,8 +7,8 @@ from unittest.mock import Mock
 import pytest
 
 from robots import bus, services
-from robots.contract.errors import StaleEpoch
-from robots.contract.session import Outcome, RobotState
+from robots.kit.contract.errors import StaleEpoch
+from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Command, Grant, Lease
 from robots.states import CommandState
 from tests.conftest import wait_for

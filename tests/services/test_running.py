@@ -4,7 +4,7 @@ import pytest
 from django.db import OperationalError
 
 from robots import grants, services
-from robots.contract.errors import GrantOver
+from robots.kit.contract.errors import GrantOver
 from robots.models import Grant
 from robots.states import GrantKind
 from tests.services.owner import made_owner

@@ -11,8 +11,8 @@ import pytest
 from django.db import connection
 
 from robots import programs
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Program
 from tests import starts
 from tests.waiting import CEILING_S

@@ -8,9 +8,9 @@ from django.db import connection
 from django.db.migrations.executor import MigrationExecutor
 
 from portal.pages.views import console_facts
-from robots.clock import SYSTEM
-from robots.contract.capabilities import Calibration, ResultRow
-from robots.contract.find import spec_of
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Calibration, ResultRow
+from robots.kit.contract.find import spec_of
 from robots.models import Robot
 from workers.cameras.pictures import Pictures
 

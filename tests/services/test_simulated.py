@@ -17,7 +17,7 @@ from queueing.jobs import running
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
 from queueing.places import standings
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import GrantEnd
 

@@ -3,7 +3,7 @@
 import pytest
 
 from robots.forms import RobotForm
-from robots.installed import simulators
+from robots.kit.installed import simulators
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

@@ -13,12 +13,12 @@ import tty
 
 import pytest
 
-from robots.clock import FasterTimer
-from robots.contract.errors import LineGone, LineSilent
-from robots.drivers.mercury import line as lines
-from robots.drivers.mercury import protocol as wire
-from robots.drivers.mercury.driver import Driver
-from robots.drivers.mercury.line import HostLine
+from robots.kit.clock import FasterTimer
+from robots.kit.contract.errors import LineGone, LineSilent
+from robots.kit.drivers.mercury import line as lines
+from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.drivers.mercury.driver import Driver
+from robots.kit.drivers.mercury.line import HostLine
 from robots.models import Grant, Robot
 from tests.conftest import FakeClock, wait_for
 from tests.drivers.mercury_wire import STATE, floats, frame
@@ -144,7 +144,7 @@ def test_an_owner_waits_for_it_and_does_not_open_its_port_again(booting, robot, 
 @pytest.mark.django_db
 def test_a_test_by_staff_waits_for_it(booting, robot, monkeypatch):
     monkeypatch.setattr(probe, "open_session", lambda *given: Fast(booting.path, {}))
-    monkeypatch.setattr("robots.addresses.check_robot_now", lambda address: None)
+    monkeypatch.setattr("robots.kit.addresses.check_robot_now", lambda address: None)
     Robot.objects.update(address="tcp:127.0.0.1:9", camera="http://127.0.0.1:9/a.jpg")
     assert probe.probe(Robot.objects.get())["connection"] == "ok"
     assert booting.opened == 1

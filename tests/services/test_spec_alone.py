@@ -7,14 +7,14 @@ from datetime import timedelta
 import pytest
 
 from robots import services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest
-from robots.contract.find import open_session
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import open_session
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.rig import PYTHON, ROOT
 
-DRIVERS = ("robots.drivers.mercury.driver", "robots.drivers.pa10.driver", "robots.drivers.lerobot")
+DRIVERS = ("robots.kit.drivers.mercury.driver", "robots.kit.drivers.pa10.driver", "robots.kit.drivers.lerobot")
 CLICKS = {"mercury": ("move", {"x": 0.0, "y": 0.4}), "pa10": ("ready", {})}
 
 
@@ -54,11 +54,11 @@ def test_a_socket_needs_no_driver(unloadable, robot):
 
 SPECS = """
 import sys
-from robots.contract.find import spec_of
+from robots.kit.contract.find import spec_of
 for name in ("mercury", "pa10", "so101", "irat"):
     print(spec_of(name).name)
 heavy = [m for m in sys.modules if m.split(".")[0] in ("django", "serial", "lerobot", "cv2", "redis")]
-drivers = [m for m in sys.modules if m.endswith((".driver", ".line")) or m == "robots.drivers.lerobot"]
+drivers = [m for m in sys.modules if m.endswith((".driver", ".line")) or m == "robots.kit.drivers.lerobot"]
 assert not heavy + drivers, heavy + drivers
 """
 

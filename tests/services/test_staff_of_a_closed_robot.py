@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from robots import bus, services, verbs
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted, RobotError
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted, RobotError
 from robots.models import Command, Grant, Lease, Robot
 from robots.services import RobotOffline
 from robots.states import Cycle, GrantKind

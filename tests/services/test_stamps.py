@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from robots import bus
-from robots.contract.streams import unpack
-from robots.messages import Trace, decode, read_state, taken_ms
+from robots.kit.contract.streams import unpack
+from robots.kit.packets import Trace, decode, read_state, taken_ms
 from robots.models import Frame, Grant
 from tests.services.owner import made_owner
 

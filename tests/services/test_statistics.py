@@ -12,7 +12,7 @@ from portal.statistics import reading
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
-from robots.contract.session import Outcome, RobotState
+from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Command, Lease
 from robots.states import CommandState
 from tests.services.owner import Arm, made_owner

@@ -9,7 +9,7 @@ from django.template.loader import render_to_string
 
 from portal.live.snapshot import snapshot
 from robots import services
-from robots.contract.errors import LineGone
+from robots.kit.contract.errors import LineGone
 from robots.models import Incident, Lease, Robot
 from tests.services.owner import Arm, followed, made_owner
 from workers.safety.memory import StopLatch

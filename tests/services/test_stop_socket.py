@@ -9,8 +9,8 @@ from portal.live import consumers, viewing
 from portal.live.messages import Stop
 from portal.live.snapshot import status_of
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.errors import NotPermitted
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 

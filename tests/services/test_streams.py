@@ -3,7 +3,7 @@
 import pytest
 
 from robots import bus, stream_store
-from robots.contract.streams import LONGEST, MOST_DELTAS, Stream, unpack
+from robots.kit.contract.streams import LONGEST, MOST_DELTAS, Stream, unpack
 from tests.conftest import FakeClock
 from workers.streams import REFRESH_S, Streams
 

@@ -9,7 +9,7 @@ from queueing import services as queue
 from queueing.jobs.asking import ask
 from queueing.jobs.suspending import resume
 from robots import bus, services
-from robots.messages import Changed
+from robots.kit.packets import Changed
 from robots.models import Command, Robot
 from tests.services.test_jobs import GUEST
 

@@ -5,8 +5,8 @@ from django.test import Client
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
-from robots.clock import SYSTEM
 from robots.findings import SHOWN
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Movie
 from robots.recordings import movies
 from robots.states import GrantKind

@@ -6,7 +6,7 @@ import pytest
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 from tests.services.test_log import ended, frame, turn  # noqa: F401
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

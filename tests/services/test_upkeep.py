@@ -10,8 +10,8 @@ from queueing.estimates import place
 from queueing.models import PlaceEnd, Ticket, TicketState
 from queueing.offers import why_not_ready
 from robots import services
-from robots.clock import SYSTEM
-from robots.contract.errors import BadRequest, NotPermitted, Stopped
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest, NotPermitted, Stopped
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_NEXT, CommandState, Cycle, GrantEnd, GrantKind
 from workers.commands import claim, finish

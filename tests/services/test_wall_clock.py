@@ -5,7 +5,7 @@ from datetime import timedelta
 
 import pytest
 
-from robots.clock_steps import Reading, step_between
+from robots.kit.clock_steps import Reading, step_between
 from robots.wall_clock import FIRST, TRUSTED_S, WallClock
 from tests.services.clock_steps import HOUR, YEAR
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from robots import bus, services
-from robots.contract.errors import CameraFault, GrantOver, HardwareFault, Held, NotCalibrated, NotPermitted
-from robots.contract.session import Outcome, RobotState, Session
+from robots.kit.contract.errors import CameraFault, GrantOver, HardwareFault, Held, NotCalibrated, NotPermitted
+from robots.kit.contract.session import Outcome, RobotState, Session
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from tests.raised import ALL, ORDINARY, name

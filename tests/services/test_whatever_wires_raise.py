@@ -7,10 +7,10 @@ import tty
 import pytest
 from websockets.sync.server import serve
 
-from robots.contract.errors import HardwareFault
-from robots.drivers.mercury.line import HostLine
-from robots.drivers.pa10.driver import Driver as ArmDriver
-from robots.drivers.rosbridge_client import Bridge
+from robots.kit.contract.errors import HardwareFault
+from robots.kit.drivers.mercury.line import HostLine
+from robots.kit.drivers.pa10.driver import Driver as ArmDriver
+from robots.kit.drivers.rosbridge_client import Bridge
 from tests.raised import ORDINARY, name
 from workers.door import GuardedSession
 from workers.sound import sound as sounds

@@ -2,8 +2,8 @@
 
 from hypothesis import strategies as st
 
-from robots.autonomy.fuzzy import PAPER, RuleSet, Variable
-from robots.drivers.srv1.rules import READINGS
+from robots.kit.drivers.srv1.rules import READINGS
+from robots.kit.rovers.fuzzy import PAPER, RuleSet, Variable
 
 METHODS = st.sampled_from(["sugeno", "mamdani"])
 letters = st.sampled_from("abyzABYZ")

@@ -5,9 +5,9 @@ from math import cos, hypot, pi, sin, tau
 
 import numpy as np
 
-from robots.autonomy.grid import TURNS, Scan, scan_of
-from robots.description import load
-from robots.drivers.srv1.hall import Exhibit, Hall, hall
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import Exhibit, Hall, hall
+from robots.kit.rovers.grid import TURNS, Scan, scan_of
 
 KNOWN = load("srv1")
 TURN = tau / 18

@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from robots.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.hall import hall
 from simulators.common.faults import FaultBoard
 from simulators.srv1.plant import TICK_S
 from simulators.srv1.world import World

@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from robots import addresses
-from robots.contract.errors import CameraFault
+from robots.kit import addresses
+from robots.kit.contract.errors import CameraFault
 
 FORBIDDEN = [
     "169.254.169.254", "169.254.0.1", "[fe80::1]", "[fe80::1%eth0]", "[::ffff:169.254.169.254]", "[fd00:ec2::254]",

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.courses import Courses
 from simulators.pa10.allowed import OFF_M, OFF_RAD, Allowed
 
 PLANNER = Courses().planner

@@ -5,11 +5,11 @@ import threading
 import numpy as np
 import pytest
 
-from robots.description import load
-from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import End, Mode, parse
-from robots.motion.described import posture
-from robots.motion.planner import Refused
+from robots.kit.arms.described import posture
+from robots.kit.arms.planner import Refused
+from robots.kit.description import load
+from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.protocol import End, Mode, parse
 from simulators.pa10.application import Application
 from simulators.pa10.scene import STEP_S
 from simulators.pa10.store import ProgramStore

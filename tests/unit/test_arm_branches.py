@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers.pa10.protocol import parse
-from robots.drivers.pa10.units import pose_of, pose_request
-from robots.motion.described import chain, posture
-from robots.motion.inverse import FAR_S, NEAR_S, Inverse
-from robots.motion.pose import EULER, RPY, numbers
-from robots.motion.singular import singularity
+from robots.kit.arms.described import chain, posture
+from robots.kit.arms.inverse import FAR_S, NEAR_S, Inverse
+from robots.kit.arms.pose import EULER, RPY, numbers
+from robots.kit.arms.singular import singularity
+from robots.kit.description import load
+from robots.kit.drivers.pa10.protocol import parse
+from robots.kit.drivers.pa10.units import pose_of, pose_request
 from tests.conftest import at_length
 
 ARM = chain("pa10")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robots.description import load, text_of
-from robots.motion.described import chain, planner, posture, zones
-from robots.motion.planner import Refused
+from robots.kit.arms.described import chain, planner, posture, zones
+from robots.kit.arms.planner import Refused
+from robots.kit.description import load, text_of
 
 URDF = ElementTree.fromstring(text_of("pa10", "model.urdf"))
 FINE_M = 0.004  # between two samples

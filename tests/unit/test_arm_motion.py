@@ -8,16 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.motion import segments
-from robots.motion.budget import MOST, Budget
-from robots.motion.chain import Chain
-from robots.motion.inverse import Inverse, OutOfReach
-from robots.motion.line import line_path
-from robots.motion.path import Cubic, Limits, TooFast, brake_path, joint_path
-from robots.motion.planner import Planner, Refused
-from robots.motion.pose import EULER, RPY, matrix, numbers
-from robots.motion.singular import singularity
-from robots.motion.zones import Box, Limb, Zones
+from robots.kit.arms import segments
+from robots.kit.arms.budget import MOST, Budget
+from robots.kit.arms.chain import Chain
+from robots.kit.arms.inverse import Inverse, OutOfReach
+from robots.kit.arms.line import line_path
+from robots.kit.arms.path import Cubic, Limits, TooFast, brake_path, joint_path
+from robots.kit.arms.planner import Planner, Refused
+from robots.kit.arms.pose import EULER, RPY, matrix, numbers
+from robots.kit.arms.singular import singularity
+from robots.kit.arms.zones import Box, Limb, Zones
 from tests.conftest import at_length
 
 many = settings(max_examples=200, deadline=None)
@@ -27,7 +27,7 @@ joints = st.lists(share, min_size=6, max_size=6)
 
 @cache
 def arm():
-    return Chain.from_urdf(files("robots.drivers.pa10").joinpath("model.urdf").read_text(), "tip")
+    return Chain.from_urdf(files("robots.kit.drivers.pa10").joinpath("model.urdf").read_text(), "tip")
 
 
 @cache
@@ -268,7 +268,7 @@ def test_the_clearance_alone_refuses_what_the_boxes_would_allow_and_lets_out_who
 
 
 def test_a_description_that_is_wrong_is_named():
-    text = files("robots.drivers.pa10").joinpath("model.urdf").read_text()
+    text = files("robots.kit.drivers.pa10").joinpath("model.urdf").read_text()
     with pytest.raises(ValueError, match="no link 'nose'"):
         Chain.from_urdf(text, "nose")
     with pytest.raises(ValueError, match="prismatic"):
@@ -286,7 +286,7 @@ def test_forward_and_inverse_agree_with_mujoco_over_thousands_of_poses(poses):
     """MuJoCo reads the same description by its own means: an independent judge."""
     import mujoco
 
-    spec = mujoco.MjSpec.from_string(files("robots.drivers.pa10").joinpath("model.urdf").read_text())
+    spec = mujoco.MjSpec.from_string(files("robots.kit.drivers.pa10").joinpath("model.urdf").read_text())
     spec.compiler.fusestatic = False
     model = spec.compile()
     data = mujoco.MjData(model)

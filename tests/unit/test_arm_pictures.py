@@ -11,7 +11,7 @@ from tests.rig import ROOT
 
 TAKE = """
 import json, threading
-from robots.description import load, views
+from robots.kit.description import load, views
 from simulators.pa10 import scene
 from simulators.pa10.render import make
 import mujoco

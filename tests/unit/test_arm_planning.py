@@ -5,11 +5,11 @@ import statistics
 import numpy as np
 import pytest
 
-from robots.description import load
-from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import parse
-from robots.motion.described import posture
-from robots.motion.planner import Refused
+from robots.kit.arms.described import posture
+from robots.kit.arms.planner import Refused
+from robots.kit.description import load
+from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.protocol import parse
 
 PLAN_S = 0.005
 

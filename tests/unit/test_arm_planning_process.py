@@ -6,12 +6,12 @@ import signal
 import numpy as np
 import pytest
 
-from robots.description import load
-from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import parse, program
-from robots.motion.described import posture
-from robots.motion.planner import Refused
-from robots.motion.zones import Box
+from robots.kit.arms.described import posture
+from robots.kit.arms.planner import Refused
+from robots.kit.arms.zones import Box
+from robots.kit.description import load
+from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.protocol import parse, program
 from simulators.pa10.planning import Planning
 from tests.conftest import wait_for
 from tests.waiting import CEILING_S

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.microphone import BLOCK_S, RATE
 from simulators.mercury.arm import Body, Pose
 from simulators.mercury.sound import ROOM, ArmSound

@@ -12,14 +12,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robots.contract import find, values
-from robots.contract.capabilities import Preview
-from robots.contract.errors import BadRequest, OutOfWorkspace, RobotError
-from robots.description import load
-from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import Malformed, program
-from robots.motion.described import posture
-from robots.motion.planner import Refused
+from robots.kit.arms.described import posture
+from robots.kit.arms.planner import Refused
+from robots.kit.contract import find, values
+from robots.kit.contract.capabilities import Preview
+from robots.kit.contract.errors import BadRequest, OutOfWorkspace, RobotError
+from robots.kit.description import load
+from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.protocol import Malformed, program
 from tests.conftest import at_length
 
 CPU_S, MEMORY = 0.2, 50e6

@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.brownout import ONLY_STILLS, STEPS, Brownout
+from robots.kit.brownout import ONLY_STILLS, STEPS, Brownout
 
 USUAL_S = 0.1
 

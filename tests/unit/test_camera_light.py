@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robots.drivers.mercury.brightness import TARGET, Brightness
+from robots.kit.drivers.mercury.brightness import TARGET, Brightness
 from simulators.mercury.artifacts import ARTIFACTS
 from simulators.mercury.camera import expose
 from tests.unit.sand_beds import fresh

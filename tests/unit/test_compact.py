@@ -7,14 +7,14 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robots.contract.channels import Scalar, Scale
-from robots.contract.compact import CLOCK, Layout
-from robots.contract.session import RobotState
-from robots.contract.spec import Spec
-from robots.drivers.irat.spec import spec as irat
-from robots.drivers.mercury.spec import spec as mercury
-from robots.drivers.pa10.spec import spec as pa10
-from robots.motion.described import chain
+from robots.kit.arms.described import chain
+from robots.kit.contract.channels import Scalar, Scale
+from robots.kit.contract.compact import CLOCK, Layout
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.spec import Spec
+from robots.kit.drivers.irat.spec import spec as irat
+from robots.kit.drivers.mercury.spec import spec as mercury
+from robots.kit.drivers.pa10.spec import spec as pa10
 
 WORDS = st.text(max_size=12)
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from numba.core.registry import CPUDispatcher
 
-from robots.autonomy import compiled
-from robots.autonomy.ratslam import angles, matching, ready, relaxing, shortest, spreading
-from robots.autonomy.ratslam.slam import RatSlam
+from robots.kit import compiled
+from robots.kit.slam import angles, matching, ready, relaxing, shortest, spreading
+from robots.kit.slam.slam import RatSlam
 from tests.unit.ratslam_world import World
 
 

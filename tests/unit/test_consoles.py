@@ -7,11 +7,11 @@ import pytest
 
 from portal.consoles.console import PLAIN, console_of
 from portal.consoles.parts import NAMES, parts
-from robots.contract.find import spec_of
-from robots.contract.spec import STAFF, TURN
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.spec import STAFF, TURN
 
 ROOT = Path(__file__).resolve().parents[2]
-DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots" / "drivers").glob("*/console/console.ts"))
+DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots/kit/drivers").glob("*/console/console.ts"))
 
 
 def test_robots_with_a_console_are_found():
@@ -23,7 +23,7 @@ def test_robots_with_a_console_are_found():
 def test_every_button_of_a_command_names_one_that_an_operator_or_staff_may_give(driver):
     console = console_of(driver)
     assert (ROOT / "frontend" / console.built).resolve().is_file()
-    page = (ROOT / "robots/drivers" / driver / "console" / "console.html").read_text()
+    page = (ROOT / "robots/kit/drivers" / driver / "console" / "console.html").read_text()
     named = set(re.findall(r'data-kind="([^"]+)"', page))
     assert named, "a button without the name of its command would be offered whatever the robot can do"
     assert named <= {c.kind for c in spec_of(driver).commands if c.open_to(TURN) or c.open_to(STAFF)}
@@ -31,7 +31,7 @@ def test_every_button_of_a_command_names_one_that_an_operator_or_staff_may_give(
 
 @pytest.mark.parametrize("driver", DRAWN)
 def test_stop_and_release_are_the_pages(driver):
-    page = (ROOT / "robots/drivers" / driver / "console" / "console.html").read_text()
+    page = (ROOT / "robots/kit/drivers" / driver / "console" / "console.html").read_text()
     assert page.startswith('{% extends "consoles/frame.html" %}')
     frame = (ROOT / "templates/consoles/frame.html").read_text()
     assert 'data-command="stop"' not in page + frame
@@ -49,7 +49,7 @@ def test_a_console_is_cut_into_its_parts():
 
 def test_one_function_alone_switches_controls_off():
     """A control that only looks switched off would not say why."""
-    sources = [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/drivers").glob("*/console/*.ts")]
+    sources = [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/kit/drivers").glob("*/console/*.ts")]
     found = [p.name for p in sources if re.search(r'"aria-disabled"\s*[:,]', p.read_text())]
     assert found == ["parts.ts"]
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.errors import ControlsReleased
+from robots.kit.contract.errors import ControlsReleased
 from robots.services import START_S
 from tests.conftest import FakeClock
 from workers.safety.deadman import SILENT_S, DeadManTimer

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.autonomy.docking import REST, Docking, DockLimits, Sighting, dock, x_desired
+from robots.kit.rovers.docking import REST, Docking, DockLimits, Sighting, dock, x_desired
 
 KEPT = DockLimits()
 HALF_VIEW = math.tan(math.radians(55))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.files import beside, replaced
+from robots.kit.files import beside, replaced
 
 
 def test_what_was_written_replaces_the_old_file(tmp_path):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simpful import FuzzySet, FuzzySystem, LinguisticVariable, Triangular_MF
 
-from robots.autonomy.fuzzy import PAPER, RuleSet, Variable, mamdani, speed, sugeno, surface
+from robots.kit.rovers.fuzzy import PAPER, RuleSet, Variable, mamdani, speed, sugeno, surface
 from tests.unit.fuzzy_sets import METHODS, cases, near, paper_readings, rule_sets
 
 DIP = 0.007  # m/s: by how much the paper's speed falls at most while a reading grows

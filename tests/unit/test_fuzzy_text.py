@@ -6,9 +6,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from robots.autonomy.fuzzy import PAPER, speed
-from robots.autonomy.fuzzy_text import LINES, LONGEST, parse, write
-from robots.drivers.srv1.rules import READINGS
+from robots.kit.drivers.srv1.rules import READINGS
+from robots.kit.rovers.fuzzy import PAPER, speed
+from robots.kit.rovers.fuzzy_text import LINES, LONGEST, parse, write
 from simulators.srv1.rules import UNITS
 from simulators.srv1.rules import RuleSet as Firmware
 from tests.unit.fuzzy_sets import rule_sets

@@ -8,12 +8,12 @@ import random
 from dataclasses import replace
 from pathlib import Path
 
-from robots.autonomy.fuzzy import LABELS, PAPER, RuleSet, Variable, speed
-from robots.autonomy.fuzzy_text import LINES as LINES_MOST
-from robots.autonomy.fuzzy_text import LONGEST, write
-from robots.contract.errors import BadRequest
-from robots.description import load
-from robots.drivers.srv1.rules import READINGS, crc_of, rules_of
+from robots.kit.contract.errors import BadRequest
+from robots.kit.description import load
+from robots.kit.drivers.srv1.rules import READINGS, crc_of, rules_of
+from robots.kit.rovers.fuzzy import LABELS, PAPER, RuleSet, Variable, speed
+from robots.kit.rovers.fuzzy_text import LINES as LINES_MOST
+from robots.kit.rovers.fuzzy_text import LONGEST, write
 
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "fuzzy.json"
 NUMBER, CASES = 40, 12

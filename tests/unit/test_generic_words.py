@@ -11,7 +11,7 @@ from tools.setup import prepared
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("robots", "workers", "portal", "queueing", "accounts", "operatorlog")
-OF_ONE_ROBOT = ("robots/drivers/", "robots/motion/", "robots/autonomy/", "/migrations/")
+OF_ONE_ROBOT = ("robots/kit/drivers/", "robots/kit/arms/", "robots/kit/rovers/", "robots/kit/slam/", "/migrations/")
 WORDS = frozenset({
     "click", "calibrate", "soft_reset", "sand", "arm", "up", "down", "air", "move", "jog", "home", "gripper", "pen",
     "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "turntable",
@@ -32,10 +32,10 @@ AS_NAMES = WORDS - {
     "exposure_range_s",
 }  # plain English too
 ALLOWED = {
-    "robots/contract/procedures.py": {"calibrate", "soft_reset"},  # the portal's own, declared once
-    "robots/contract/policies.py": {"speed"},  # what a bound of any robot's motion limits
+    "robots/kit/contract/procedures.py": {"calibrate", "soft_reset"},  # the portal's own, declared once
+    "robots/kit/contract/policies.py": {"speed"},  # what a bound of any robot's motion limits
     "workers/safety/gate.py": {"speed"},  # where that bound is kept
-    "robots/conformance/states.py": {"speed"},  # and where it is checked
+    "robots/kit/conformance/states.py": {"speed"},  # and where it is checked
     "accounts/passwords.py": {"mercury", "arm"},  # words that make a password easy to guess
     "robots/models.py": {"mercury"},  # what the form of a new robot begins with
     "portal/seeding.py": {"mercury", "pa10", "irat"},  # the demo's robots
@@ -69,8 +69,8 @@ def said(path):
     found = set()
     for node in ast.walk(ast.parse((ROOT / path).read_text())):
         found |= words_of(node)
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("robots.drivers."):
-            found |= {node.module} - {"robots.drivers.panels"}
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("robots.kit.drivers."):
+            found |= {node.module} - {"robots.kit.drivers.panels"}
     return found
 
 
@@ -98,11 +98,11 @@ def test_no_exposure_is_invented():
 
 def test_set_up_names_no_robot_and_finds_what_each_one_has_compiled():
     tool = (ROOT / "tools/setup.py").read_text()
-    robots = {f.name for room in ("robots/drivers", "simulators") for f in (ROOT / room).iterdir() if f.is_dir()}
+    robots = {f.name for room in ("robots/kit/drivers", "simulators") for f in (ROOT / room).iterdir() if f.is_dir()}
     assert len(robots & {"mercury", "pa10", "irat", "so101"}) == 4
     assert [word for word in robots - {"common"} if word in tool] == []
     assert [str(f.relative_to(ROOT)) for f in prepared()] == [
-        "robots/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/srv1/prepare.py",
+        "robots/kit/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/srv1/prepare.py",
     ]  # fmt: skip
 
 

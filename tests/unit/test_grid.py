@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.grid import (
+from robots.kit.drivers.srv1.grid_map import range_map, sensors
+from robots.kit.rovers.grid import (
     SCANS,
     TURNS,
     Beacon,
@@ -24,9 +25,8 @@ from robots.autonomy.grid import (
     scan_of,
     with_beacon,
 )
-from robots.autonomy.gridmap.beacon import HEARD
-from robots.autonomy.gridmap.turns import headings_of
-from robots.drivers.srv1.grid_map import range_map, sensors
+from robots.kit.rovers.gridmap.beacon import HEARD
+from robots.kit.rovers.gridmap.turns import headings_of
 from simulators.common.faults import FaultBoard
 from simulators.srv1.plant import Plant
 from simulators.srv1.senses import Senses

@@ -95,7 +95,7 @@ def test_the_published_module_is_a_part_of_the_graph():
 
 def consoles():
     """Return the scripts and styles of the consoles that ship with Farhand."""
-    files = (ROOT / "robots" / "drivers").glob("*/console/**/*")
+    files = (ROOT / "robots/kit/drivers").glob("*/console/**/*")
     return [path for path in files if path.suffix in (".ts", ".js", ".css")]
 
 
@@ -138,7 +138,7 @@ def test_shipped_consoles_import_only_their_own_files_and_the_published_module()
     ],
 )
 def test_another_import_of_a_console_would_be_found(line):
-    assert unpublished(ROOT / "robots/drivers/irat/console/console.ts", line)
+    assert unpublished(ROOT / "robots/kit/drivers/irat/console/console.ts", line)
 
 
 def test_the_clock_of_states_is_converted_in_one_place():

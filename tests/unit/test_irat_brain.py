@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam import storage
-from robots.drivers.irat.brain import messages
-from robots.drivers.irat.brain.messages import Aim, Care, Clear, Feed, Key, frame, from_brain, read, to_brain
-from robots.drivers.irat.brain.mind import Mind
-from robots.drivers.irat.brain.streams import HEAD, CellStream, MapStream
-from robots.drivers.irat.messages import Odometry
-from robots.drivers.irat.protocol import Velocity
-from robots.drivers.irat.senses import between
+from robots.kit.drivers.irat.brain import messages
+from robots.kit.drivers.irat.brain.messages import Aim, Care, Clear, Feed, Key, frame, from_brain, read, to_brain
+from robots.kit.drivers.irat.brain.mind import Mind
+from robots.kit.drivers.irat.brain.streams import HEAD, CellStream, MapStream
+from robots.kit.drivers.irat.messages import Odometry
+from robots.kit.drivers.irat.protocol import Velocity
+from robots.kit.drivers.irat.senses import between
+from robots.kit.slam import storage
 from tests.conftest import wait_for
 
 HALL = np.random.default_rng(5).integers(0, 255, (24, 900), np.uint8)

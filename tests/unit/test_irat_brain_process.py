@@ -7,11 +7,11 @@ from concurrent.futures import Future
 
 import pytest
 
-from robots.clock import FasterTimer
-from robots.contract.errors import HardwareFault
-from robots.drivers.irat.brain import process
-from robots.drivers.irat.brain.messages import Feed, Save
-from robots.drivers.irat.brain.process import STUCK_S, BrainProcess
+from robots.kit.clock import FasterTimer
+from robots.kit.contract.errors import HardwareFault
+from robots.kit.drivers.irat.brain import process
+from robots.kit.drivers.irat.brain.messages import Feed, Save
+from robots.kit.drivers.irat.brain.process import STUCK_S, BrainProcess
 from tests.waiting import CEILING_S, wait_for
 
 PICTURE = b"\xff\xd8" + bytes(900_000)  # more than a pipe holds

@@ -3,9 +3,9 @@
 import pytest
 from msgspec import structs
 
-from robots.contract.errors import GaveUp, HardwareFault, Held
-from robots.drivers.irat.brain.messages import Clear, Feed
-from robots.drivers.irat.brain.mind import Mind
+from robots.kit.contract.errors import GaveUp, HardwareFault, Held
+from robots.kit.drivers.irat.brain.messages import Clear, Feed
+from robots.kit.drivers.irat.brain.mind import Mind
 from tests.irat_trial import NARROW, Trial, begun, free, silent, until
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.drivers.irat.markers import BITS, OUTER_IDS, SMALL_ID, turned
+from robots.kit.drivers.irat.markers import BITS, OUTER_IDS, SMALL_ID, turned
 from simulators.common.mesh import placed
 from simulators.irat.cameras import RobotCamera, Stage
 from simulators.irat.dock import DOCKED_M

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from robots.clock import SYSTEM, ms_of
-from robots.drivers.irat.brain.messages import Clear, Key, Packet
-from robots.drivers.irat.brain.mind import Mind
-from robots.drivers.irat.brain.packets import EARLIER, Why
-from robots.drivers.irat.composites.decoding import MapShown, with_map
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.drivers.irat.brain.messages import Clear, Key, Packet
+from robots.kit.drivers.irat.brain.mind import Mind
+from robots.kit.drivers.irat.brain.packets import EARLIER, Why
+from robots.kit.drivers.irat.composites.decoding import MapShown, with_map
 from tests.irat_trial import explore, explored
 from tests.unit.test_irat_brain import walk
 

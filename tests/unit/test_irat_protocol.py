@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers import rosbridge
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state
-from robots.drivers.irat.protocol import (
+from robots.kit.description import load
+from robots.kit.drivers import rosbridge
+from robots.kit.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state
+from robots.kit.drivers.irat.protocol import (  # fmt: skip
     CHARGING,
     DISCHARGING,
     FULL,
@@ -20,8 +20,8 @@ from robots.drivers.irat.protocol import (
     Status,
     Velocity,
     epoch_of,
-)  # fmt: skip
-from robots.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, operation, received
+)
+from robots.kit.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, operation, received
 
 MOTION = load("irat")["motion"]
 anything = st.recursive(

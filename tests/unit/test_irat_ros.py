@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from robots.description import load
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, current_of, stamp_of
-from robots.drivers.irat.protocol import FULL, Status, Velocity
-from robots.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, operation, received
+from robots.kit.description import load
+from robots.kit.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, current_of, stamp_of
+from robots.kit.drivers.irat.protocol import FULL, Status, Velocity
+from robots.kit.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, operation, received
 
 FAR, BATTERY = load("irat")["range"]["far"], load("irat")["battery"]
 HUGE = 10**400

@@ -7,8 +7,8 @@ import threading
 
 import pytest
 
-from robots.description import load
-from robots.drivers.irat import protocol
+from robots.kit.description import load
+from robots.kit.drivers.irat import protocol
 from tests.ros_fake import PACKAGE, SCRIPTS, fields_of
 
 spec = importlib.util.spec_from_file_location("irat_rules", SCRIPTS / "rules.py")

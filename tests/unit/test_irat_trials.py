@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from robots.autonomy.ratslam.routes import index_of
-from robots.autonomy.ratslam.storage import load
-from robots.contract.errors import GaveUp, HardwareFault, Held
-from robots.drivers.irat.brain.messages import Care, Clear, Forget
-from robots.drivers.irat.modes import Mode
-from robots.drivers.irat.places import MapCleared
+from robots.kit.contract.errors import GaveUp, HardwareFault, Held
+from robots.kit.drivers.irat.brain.messages import Care, Clear, Forget
+from robots.kit.drivers.irat.modes import Mode
+from robots.kit.drivers.irat.places import MapCleared
+from robots.kit.slam.routes import index_of
+from robots.kit.slam.storage import load
 from simulators.irat.maze import DOCK
 from tests.irat_trial import NARROW, Trial, begun, explore, explored, free, place, silent, until
 

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from robots.autonomy.ratslam.stream import Changes
-from robots.drivers.irat.brain.streams import UNIT_M, CellStream, MapStream
+from robots.kit.drivers.irat.brain.streams import UNIT_M, CellStream, MapStream
+from robots.kit.slam.stream import Changes
 
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "irat_streams.json"
 VECTORS = json.loads(FILE.read_text()) if FILE.exists() else {"map": [], "cells": []}

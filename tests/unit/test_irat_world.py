@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.common.battery import Battery
 from simulators.irat import maze, scene, scenery
 from simulators.irat.drive import Drive, End

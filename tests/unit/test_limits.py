@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.errors import BadRequest, OutOfWorkspace
-from robots.contract.session import RobotState
-from robots.contract.values import check
-from robots.description import load
-from robots.drivers.mercury.limits import check_target
-from robots.drivers.mercury.scara import scara
+from robots.kit.contract.errors import BadRequest, OutOfWorkspace
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.values import check
+from robots.kit.description import load
+from robots.kit.drivers.mercury.limits import check_target
+from robots.kit.drivers.mercury.scara import scara
 
 D = load("mercury")
 

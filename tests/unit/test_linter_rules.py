@@ -8,12 +8,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 GIVEN_A_CLOCK = (
-    "robots/drivers/mercury", "robots/drivers", "robots/motion", "robots/vision", "robots/autonomy/ratslam",
+    "robots/kit/drivers/mercury", "robots/kit/drivers", "robots/kit/arms", "robots/kit/vision", "robots/kit/slam",
     "robots", "robots/services", "accounts", "queueing/jobs", "operatorlog", "portal/live", "workers/safety",
     "simulators", "simulators/common", "tests", "tests/unit", "tests/services", "tests/security", "tests/world",
     "tests/drivers", "tests/faults", "tests/e2e",
 )  # fmt: skip
-FREE = ("robots/drivers/irat/ros/scripts", "tests/packages/shuttle/shuttle_robot", "benchmarks")
+FREE = ("robots/kit/drivers/irat/ros/scripts", "tests/packages/shuttle/shuttle_robot", "benchmarks")
 ASKS = """\
 import datetime
 import json, time as t
@@ -32,8 +32,8 @@ LINES = [2, 5, 8, 9, 10, 11]
 
 
 MEASURES = """\
-from robots.clock import SYSTEM
-from robots.clock import TIMER
+from robots.kit.clock import SYSTEM
+from robots.kit.clock import TIMER
 from tests.faults.viewer import Watching
 from tests.faults.witness import Witness
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from robots.brownout import ONLY_STILLS, Brownout
+from robots.kit.brownout import ONLY_STILLS, Brownout
 from tests.conftest import FakeClock
 from workers.cameras.live import send_live
 from workers.safety.watch import Watch

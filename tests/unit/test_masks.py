@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.errors import BadRequest
-from robots.vision.masks import check, masked, masks_of
+from robots.kit.contract.errors import BadRequest
+from robots.kit.vision.masks import check, masked, masks_of
 
 PICTURE = np.full((24, 32, 3), 200, np.uint8)
 

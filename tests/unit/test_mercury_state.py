@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.mercury.arm import Pose
 from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace

@@ -6,7 +6,7 @@ from math import degrees, radians
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.description import load
+from robots.kit.description import load
 from simulators.mercury.arm import Pose
 from simulators.mercury.state import START
 from simulators.mercury.workspace import Workspace

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import messages
-from robots.contract.session import RobotState
-from robots.messages import Changed, CommandStage, Notice, Trace
+from robots.kit import packets as messages
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import Changed, CommandStage, Notice, Trace
 
 
 @given(

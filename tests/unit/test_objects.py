@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robots.contract.objects import MOST, SIZE, Box, Placed, Told
+from robots.kit.contract.objects import MOST, SIZE, Box, Placed, Told
 
 BOX = Box((-1.5, -1.5, -0.2), (3.0, 3.0, 2.0))
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=32)

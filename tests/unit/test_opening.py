@@ -13,12 +13,12 @@ import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import opening
-from robots.contract.errors import CameraFault, LineBusy, LineGone
-from robots.drivers.mercury.line import HostLine
-from robots.drivers.pa10.line import ArmLine
-from robots.drivers.rosbridge_client import Bridge
-from robots.opening import is_in_use, why_not
+from robots.kit import opening
+from robots.kit.contract.errors import CameraFault, LineBusy, LineGone
+from robots.kit.drivers.mercury.line import HostLine
+from robots.kit.drivers.pa10.line import ArmLine
+from robots.kit.drivers.rosbridge_client import Bridge
+from robots.kit.opening import is_in_use, why_not
 from tests.waiting import CEILING_S, wait_for
 from workers.cameras import source
 from workers.cameras.source import SnapshotCamera, StreamCamera

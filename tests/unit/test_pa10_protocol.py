@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers.pa10.forms import FORMS
-from robots.drivers.pa10.protocol import ArmState, End, Malformed, Mode, Request, parse, program
+from robots.kit.drivers.pa10.forms import FORMS
+from robots.kit.drivers.pa10.protocol import ArmState, End, Malformed, Mode, Request, parse, program
 
 angle = st.floats(-6, 6)
 six = st.tuples(*[angle] * 6)

@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from robots.description import load
-from robots.drivers.mercury.panel import BUTTONS_TOP, HEIGHT, WIDTH, at, compose, press
-from robots.drivers.mercury.scara import scara
+from robots.kit.description import load
+from robots.kit.drivers.mercury.panel import BUTTONS_TOP, HEIGHT, WIDTH, at, compose, press
+from robots.kit.drivers.mercury.scara import scara
 
 D = load("mercury")
 

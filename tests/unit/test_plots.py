@@ -10,15 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.recordings.figures import ACROSS, IN_A_ROW, beside
-from robots.contract.floor import Floor
-from robots.recordings import chart
-from robots.recordings.captions import Captions, wrapped
-from robots.recordings.chart import Chart, dashes
-from robots.recordings.container import COMMANDS, STATE, Message
-from robots.recordings.film import HEIGHT, TOP, VIEW, WIDTH, Film
-from robots.recordings.floors import floor_of
-from robots.recordings.paths import JUMP_M, lines, placed, shown, simplified
-from robots.recordings.track import Track, pose_of
+from robots.kit.contract.floor import Floor
+from robots.kit.recording import chart
+from robots.kit.recording.captions import Captions, wrapped
+from robots.kit.recording.chart import Chart, dashes
+from robots.kit.recording.container import COMMANDS, STATE, Message
+from robots.kit.recording.film import HEIGHT, TOP, VIEW, WIDTH, Film
+from robots.kit.recording.floors import floor_of
+from robots.kit.recording.paths import JUMP_M, lines, placed, shown, simplified
+from robots.kit.recording.track import Track, pose_of
 
 PLACES = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
 ANY = st.floats(allow_nan=True, allow_infinity=True)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.channels import IN_PLANE, IN_SPACE
-from robots.contract.policies import HOLD, Bound, Policies, Range
-from robots.contract.session import RobotState
-from robots.contract.spec import Spec
+from robots.kit.contract.channels import IN_PLANE, IN_SPACE
+from robots.kit.contract.policies import HOLD, Bound, Policies, Range
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.spec import Spec
 from workers.safety.gate import Known, inside, why_held
 
 SECONDS = st.floats(0.0, 1e6, exclude_min=True)

@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from robots import previews
-from robots.description import load
-from robots.motion.described import posture
+from robots.kit import previews
+from robots.kit.arms.described import posture
+from robots.kit.description import load
 from tests.conftest import at_length
 from tests.packaged import of_spec
 from tests.waiting import CEILING_S
@@ -24,7 +24,7 @@ class Child:
         from tests.rig import ROOT
 
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "robots.previews"], cwd=ROOT, env={**os.environ, **env},
+            [sys.executable, "-m", "robots.kit.previews"], cwd=ROOT, env={**os.environ, **env},
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip
 
@@ -83,9 +83,9 @@ def test_wild_numbers_end_nothing(child, value):
 
 
 ROLLING = """
-from robots.contract.capabilities import Foreseen, Preview
-from robots.contract.channels import IN_PLANE
-from robots.contract.spec import CommandKind, Spec
+from robots.kit.contract.capabilities import Foreseen, Preview
+from robots.kit.contract.channels import IN_PLANE
+from robots.kit.contract.spec import CommandKind, Spec
 def spec():
     return Spec("Rover", (CommandKind("roll", "Roll"),), pose=IN_PLANE, capabilities=(Preview("rover_robot.spec:foresee"),))
 def foresee(kind, args, joints, settings):
@@ -96,8 +96,8 @@ def foresee(kind, args, joints, settings):
     return Foreseen(seconds=1.0, poses=poses, times=times)
 """
 GREEDY = """
-from robots.contract.capabilities import Foreseen, Preview
-from robots.contract.spec import CommandKind, Spec
+from robots.kit.contract.capabilities import Foreseen, Preview
+from robots.kit.contract.spec import CommandKind, Spec
 def spec():
     kinds = (CommandKind("spin", "Spin"), CommandKind("eat", "Eat"), CommandKind("ok", "Ok"))
     return Spec("Greedy", kinds, capabilities=(Preview("greedy_robot.spec:foresee"),))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from robots.priority import AUTOGROUP
+from robots.kit.priority import AUTOGROUP
 from tests.rig import ROOT
 
 pytestmark = pytest.mark.skipif(not Path(AUTOGROUP).exists(), reason="autogroups of Linux")
@@ -29,7 +29,7 @@ def shown(*argv, own):
 @pytest.mark.parametrize("own", [True, False])
 def test_a_process_that_stands_back_takes_its_session_with_it_if_it_leads_one(own):
     before = shown("-c", SHOWN, own=own)
-    process, session = shown("-c", f"from robots.priority import stand_back; stand_back(5)\n{SHOWN}", own=own)
+    process, session = shown("-c", f"from robots.kit.priority import stand_back; stand_back(5)\n{SHOWN}", own=own)
     assert process == before[0] + 5
     assert session == (5 if own else before[1])
 
@@ -39,5 +39,5 @@ def test_an_ordinary_user_s_change_that_comes_too_soon_is_made_again():
     become = (
         "import ctypes, os; os.setuid(65534); ctypes.CDLL(None).prctl(4, 1)"  # its files in /proc are its own again
     )
-    change = "from robots.priority import share_less; print(*[int(share_less(n)) for n in (3, 4, 5)])"
-    assert shown("-c", f"{become}; {change}\n{SHOWN}", own=True) == [1, 1, 1, 0, 5]
+    change = "print(*[int(share_less(n)) for n in (3, 4, 5)])"
+    assert shown("-c", f"from robots.kit.priority import share_less; {become}; {change}\n{SHOWN}", own=True) == [1, 1, 1, 0, 5]

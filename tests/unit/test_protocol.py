@@ -1,8 +1,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers.mercury import protocol as wire
-from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Receiver, Reply
+from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Receiver, Reply
 
 frames = st.builds(Frame, st.sampled_from(list(map(int, Instruction))), st.integers(0, 255), st.binary(max_size=40))
 

@@ -31,7 +31,7 @@ def test_who_imports_what_changed_comes_before_who_imports_it_at_second_hand():
         ("templates/pages/statistics.html", "tests/services/test_statistics.py"),
         ("docs/reference/settings.md", "tests/unit/test_settings_page.py"),
         ("frontend/src/console.ts", "tests/unit/test_consoles.py"),
-        ("robots/drivers/mercury/model.urdf", "tests/unit/test_scara.py"),
+        ("robots/kit/drivers/mercury/model.urdf", "tests/unit/test_scara.py"),
         ("queueing/admin.py", "tests/services/test_admin_rights.py"),  # by address alone
         ("portal/pages/views.py", "tests/services/test_pages.py"),
     ],
@@ -63,7 +63,7 @@ def test_a_changed_test_with_real_processes_comes_after_a_changed_one_without():
 
 def test_what_is_named_by_hand_is_there():
     assert [name for name in (*quick.EVERY, *quick.OTHERS) if not (quick.ROOT / name).exists()] == []
-    assert {path.split("/")[0] for path in names("robots/clock.py")} == {"tests"}
+    assert {path.split("/")[0] for path in names("robots/kit/clock.py")} == {"tests"}
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")

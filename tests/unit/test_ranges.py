@@ -2,10 +2,10 @@
 
 import pytest
 
-from robots.contract.errors import BadRequest
-from robots.contract.ranges import from_to, plain, readable
-from robots.contract.spec import Argument, CommandKind
-from robots.contract.values import within
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.ranges import from_to, plain, readable
+from robots.kit.contract.spec import Argument, CommandKind
+from robots.kit.contract.values import within
 
 
 @pytest.mark.parametrize(

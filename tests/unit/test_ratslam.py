@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam.settings import MapSettings, Settings
-from robots.autonomy.ratslam.slam import RatSlam
-from robots.autonomy.ratslam.storage import BadMap, load, save
+from robots.kit.slam.settings import MapSettings, Settings
+from robots.kit.slam.slam import RatSlam
+from robots.kit.slam.storage import BadMap, load, save
 from tests.unit.ratslam_world import Drift, World, aligned, laps
 
 DT = 0.05

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam.calibration import Calibration
-from robots.autonomy.ratslam.experiences import START, ExperienceMap
-from robots.autonomy.ratslam.settings import MapSettings
+from robots.kit.slam.calibration import Calibration
+from robots.kit.slam.experiences import START, ExperienceMap
+from robots.kit.slam.settings import MapSettings
 
 HERE = (0.0, 0.0, 0.0)
 

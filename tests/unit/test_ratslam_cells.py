@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam import spreading
-from robots.autonomy.ratslam.cells import PoseCells
-from robots.autonomy.ratslam.settings import CellSettings
-from robots.autonomy.ratslam.stream import activity
+from robots.kit.slam import spreading
+from robots.kit.slam.cells import PoseCells
+from robots.kit.slam.settings import CellSettings
+from robots.kit.slam.stream import activity
 
 KEPT = CellSettings()
 moves = st.tuples(st.floats(-0.3, 0.3), st.floats(-7, 7))

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from robots.autonomy.ratslam.docks import DockPlaces
-from robots.autonomy.ratslam.experiences import ExperienceMap
-from robots.autonomy.ratslam.settings import MapSettings
+from robots.kit.slam.docks import DockPlaces
+from robots.kit.slam.experiences import ExperienceMap
+from robots.kit.slam.settings import MapSettings
 
 
 def seen(*sightings):

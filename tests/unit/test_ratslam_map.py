@@ -8,13 +8,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam.angles import wrapped
-from robots.autonomy.ratslam.experiences import START, ExperienceMap, composed, inverted
-from robots.autonomy.ratslam.pruning import contract, pruned, standing
-from robots.autonomy.ratslam.relaxing import sine_cosine
-from robots.autonomy.ratslam.routes import plan
-from robots.autonomy.ratslam.settings import MapSettings
-from robots.autonomy.ratslam.stream import Told
+from robots.kit.slam.angles import wrapped
+from robots.kit.slam.experiences import START, ExperienceMap, composed, inverted
+from robots.kit.slam.pruning import contract, pruned, standing
+from robots.kit.slam.relaxing import sine_cosine
+from robots.kit.slam.routes import plan
+from robots.kit.slam.settings import MapSettings
+from robots.kit.slam.stream import Told
 
 HERE = (0.0, 0.0, 0.0)
 poses = st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-math.pi, math.pi))

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam.experiences import ExperienceMap, composed, inverted
-from robots.autonomy.ratslam.pruning import pruned
-from robots.autonomy.ratslam.routes import FINE_M, SHORTEST_S, Guide, plan
-from robots.autonomy.ratslam.settings import MapSettings
+from robots.kit.slam.experiences import ExperienceMap, composed, inverted
+from robots.kit.slam.pruning import pruned
+from robots.kit.slam.routes import FINE_M, SHORTEST_S, Guide, plan
+from robots.kit.slam.settings import MapSettings
 
 HERE = (0.0, 0.0, 0.0)
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam.settings import ViewSettings
-from robots.autonomy.ratslam.views import Views, decoded
+from robots.kit.slam.settings import ViewSettings
+from robots.kit.slam.views import Views, decoded
 from tests.unit.ratslam_world import World, laps
 
 SMALL = ViewSettings(width=16, height=5, shift=3, bottom=60)

@@ -3,7 +3,7 @@
 import json
 from types import SimpleNamespace
 
-from robots.messages import CommandStage
+from robots.kit.packets import CommandStage
 from workers.recorder.recorder import Recorder
 
 

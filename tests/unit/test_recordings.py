@@ -9,15 +9,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from robots.contract.channels import Scalar
-from robots.contract.session import RobotState
-from robots.contract.streams import StreamPacket, pack
-from robots.messages import picture_packet, state_packet
-from robots.recordings.budget import picture_every_s
-from robots.recordings.container import COMMANDS, EVENTS, STATE, Message, Tape
-from robots.recordings.packets import picture_of, picture_packed, state_packed, state_told
-from robots.recordings.reading import about, messages
-from robots.recordings.timeline import HEAD, SLICE_MS, needed, read_index, read_slice, slice_of
+from robots.kit.contract.channels import Scalar
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.streams import StreamPacket, pack
+from robots.kit.packets import picture_packet, state_packet
+from robots.kit.recording.budget import picture_every_s
+from robots.kit.recording.container import COMMANDS, EVENTS, STATE, Message, Tape
+from robots.kit.recording.packets import picture_of, picture_packed, state_packed, state_told
+from robots.kit.recording.reading import about, messages
+from robots.kit.recording.timeline import HEAD, SLICE_MS, needed, read_index, read_slice, slice_of
 
 NAMES, CHANNELS = ("base", "elbow"), ["charge", "x"]
 BEGAN = 1_795_000_000_000  # ms

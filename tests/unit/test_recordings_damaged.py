@@ -7,17 +7,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from robots.contract.channels import Scalar
-from robots.contract.session import RobotState
-from robots.contract.streams import StreamPacket, pack
-from robots.messages import picture_packet, state_packet
-from robots.recordings import reading
-from robots.recordings.axis import LATE_NS, LONGEST_NS, Axis, words_of
-from robots.recordings.container import COMMANDS, EVENTS, STATE, Tape
-from robots.recordings.movie import cameras_of, chosen
-from robots.recordings.packets import picture_of, state_told
-from robots.recordings.reading import about, messages
-from robots.recordings.timeline import HEAD, read_index, read_slice, slice_of
+from robots.kit.contract.channels import Scalar
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.streams import StreamPacket, pack
+from robots.kit.packets import picture_packet, state_packet
+from robots.kit.recording import reading
+from robots.kit.recording.axis import LATE_NS, LONGEST_NS, Axis, words_of
+from robots.kit.recording.container import COMMANDS, EVENTS, STATE, Tape
+from robots.kit.recording.movie import cameras_of, chosen
+from robots.kit.recording.packets import picture_of, state_told
+from robots.kit.recording.reading import about, messages
+from robots.kit.recording.timeline import HEAD, read_index, read_slice, slice_of
 
 NAMES, CHANNELS = ("base", "elbow"), ["charge"]
 BEGAN = 1_795_000_000_000  # ms

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.logs.lines import Line
-from robots.addresses import AddressError, check_cameras, check_robot, redacted
-from robots.contract.errors import CameraFault, LineGone, RobotError, why
+from robots.kit.addresses import AddressError, check_cameras, check_robot, redacted
+from robots.kit.contract.errors import CameraFault, LineGone, RobotError, why
 
 TEXTS = {
     "http://admin:S3cret@cam:80/a.jpg": "http://***@cam:80/a.jpg",

@@ -4,8 +4,8 @@ from math import pi
 
 import pytest
 
-from robots.contract.find import spec_of
-from robots.description import load
+from robots.kit.contract.find import spec_of
+from robots.kit.description import load
 from simulators.common.tcp import LOST_S
 from simulators.mercury.arm import Line, Pose
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from portal.live import rooms
 from portal.live.messages import Watch
 from portal.live.rooms import Cameras, Room, Viewer
-from robots.contract.video import VideoPacket, pack
-from robots.messages import TAKEN_DOWN, Changed
+from robots.kit.contract.video import VideoPacket, pack
+from robots.kit.packets import TAKEN_DOWN, Changed
 
 KEY, NEXT, AFTER = (pack(VideoPacket(0, n, 2000 + 40 * n, 0, b"vp8", n - 1 or None)) for n in (1, 2, 3))
 ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream"}

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robots.autonomy.fuzzy import PAPER, speed
-from robots.autonomy.fuzzy_check import check
-from robots.autonomy.fuzzy_text import write
-from robots.contract.errors import BadRequest
-from robots.drivers.srv1.rules import READINGS, braking, rules_of
+from robots.kit.contract.errors import BadRequest
+from robots.kit.drivers.srv1.rules import READINGS, braking, rules_of
+from robots.kit.rovers.fuzzy import PAPER, speed
+from robots.kit.rovers.fuzzy_check import check
+from robots.kit.rovers.fuzzy_text import write
 from tests.unit.fuzzy_sets import METHODS, apart, tables, thousandths
 
 ROVER = braking()

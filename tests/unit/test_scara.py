@@ -4,8 +4,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers.mercury.scara import OutOfReach, scara, wrap
+from robots.kit.description import load
+from robots.kit.drivers.mercury.scara import OutOfReach, scara, wrap
 
 D = load("mercury")
 ARM = scara(D)

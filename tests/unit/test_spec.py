@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.capabilities import (
+from robots.kit.contract.capabilities import (
     GoodWhile,
     Idle,
     JobCheck,
@@ -21,13 +21,13 @@ from robots.contract.capabilities import (
     Times,
     Total,
 )
-from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
-from robots.contract.find import spec_of
-from robots.contract.policies import Bound, Policies, Range
-from robots.contract.session import RobotState
-from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
-from robots.contract.streams import Stream
-from robots.messages import read_state, state_packet
+from robots.kit.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.policies import Bound, Policies, Range
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
+from robots.kit.contract.streams import Stream
+from robots.kit.packets import read_state, state_packet
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
 PACE = CommandKind(

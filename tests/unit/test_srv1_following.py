@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers.srv1.answers import Status
-from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, room_ahead, toward, turning
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.rounds import Round
-from robots.drivers.srv1.whereabouts import KNOWN_M, OF_RANGE, TOLERANCE_M, UNKNOWN_M, Whereabouts, sonar_at
+from robots.kit.description import load
+from robots.kit.drivers.srv1.answers import Status
+from robots.kit.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, room_ahead, toward, turning
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.rounds import Round
+from robots.kit.drivers.srv1.whereabouts import KNOWN_M, OF_RANGE, TOLERANCE_M, UNKNOWN_M, Whereabouts, sonar_at
 from simulators.srv1.patrol import Patrol
 
 STEP_S, FAR_M, STOP_M, CLOSE_M, BRAKING = 0.1, 0.80, 0.15, 0.50, 2.5

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers.srv1.hall import hall, read
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import hall, read
 from simulators.srv1.plant import TICK_S, Plant
 from simulators.srv1.state import Kept, keep, restore, restore_flash
 from tests.unit.srv1_world import drive, poses, rest, world

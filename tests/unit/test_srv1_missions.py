@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.errors import BadRequest, OutOfWorkspace
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.missions import LONGEST, MOST_STEPS, Step, judge, legs, parse, refuse, write
+from robots.kit.contract.errors import BadRequest, OutOfWorkspace
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.missions import LONGEST, MOST_STEPS, Step, judge, legs, parse, refuse, write
 
 HOME = hall().home
 NODES = st.sampled_from(hall().nodes).map(lambda node: Step("go", node.at, node.name))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from robots.drivers.srv1.protocol import QUALITIES, SIZES, Malformed
+from robots.kit.drivers.srv1.protocol import QUALITIES, SIZES, Malformed
 from simulators.common.mesh import placed
 from simulators.srv1.cameras import ABOVE, Overhead, RoverCamera, stage
 from simulators.srv1.imaging import jpeg

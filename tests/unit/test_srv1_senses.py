@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from robots.description import load
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.sensors import Channel, infrared_m, is_present, share, temperature_c
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.sensors import Channel, infrared_m, is_present, share, temperature_c
 from simulators.srv1.climate import VISIT_S, Climate
 from tests.unit.srv1_world import drive, poses, rest, world
 

@@ -4,10 +4,10 @@ import json
 import random
 from pathlib import Path
 
-from robots.contract.errors import BadRequest
-from robots.description import load
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.missions import judge, parse, write
+from robots.kit.contract.errors import BadRequest
+from robots.kit.description import load
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.missions import judge, parse, write
 
 FILE = Path(__file__).parents[1] / "vectors" / "missions.json"
 TEXTS = (

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robots.contract.errors import OutOfWorkspace
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.ways import CORNERED, ROOM_M, is_free, length, way
+from robots.kit.contract.errors import OutOfWorkspace
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.ways import CORNERED, ROOM_M, is_free, length, way
 
 HALL = hall()
 PLACES = st.tuples(st.integers(0, 1200), st.integers(0, 800)).map(lambda cm: (cm[0] / 100, cm[1] / 100))

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.autonomy.steering import Limits, Memory, Sensed, steer
+from robots.kit.rovers.steering import Limits, Memory, Sensed, steer
 from tests.unit.ratslam_world import INNER, OUTER, World
 
 KEPT = Limits()

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live.streams import Streams
-from robots.contract.session import Session
-from robots.contract.streams import Chain, StreamPacket, pack, unpack
+from robots.kit.contract.session import Session
+from robots.kit.contract.streams import Chain, StreamPacket, pack, unpack
 
 STEPS = st.lists(st.sampled_from(["key", "delta", "delta", "delta"]), max_size=30)
 

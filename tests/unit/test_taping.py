@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from robots.clock import SYSTEM
-from robots.contract.session import RobotState
-from robots.contract.streams import Stream, StreamPacket, pack
-from robots.messages import picture_packet, state_packet
-from robots.recordings.container import Tape
-from robots.recordings.reading import messages
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.streams import Stream, StreamPacket, pack
+from robots.kit.packets import picture_packet, state_packet
+from robots.kit.recording.container import Tape
+from robots.kit.recording.reading import messages
 from tests.conftest import wait_for
 from workers.recorder.taping import FLUSH_S, Taping
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from robots.contract.errors import BadRequest
-from robots.contract.find import spec_of
-from robots.contract.values import check
-from robots.drivers.srv1.rules import paper
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.values import check
+from robots.kit.drivers.srv1.rules import paper
 
 DRIVERS = ("irat", "mercury", "pa10", "so101", "srv1")
 COMMANDS = [(name, c) for name in DRIVERS for c in spec_of(name).commands]

@@ -7,28 +7,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robots.contract.channels import Scalar
-from robots.contract.compact import Layout
-from robots.contract.errors import OutOfWorkspace
-from robots.contract.objects import Box, Placed, Told
-from robots.contract.session import RobotState
-from robots.contract.streams import Chain, StreamPacket, pack, unpack
-from robots.contract.video import Group, VideoPacket
-from robots.contract.video import pack as pack_video
-from robots.description import load
-from robots.drivers.irat.spec import spec as irat
-from robots.drivers.mercury import calibration
-from robots.drivers.mercury.limits import check_target
-from robots.drivers.mercury.scara import scara
-from robots.drivers.mercury.spec import spec as mercury
-from robots.drivers.pa10.checks import bounded, request_of
-from robots.drivers.pa10.protocol import Malformed, OutOfBounds, parse, program
-from robots.drivers.pa10.spec import spec as pa10
-from robots.messages import picture_packet, read_picture, state_packet, taken_ms
-from robots.motion.pose import matrix, numbers
-from robots.recordings.container import STATE, Tape
-from robots.recordings.packets import picture_of, picture_packed, state_told
-from robots.recordings.timeline import read_index, read_slice
+from robots.kit.arms.pose import matrix, numbers
+from robots.kit.contract.channels import Scalar
+from robots.kit.contract.compact import Layout
+from robots.kit.contract.errors import OutOfWorkspace
+from robots.kit.contract.objects import Box, Placed, Told
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.streams import Chain, StreamPacket, pack, unpack
+from robots.kit.contract.video import Group, VideoPacket
+from robots.kit.contract.video import pack as pack_video
+from robots.kit.description import load
+from robots.kit.drivers.irat.spec import spec as irat
+from robots.kit.drivers.mercury import calibration
+from robots.kit.drivers.mercury.limits import check_target
+from robots.kit.drivers.mercury.scara import scara
+from robots.kit.drivers.mercury.spec import spec as mercury
+from robots.kit.drivers.pa10.checks import bounded, request_of
+from robots.kit.drivers.pa10.protocol import Malformed, OutOfBounds, parse, program
+from robots.kit.drivers.pa10.spec import spec as pa10
+from robots.kit.packets import picture_packet, read_picture, state_packet, taken_ms
+from robots.kit.recording.container import STATE, Tape
+from robots.kit.recording.packets import picture_of, picture_packed, state_told
+from robots.kit.recording.timeline import read_index, read_slice
 from robots.states import COMMAND_FINAL, CommandState
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"

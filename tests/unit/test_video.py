@@ -13,7 +13,7 @@ from portal.live.direct import binary_frame
 from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
-from robots.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
+from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
 from tests.waiting import CEILING_S, wait_for
 from workers.cameras.video import KEYS_S, Shot, Video
 

@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.contract.errors import CameraFault
-from robots.drivers.mercury.brightness import GAIN_HIGH, GAIN_LOW, STEP, Brightness
-from robots.drivers.mercury.calibration import NotCalibrated, Shift, entry, find_change, fit, measure_shift, target
-from robots.vision.stability import difference, settle
+from robots.kit.contract.errors import CameraFault
+from robots.kit.drivers.mercury.brightness import GAIN_HIGH, GAIN_LOW, STEP, Brightness
+from robots.kit.drivers.mercury.calibration import NotCalibrated, Shift, entry, find_change, fit, measure_shift, target
+from robots.kit.vision.stability import difference, settle
 from simulators.mercury.camera import expose
 from tests.unit.sand_beds import fresh
 

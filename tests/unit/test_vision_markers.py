@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.vision.markers import Markers
+from robots.kit.vision.markers import Markers
 from tests.unit.ratslam_world import World, laps
 
 FIELD = math.radians(110)

@@ -2,11 +2,11 @@
 
 import pytest
 
-from robots.clock import Limit, poll
-from robots.contract.errors import HardwareFault, Held
-from robots.contract.session import RobotState
-from robots.drivers.permits import unless_held
-from robots.drivers.waiting import until_at_rest
+from robots.kit.clock import Limit, poll
+from robots.kit.contract.errors import HardwareFault, Held
+from robots.kit.contract.session import RobotState
+from robots.kit.drivers.permits import unless_held
+from robots.kit.drivers.waiting import until_at_rest
 
 REST, MOTION = (RobotState(0.0, (), (), moving, True) for moving in (False, True))
 

@@ -5,8 +5,8 @@ from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
-from robots.drivers.irat.brain.messages import Feed, FromBrain, ToBrain
-from robots.drivers.irat.brain.mind import Mind
+from robots.kit.drivers.irat.brain.messages import Feed, FromBrain, ToBrain
+from robots.kit.drivers.irat.brain.mind import Mind
 from tests.world.world import Killed, World
 
 THINKING_S, ANSWER_S = 0.04, 0.002  # for a picture, and for anything else

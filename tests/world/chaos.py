@@ -4,7 +4,7 @@ import random
 from dataclasses import dataclass, field
 
 from robots import bus, services
-from robots.contract.errors import RobotError
+from robots.kit.contract.errors import RobotError
 from robots.models import Command, Grant
 from robots.states import COMMAND_FINAL
 from tests.world.delays import Delays

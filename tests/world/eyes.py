@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robots.contract.errors import CameraFault
+from robots.kit.contract.errors import CameraFault
 from simulators.common.faults import FaultBoard
 from simulators.common.sensor import Sensor, Take
 from tests.world.world import World

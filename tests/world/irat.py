@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 from random import Random
 
-from robots.drivers.irat.brain.process import BrainProcess
-from robots.drivers.irat.driver import Driver
-from robots.drivers.irat.protocol import DRIVE, Drive
-from robots.drivers.rosbridge import decode, operation
+from robots.kit.drivers.irat.brain.process import BrainProcess
+from robots.kit.drivers.irat.driver import Driver
+from robots.kit.drivers.irat.protocol import DRIVE, Drive
+from robots.kit.drivers.rosbridge import decode, operation
 from simulators.irat.drive import End
 from simulators.irat.simulator import Simulator
 from tests.faults.wishes import ROBOTS

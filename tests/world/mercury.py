@@ -3,8 +3,8 @@
 from pathlib import Path
 from random import Random
 
-from robots.drivers.mercury.driver import Driver
-from robots.drivers.mercury.protocol import move_xyz
+from robots.kit.drivers.mercury.driver import Driver
+from robots.kit.drivers.mercury.protocol import move_xyz
 from simulators.mercury.__main__ import Simulator
 from tests.unit.sand_beds import fresh
 from tests.world.eyes import Eye

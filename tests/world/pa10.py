@@ -8,10 +8,10 @@ from random import Random
 
 import numpy as np
 
-from robots.description import load
-from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.driver import Driver
-from robots.drivers.pa10.protocol import End
+from robots.kit.description import load
+from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.drivers.pa10.driver import Driver
+from robots.kit.drivers.pa10.protocol import End
 from simulators.pa10.cameras import Cameras
 from simulators.pa10.simulator import Simulator
 from tests.world.eyes import Eye

@@ -14,7 +14,7 @@ from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
 from queueing.places import standings
 from robots import bus, services
-from robots.contract.errors import RobotError
+from robots.kit.contract.errors import RobotError
 from robots.models import Command
 from robots.states import COMMAND_FINAL
 from tests.world.world import DatabaseAway

@@ -10,8 +10,8 @@ from django.conf import settings
 
 from portal.live import store as live_store
 from robots import bus, services
-from robots.clock import SYSTEM
-from robots.contract.errors import RobotError
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import RobotError
 from robots.models import Command, Robot
 from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind

@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from robots.drivers.rosbridge_client import OPEN_S
+from robots.kit.drivers.rosbridge_client import OPEN_S
 from simulators.common.faults import FaultBoard
 from simulators.irat.peer import Peer
 from simulators.irat.radio import Radio

@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 from random import Random
 
-from robots.drivers.srv1 import extension, flash
-from robots.drivers.srv1.driver import Driver
-from robots.drivers.srv1.extension import HOLD, Patrol, Velocity
-from robots.drivers.srv1.framing import COMMAND, Frames
+from robots.kit.drivers.srv1 import extension, flash
+from robots.kit.drivers.srv1.driver import Driver
+from robots.kit.drivers.srv1.extension import HOLD, Patrol, Velocity
+from robots.kit.drivers.srv1.framing import COMMAND, Frames
 from simulators.srv1.drive import End
 from simulators.srv1.simulator import Simulator
 from tests.world.streams import Door, Network

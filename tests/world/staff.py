@@ -7,7 +7,7 @@ from queueing import staff
 from queueing.jobs.suspending import resume
 from queueing.models import OPEN_TICKET, Ticket, Turn
 from robots import verbs
-from robots.contract.errors import RobotError
+from robots.kit.contract.errors import RobotError
 from robots.states import Cycle
 from tests.world.world import DatabaseAway
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from robots.description import load
+from robots.kit.description import load
 from tests.world.motions import Motions
 from tests.world.seeds import hunt, seeds
 from tests.world.test_lines import in_mid_motion

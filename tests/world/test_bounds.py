@@ -7,7 +7,7 @@ from datetime import timedelta
 import pytest
 
 from robots import bus, services
-from robots.contract.errors import RobotError
+from robots.kit.contract.errors import RobotError
 from robots.models import Command, Lease
 from robots.services import START_S
 from robots.services.stopping import stop_shown

@@ -2,11 +2,11 @@
 
 import pytest
 
-from robots.conformance.report import Verdict
-from robots.conformance.suite import conform
-from robots.conformance.trial import Limits
-from robots.contract.find import spec_of
-from robots.description import load
+from robots.kit.conformance.report import Verdict
+from robots.kit.conformance.suite import conform
+from robots.kit.conformance.trial import Limits
+from robots.kit.contract.find import spec_of
+from robots.kit.description import load
 from tests.conftest import at_length
 from tests.world.mercury import MercuryRig
 from tests.world.srv1 import RoverRig

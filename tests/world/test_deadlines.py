@@ -7,7 +7,7 @@ import pytest
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import services
-from robots.contract.errors import GrantOver
+from robots.kit.contract.errors import GrantOver
 from robots.models import Grant, Robot
 from robots.states import GrantEnd
 from tests.world.crowd import Crowd

@@ -5,7 +5,7 @@ from math import dist, inf
 
 import pytest
 
-from robots.drivers.irat.driver import NEVER_BEGAN
+from robots.kit.drivers.irat.driver import NEVER_BEGAN
 from tests.world.seeds import hunt, seeds
 
 pytestmark = pytest.mark.parametrize("which", ["irat"], indirect=True)

@@ -9,9 +9,9 @@ from math import dist, inf, pi
 import pytest
 from django.conf import settings
 
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.missions import LOOK_S
-from robots.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.missions import LOOK_S
+from robots.kit.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
 from tests.world.motions import Motions
 from tests.world.seeds import hunt, seeds

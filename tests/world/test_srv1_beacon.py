@@ -6,8 +6,8 @@ from math import dist, pi
 
 import pytest
 
-from robots.contract.errors import GaveUp
-from robots.drivers.srv1.hall import hall
+from robots.kit.contract.errors import GaveUp
+from robots.kit.drivers.srv1.hall import hall
 from tests.world.srv1 import RoverRig
 from tests.world.world import World
 

@@ -5,9 +5,9 @@ from math import dist, inf, pi
 
 import pytest
 
-from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.motions import ENCODER, IN_THE_WAY, TOO_NEAR
-from robots.drivers.srv1.whereabouts import KNOWN_M
+from robots.kit.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.motions import ENCODER, IN_THE_WAY, TOO_NEAR
+from robots.kit.drivers.srv1.whereabouts import KNOWN_M
 from tests.world.seeds import hunt, seeds
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from robots.contract.errors import Held
-from robots.drivers.srv1.rules import crc_of, paper
+from robots.kit.contract.errors import Held
+from robots.kit.drivers.srv1.rules import crc_of, paper
 from tests.world.srv1 import RoverRig
 from tests.world.world import World
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from robots import services
-from robots.clock import MachineClock
 from robots.grants import end_grant
+from robots.kit.clock import MachineClock
+from robots.kit.recording import chart
+from robots.kit.recording.film import TOP
 from robots.models import Finding, Movie, Recording, RecordingState, Records, Robot
-from robots.recordings import chart, keeping, movies
-from robots.recordings.film import TOP
+from robots.recordings import keeping, movies
 from robots.services.commands import issue_under
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import wait_for

@@ -5,7 +5,7 @@ from math import dist
 
 import pytest
 
-from robots.drivers.srv1.hall import hall
+from robots.kit.drivers.srv1.hall import hall
 from tests.world.seeds import hunt, seeds
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)

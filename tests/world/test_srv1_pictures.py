@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.contract.errors import Held
-from robots.contract.session import Noted
-from robots.drivers.srv1.pictures import NONE
-from robots.drivers.srv1.protocol import SIZES
+from robots.kit.contract.errors import Held
+from robots.kit.contract.session import Noted
+from robots.kit.drivers.srv1.pictures import NONE
+from robots.kit.drivers.srv1.protocol import SIZES
 from tests.world.srv1 import RoverRig
 from tests.world.world import World
 

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import pytest
 
 from robots import services, verbs
-from robots.contract.errors import BadRequest
-from robots.description import load
-from robots.drivers.srv1 import flash
-from robots.drivers.srv1.extension import HOLD
-from robots.drivers.srv1.rules import canonical, crc_of, paper
+from robots.kit.contract.errors import BadRequest
+from robots.kit.description import load
+from robots.kit.drivers.srv1 import flash
+from robots.kit.drivers.srv1.extension import HOLD
+from robots.kit.drivers.srv1.rules import canonical, crc_of, paper
 from robots.states import GrantEnd
 from tests.world.seeds import hunt, seeds
 from tests.world.test_srv1 import REST_S, patrolling

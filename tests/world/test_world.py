@@ -6,7 +6,7 @@ from math import inf
 import pytest
 from django.db import connection, transaction
 
-from robots.clock import Until
+from robots.kit.clock import Until
 from tests.world.delays import Delays, These
 from tests.world.seeds import fewest
 from tests.world.world import Everlasting, World

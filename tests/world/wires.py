@@ -5,7 +5,7 @@ from pathlib import Path
 
 import serial
 
-from robots.clock import Timer
+from robots.kit.clock import Timer
 from simulators.common.faults import FaultBoard
 from simulators.mercury.line import Line
 from tests.world.world import World
@@ -144,7 +144,7 @@ def line_of(cable: Cable) -> Callable[[Path, FaultBoard, Callable[[], None]], Li
             return cable.carries and bool(cable.to_robot)
 
     def opened(tty: Path, faults: FaultBoard, refused: Callable[[], None], clock: Timer = cable.world) -> Line:
-        from robots.drivers.mercury.protocol import BAUD
+        from robots.kit.drivers.mercury.protocol import BAUD
 
         return End(tty, faults, BAUD, clock)
 

@@ -17,7 +17,7 @@ from datetime import UTC, datetime, timedelta
 
 from django.db import OperationalError, connections
 
-from robots.clock import Until, Waitable
+from robots.kit.clock import Until, Waitable
 from tests.world.delays import NONE, Delays
 
 BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
@@ -90,7 +90,7 @@ class Thread(threading.Thread):
 
 
 class World:
-    """Clock, threads, locks and processes of one run. It is a `robots.clock.Clock`."""
+    """Clock, threads, locks and processes of one run. It is a `robots.kit.clock.Clock`."""
 
     def __init__(self, seed: int, delays: Delays = NONE) -> None:
         self.seed, self.delays = seed, delays

@@ -2,10 +2,10 @@
 
 import contextlib
 
-from robots.clock import SYSTEM, Clock
-from robots.contract.errors import CameraFault
+from robots.kit.clock import SYSTEM, Clock
+from robots.kit.contract.errors import CameraFault
+from robots.kit.vision.masks import masked, masks_of
 from robots.models import Robot
-from robots.vision.masks import masked, masks_of
 from workers.cameras.source import DriverCamera, OfDriver, OpenCamera, Picture, Source, fitted, open_camera
 from workers.door import Door
 

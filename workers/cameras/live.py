@@ -1,6 +1,6 @@
 """The loop that sends a camera's live pictures while somebody watches it."""
 
-from robots.brownout import Brownout
+from robots.kit.brownout import Brownout
 from workers.cameras.pictures import Pictures
 from workers.owned import OwnedRobot
 

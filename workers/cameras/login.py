@@ -14,7 +14,7 @@ from urllib.request import (
     parse_keqv_list,
 )
 
-from robots.contract.errors import CameraFault
+from robots.kit.contract.errors import CameraFault
 
 HASHES = {"MD5": hashlib.md5, "SHA": hashlib.sha1, "SHA-256": hashlib.sha256}
 

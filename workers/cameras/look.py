@@ -5,8 +5,8 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.contract.errors import CameraFault
-from robots.contract.session import RobotState
+from robots.kit.contract.errors import CameraFault
+from robots.kit.contract.session import RobotState
 from robots.models import Command
 from workers.cameras.pictures import Pictures
 from workers.owned import OwnedRobot

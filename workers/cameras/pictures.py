@@ -13,17 +13,17 @@ import redis
 from django.conf import settings
 
 from robots import bus
-from robots.clock import Clock, ms_of
-from robots.contract.capabilities import Stills
-from robots.contract.channels import finite, whole
-from robots.contract.errors import CameraFault
-from robots.contract.find import function
-from robots.contract.session import RobotState
-from robots.description import coding, views
-from robots.files import replaced
-from robots.messages import Changed
+from robots.kit.clock import Clock, ms_of
+from robots.kit.contract.capabilities import Stills
+from robots.kit.contract.channels import finite, whole
+from robots.kit.contract.errors import CameraFault
+from robots.kit.contract.find import function
+from robots.kit.contract.session import RobotState
+from robots.kit.description import coding, views
+from robots.kit.files import replaced
+from robots.kit.packets import Changed
+from robots.kit.vision.stability import Picture, Verdict, settle
 from robots.models import Command, Frame, Grant, Robot, frame_name
-from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 from workers.cameras.source import OfDriver, OpenCamera, open_camera
 from workers.cameras.steps import Steps, jpeg

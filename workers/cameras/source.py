@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robots import addresses
-from robots.contract.errors import CameraFault
-from robots.opening import why_not
+from robots.kit import addresses
+from robots.kit.contract.errors import CameraFault
+from robots.kit.opening import why_not
 from workers.cameras.login import Login
 from workers.cameras.response import answer_within
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import cv2
 
 from robots import bus
-from robots.clock import SYSTEM, Timer
-from robots.description import CODING
-from robots.messages import picture_packet
-from robots.vision.stability import Picture
+from robots.kit.clock import SYSTEM, Timer
+from robots.kit.description import CODING
+from robots.kit.packets import picture_packet
+from robots.kit.vision.stability import Picture
 from workers.cameras.video import QUANTIZER, Shot, Video
 
 QUALITY, COARSE_QUALITY = 80, 20  # of JPEG

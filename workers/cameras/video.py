@@ -14,10 +14,10 @@ from fractions import Fraction
 from typing import Any
 
 from robots import bus
-from robots.clock import SYSTEM, Timer, Until
-from robots.contract.video import FARTHEST, GROUP_S, LONGEST_S, VideoPacket, pack, unpack
-from robots.description import CODING
-from robots.vision.stability import Picture
+from robots.kit.clock import SYSTEM, Timer, Until
+from robots.kit.contract.video import FARTHEST, GROUP_S, LONGEST_S, VideoPacket, pack, unpack
+from robots.kit.description import CODING
+from robots.kit.vision.stability import Picture
 
 log = logging.getLogger(__name__)
 ENCODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}

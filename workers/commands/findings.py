@@ -14,14 +14,14 @@ from typing import Any
 from django.db import Error, close_old_connections, transaction
 
 from robots import bus
-from robots.contract.channels import MOST as MOST_VALUES
-from robots.contract.channels import finite, whole
-from robots.contract.errors import CameraFault
-from robots.contract.session import Noted, RobotState
-from robots.files import replaced
-from robots.messages import Changed
+from robots.kit.contract.channels import MOST as MOST_VALUES
+from robots.kit.contract.channels import finite, whole
+from robots.kit.contract.errors import CameraFault
+from robots.kit.contract.session import Noted, RobotState
+from robots.kit.files import replaced
+from robots.kit.packets import Changed
+from robots.kit.plain import one_line
 from robots.models import Command, Finding, Frame
-from robots.plain import one_line
 from workers.cameras.pictures import Pictures
 from workers.owned import OwnedRobot
 

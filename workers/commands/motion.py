@@ -6,9 +6,9 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.contract.errors import ControlsReleased, Held, Replaced
-from robots.contract.session import OnStage, Outcome, Permit
-from robots.contract.values import check
+from robots.kit.contract.errors import ControlsReleased, Held, Replaced
+from robots.kit.contract.session import OnStage, Outcome, Permit
+from robots.kit.contract.values import check
 from robots.models import Command
 from workers.commands import claim
 from workers.owned import OwnedRobot

@@ -9,10 +9,10 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from robots.contract.errors import BadRequest, GaveUp
-from robots.files import replaced
+from robots.kit.contract.errors import BadRequest, GaveUp
+from robots.kit.files import replaced
+from robots.kit.plain import storable
 from robots.models import Command
-from robots.plain import storable
 from robots.programs import is_program
 
 log = logging.getLogger(__name__)

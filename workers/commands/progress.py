@@ -7,8 +7,8 @@ from typing import Any
 from django.db import Error, close_old_connections
 
 from robots import bus
-from robots.contract.session import Progress
 from robots.grants import stage_event
+from robots.kit.contract.session import Progress
 from robots.models import Command
 from robots.states import COMMAND_FINAL
 from workers.owned import OwnedRobot

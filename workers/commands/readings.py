@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import Any
 
-from robots.contract.capabilities import Statistics
+from robots.kit.contract.capabilities import Statistics
 from workers.owned import OwnedRobot
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.contract.errors import (
+from robots.grants import has_own_grant
+from robots.kit.contract.errors import (
     BadRequest,
     CameraFault,
     GaveUp,
@@ -20,10 +21,9 @@ from robots.contract.errors import (
     RobotError,
     TooLate,
 )
-from robots.contract.procedures import CALIBRATE, RESET, procedure
-from robots.contract.session import Noted, Permit, Progress
-from robots.contract.spec import CommandKind
-from robots.grants import has_own_grant
+from robots.kit.contract.procedures import CALIBRATE, RESET, procedure
+from robots.kit.contract.session import Noted, Permit, Progress
+from robots.kit.contract.spec import CommandKind
 from robots.models import Command
 from robots.states import CommandState
 from workers.calibrate import calibrate_and_keep

@@ -11,18 +11,19 @@ from typing import Any
 
 from django.conf import settings
 
-from robots import addresses, probes
-from robots.clock import SYSTEM
-from robots.contract.capabilities import Stills
-from robots.contract.channels import finite, whole
-from robots.contract.errors import CameraFault, LineSilent, RobotError, why
-from robots.contract.find import open_session
-from robots.contract.session import RobotState, Session
-from robots.description import views
+from robots import probes
 from robots.grants import lease_of
-from robots.installed import simulator_module
+from robots.kit import addresses
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Stills
+from robots.kit.contract.channels import finite, whole
+from robots.kit.contract.errors import CameraFault, LineSilent, RobotError, why
+from robots.kit.contract.find import open_session
+from robots.kit.contract.session import RobotState, Session
+from robots.kit.description import views
+from robots.kit.installed import simulator_module
+from robots.kit.vision.masks import masked, masks_of
 from robots.models import Robot, frame_name
-from robots.vision.masks import masked, masks_of
 from workers.cameras.source import DriverCamera, fitted, open_camera
 from workers.cameras.steps import jpeg
 from workers.door import Door, GuardedSession

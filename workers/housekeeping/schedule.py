@@ -10,7 +10,7 @@ from typing import Any
 from celery import bootsteps
 from celery.beat import PersistentScheduler, ScheduleEntry, Service
 
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 LONGEST_S = 1.0  # between two looks at what is due

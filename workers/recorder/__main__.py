@@ -20,7 +20,7 @@ def main() -> None:
     django.setup()
     from django.conf import settings  # noqa: PLC0415 - after the set-up
 
-    from robots.priority import stand_back  # noqa: PLC0415
+    from robots.kit.priority import stand_back  # noqa: PLC0415
     from workers.recorder.recorder import Recorder, wait_for_lock  # noqa: PLC0415
 
     stop = threading.Event()

@@ -13,7 +13,7 @@ from typing import IO
 
 from django.conf import settings
 
-from robots.clock import Clock
+from robots.kit.clock import Clock
 from robots.models import Movie
 from robots.recordings import keeping, movies
 
@@ -22,7 +22,7 @@ LONGEST_S = 600.0
 DUE_S = 10.0  # between two looks for jobs of which a movie is due
 SAID = 200_000  # bytes of what its process prints at most; its first line may be a path
 LEAST = 19  # the niceness of what may wait for everything else
-COMMAND = (sys.executable, "-m", "robots.recordings.movie")
+COMMAND = (sys.executable, "-m", "robots.kit.recording.movie")
 
 
 class MovieMaker:

@@ -17,11 +17,11 @@ from django.conf import settings
 from django.db import Error, close_old_connections, connection
 
 from robots import bus
-from robots.clock import SYSTEM, Clock
-from robots.contract.streams import MOST
-from robots.description import views
 from robots.grants import stage_event
-from robots.messages import Changed, CommandStage, Event, Notice, decode
+from robots.kit.clock import SYSTEM, Clock
+from robots.kit.contract.streams import MOST
+from robots.kit.description import views
+from robots.kit.packets import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
 from robots.recordings import keeping, telling
 from robots.states import COMMAND_FINAL

@@ -13,13 +13,13 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from robots.contract.spec import Spec
-from robots.contract.streams import unpack
-from robots.messages import PICTURE_HEAD
-from robots.recordings.budget import picture_every_s
-from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, Tape
-from robots.recordings.packets import picture_of, state_told
-from robots.recordings.reading import messages
+from robots.kit.contract.spec import Spec
+from robots.kit.contract.streams import unpack
+from robots.kit.packets import PICTURE_HEAD
+from robots.kit.recording.budget import picture_every_s
+from robots.kit.recording.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, Tape
+from robots.kit.recording.packets import picture_of, state_told
+from robots.kit.recording.reading import messages
 
 log = logging.getLogger(__name__)
 FLUSH_S = 2.0  # a recorder that is killed loses no more

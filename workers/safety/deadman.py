@@ -16,8 +16,8 @@ from math import inf
 from types import MappingProxyType
 from typing import Any
 
-from robots.clock import Clock
-from robots.contract.errors import ControlsReleased
+from robots.kit.clock import Clock
+from robots.kit.contract.errors import ControlsReleased
 from robots.models import Command
 from robots.services import START_S
 

@@ -2,7 +2,7 @@
 
 from robots import bus
 from robots.grants import end_grant, open_grant, running_motions
-from robots.messages import Changed
+from robots.kit.packets import Changed
 from robots.states import GrantEnd, GrantKind
 from workers.owned import OwnedRobot
 from workers.safety.lane import Lane, Pace

@@ -6,10 +6,10 @@ from datetime import datetime
 from math import inf
 from typing import Literal
 
-from robots.clock import Clock
-from robots.contract.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
-from robots.contract.policies import HOLD, Bound, Policies
-from robots.contract.session import Permit
+from robots.kit.clock import Clock
+from robots.kit.contract.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
+from robots.kit.contract.policies import HOLD, Bound, Policies
+from robots.kit.contract.session import Permit
 from robots.models import Command, Grant
 from robots.states import ONE_COMMAND
 from workers.safety.lease import OwnerLease

@@ -4,7 +4,7 @@ import contextlib
 import threading
 from collections.abc import Iterator
 
-from robots.clock import Clock, Until
+from robots.kit.clock import Clock, Until
 from robots.models import Command
 from workers.safety.gate import Gate
 

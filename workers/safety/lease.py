@@ -13,8 +13,8 @@ from django.conf import settings
 from django.db import Error, close_old_connections, connection
 from django.db.models import BigAutoField, BigIntegerField, DateTimeField
 
-from robots.clock import SYSTEM, Clock
 from robots.grants import take_epoch
+from robots.kit.clock import SYSTEM, Clock
 from robots.models import Lease, Robot
 from robots.prepared import PreparedUpdate, Slot
 from workers.safety.processes import Processes

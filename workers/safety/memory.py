@@ -10,7 +10,7 @@ from collections.abc import Callable, Container
 from datetime import datetime
 from pathlib import Path
 
-from robots.clock import Clock
+from robots.kit.clock import Clock
 from robots.models import Grant
 
 

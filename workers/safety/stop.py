@@ -8,10 +8,10 @@ from datetime import datetime, timedelta
 from django.db.models import BigAutoField
 
 from robots import bus
-from robots.contract.errors import RobotError
-from robots.contract.session import RobotState
 from robots.grants import rests_within
-from robots.messages import Changed
+from robots.kit.contract.errors import RobotError
+from robots.kit.contract.session import RobotState
+from robots.kit.packets import Changed
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from robots.services.stopping import NEWEST

@@ -9,8 +9,8 @@ import logging
 import sys
 from collections.abc import Callable
 
-from robots.brownout import Brownout
-from robots.contract.errors import RobotError
+from robots.kit.brownout import Brownout
+from robots.kit.contract.errors import RobotError
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
 from workers.safety.heartbeat import Heartbeat

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from robots import addresses
-from robots.clock import SYSTEM
-from robots.contract.sound import RATE
-from robots.opening import why_not
+from robots.kit import addresses
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.sound import RATE
+from robots.kit.opening import why_not
 
 TIMEOUT_S = 2.0  # for opening, and between two pieces
 PIECE_MS = 60

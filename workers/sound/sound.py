@@ -14,8 +14,8 @@ from contextlib import closing
 from django.db import Error, connections
 
 from robots import bus
-from robots.clock import Clock
-from robots.contract.sound import SoundPacket, pack, sentence
+from robots.kit.clock import Clock
+from robots.kit.contract.sound import SoundPacket, pack, sentence
 from robots.models import Robot
 from workers.incidents import incident
 from workers.sound.evenly import Evenly

@@ -1,4 +1,4 @@
-/** Poses as people write them (robots/motion/pose.py). */
+/** Poses as people write them (robots/kit/arms/pose.py). */
 import { Euler, type Matrix4, Vector3 } from "three";
 
 /** x, y, z (m), then roll, pitch, yaw (rad) about the fixed axes x, y, z in that order. */

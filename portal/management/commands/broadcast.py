@@ -16,7 +16,7 @@ from portal.broadcast.origin import Origin, words
 from portal.recordings import day
 from portal.recordings.broadcast_key import broadcast_key
 from portal.serve import config
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 
 class Command(BaseCommand):

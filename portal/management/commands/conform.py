@@ -7,12 +7,12 @@ from typing import Any
 
 from django.core.management.base import BaseCommand, CommandError
 
-from robots.addresses import AddressError, check_robot
-from robots.conformance.installed import conform_installed
-from robots.conformance.report import Result
-from robots.conformance.simulated import NotStarted
-from robots.conformance.suite import CHECKS
-from robots.installed import simulators
+from robots.kit.addresses import AddressError, check_robot
+from robots.kit.conformance.installed import conform_installed
+from robots.kit.conformance.report import Result
+from robots.kit.conformance.simulated import NotStarted
+from robots.kit.conformance.suite import CHECKS
+from robots.kit.installed import simulators
 
 MOVES = (
     "The suite moves the robot to the ends of its ranges and stops it on its way. Clear its workspace, have its "

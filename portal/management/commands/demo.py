@@ -26,7 +26,7 @@ from portal.processes import (
 )
 from portal.seeding import seed
 from portal.supervisor import Supervisor, flush, tidy_line
-from robots.clock import SYSTEM
+from robots.kit.clock import SYSTEM
 
 
 class Command(BaseCommand):

@@ -15,7 +15,7 @@ from django.contrib.sessions.backends.db import SessionStore  # noqa: E402
 from accounts.models import Clearance  # noqa: E402
 from queueing import services as queue  # noqa: E402
 from queueing.models import Ticket  # noqa: E402
-from robots.clock import SYSTEM  # noqa: E402
+from robots.kit.clock import SYSTEM  # noqa: E402
 from robots.models import Robot  # noqa: E402
 
 robot = Robot.objects.get(slug="mercury")

@@ -1,5 +1,5 @@
 """The driver of the Mercury arm."""
 
-from robots.drivers.mercury.driver import Driver
+from robots.kit.drivers.mercury.driver import Driver
 
 __all__ = ("Driver",)

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from robots.contract.spec import ANYONE, TURN, Spec
-from robots.drivers.mercury.spec import spec as arm
+from robots.kit.contract.spec import ANYONE, TURN, Spec
+from robots.kit.drivers.mercury.spec import spec as arm
 
 
 def spec() -> Spec:

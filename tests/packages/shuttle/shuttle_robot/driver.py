@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robots.contract.errors import BadRequest, GaveUp, Held, LineGone
-from robots.contract.session import Outcome, RobotState, Session
-from robots.contract.values import check
+from robots.kit.contract.errors import BadRequest, GaveUp, Held, LineGone
+from robots.kit.contract.session import Outcome, RobotState, Session
+from robots.kit.contract.values import check
 
 BROKEN_RAIL, LEAF = 1.75, 1.25  # m: places that it cannot serve
 

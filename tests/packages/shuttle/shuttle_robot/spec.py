@@ -1,8 +1,8 @@
 """A cart on a rail that takes goals from everybody, drives about by itself, and needs its dock."""
 
-from robots.contract.capabilities import GoodWhile, Idle, Need, Share, Statistics, Times, Total
-from robots.contract.channels import Pose, Scalar
-from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
+from robots.kit.contract.capabilities import GoodWhile, Idle, Need, Share, Statistics, Times, Total
+from robots.kit.contract.channels import Pose, Scalar
+from robots.kit.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 
 RAILS = 1000.0  # people count their rails
 PLACE = (Argument("x", "m", 0.0, 2.0), Argument("rail", "", 1.0, RAILS, required=False, whole=True))

@@ -6,9 +6,9 @@ import threading
 from itertools import cycle
 from pathlib import Path
 
-from robots.contract.errors import Held, LineGone
-from robots.contract.session import Outcome, Progress, RobotState, Session
-from robots.contract.values import check
+from robots.kit.contract.errors import Held, LineGone
+from robots.kit.contract.session import Outcome, Progress, RobotState, Session
+from robots.kit.contract.values import check
 
 
 def angles(kind, args):

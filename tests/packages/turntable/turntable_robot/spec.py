@@ -1,8 +1,8 @@
-from robots.contract.capabilities import Idle
-from robots.contract.channels import Scalar
-from robots.contract.policies import Bound, Policies, Range
-from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
-from robots.contract.streams import Stream
+from robots.kit.contract.capabilities import Idle
+from robots.kit.contract.channels import Scalar
+from robots.kit.contract.policies import Bound, Policies, Range
+from robots.kit.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
+from robots.kit.contract.streams import Stream
 
 EVERYBODY = frozenset({TURN, ANYONE})
 WHERE = (Range("table", -3.1, 3.1),)

@@ -1,9 +1,0 @@
-"""The SO-101 follower arm and its predecessor, the SO-100, through LeRobot."""
-
-from robots.drivers.lerobot import LeRobotDriver
-
-
-class Driver(LeRobotDriver):
-    """A `robots.drivers.lerobot.LeRobotDriver`."""
-
-    described = "so101"

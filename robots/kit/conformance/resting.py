@@ -1,0 +1,90 @@
+"""Checks of a robot that goes on without a word: how long it may (`time_left`), when it rests (`rests_within`)."""
+
+from collections.abc import Iterator
+from math import isfinite
+
+from robots.kit.conformance.lines import SILENT, board_of
+from robots.kit.conformance.motions import Motions, longest, motions_of, underway
+from robots.kit.conformance.report import NotApplicable, Note
+from robots.kit.conformance.runs import Run, said, shown
+from robots.kit.conformance.trial import PAUSE_S, Trial
+from robots.kit.contract.spec import CommandKind
+
+
+def time_left(trial: Trial) -> Iterator[str]:
+    """A motion that may go on without a word ends before its owner lets no command move any more."""
+    trial.opened()
+    kinds = [(c, listed) for c in trial.motions() if c.policies.on_link_lost and (listed := motions_of(trial, c))]
+    if not kinds:
+        raise NotApplicable("no kind goes on where the link is lost")
+    for command, listed in kinds:
+        assert command.policies.on_link_lost is not None
+        trial.settle()
+        session, left = trial.opened_session(), command.policies.on_link_lost.seconds / 2
+        session.on_time_left = lambda left=left: left  # type: ignore[misc]
+        try:
+            yield from _within(trial, command, listed, left)
+        finally:
+            session.on_time_left = None
+
+
+def _within(trial: Trial, command: CommandKind, listed: Motions, left: float) -> Iterator[str]:
+    """Look how long the robot may go on where time_left() always says `left` (s)."""
+    run = underway(trial, listed)
+    if run is None:
+        yield Note(f"No motion of the kind {command.kind!r} was seen.")
+        return
+    alone = False
+    for _ in trial.looks(run, trial.limits.watch_s):
+        within = trial.opened_session().rests_within()
+        alone = alone or within is not None
+        if within is not None and within > max(left, trial.spec.rest_s or 0.0):
+            yield (
+                f"{shown(run.kind, run.args)} may move for {left:g} s more, and without a word the robot would rest "
+                f"within {within:.1f} s only; let what it goes on by end before time_left() does."
+            )
+            return
+    if not alone:
+        yield Note(f"The robot was not allowed to go on by itself in {command.kind!r}; its time was not seen.")
+
+
+def rests_within(trial: Trial) -> Iterator[str]:
+    """A robot that no word reaches rests within the time that is told, in motion and at rest."""
+    board = board_of(trial)
+    if board.moving() is None:
+        raise NotApplicable("the simulator does not tell whether its robot moves")
+    if trial.spec.rest_s is None:
+        raise NotApplicable("the spec does not say within how many seconds the robot rests by itself (rest_s)")
+    trial.opened()
+    alone = [motions_of(trial, c) for c in trial.motions() if c.policies.on_link_lost]
+    for listed in (longest(trial), *filter(None, alone)):
+        trial.settle()
+        run = underway(trial, listed)
+        if run is not None:
+            yield from _rests(trial, run, trial.spec.rest_s)
+        trial.settle()
+        within = trial.opened_session().rests_within()
+        if within is not None and not 0.0 <= within <= trial.spec.rest_s:
+            yield f"rests_within() says {within!r} of a robot at rest; return None, or at most its rest_s."
+
+
+def _rests(trial: Trial, run: Run, rest_s: float) -> Iterator[str]:
+    """Cut the line of a motion, and wait until its simulator says that the robot rests."""
+    board, session, what = board_of(trial), trial.opened_session(), shown(run.kind, run.args)
+    found = trial.spec.command(run.kind)
+    if found is not None and found.policies.on_link_lost:
+        trial.poll(lambda: session.rests_within() is not None or run.ended.is_set(), trial.limits.watch_s)
+    if not any([board.set(verb) for verb in SILENT]):
+        raise NotApplicable(f"no fault of the simulator makes it silent ({', '.join(SILENT)})")
+    call = trial.call(session.rests_within, "rests_within")
+    if not call.ends(trial.limits.answer_s) or call.error is not None:
+        yield f"rests_within() in {what} answers {said(call.error)} on a silent line; it asks memory only."
+        return
+    told = rest_s if call.value is None else call.value
+    most = trial.spec.rests_within(run.kind, session.settings) or rest_s
+    if not isinstance(told, int | float) or not isfinite(told) or told < 0.0:
+        yield f"rests_within() in {what} returned {told!r}; return seconds, or None for the spec's rest_s."
+    elif told > most + PAUSE_S:
+        yield f"rests_within() says {told:.1f} s in {what}; the spec says {most:g} s at most (rest_s and its policy)."
+    elif not trial.poll(lambda: board.moving() is False, told + trial.limits.watch_s):
+        yield f"No word reached the robot in {what}, and it still moves long after the {told:.1f} s of rests_within()."

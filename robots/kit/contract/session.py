@@ -1,0 +1,179 @@
+"""What a robot's driver does: one robot behind one wire. All units are SI."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any
+
+from robots.kit.clock import TIMER, Timer
+
+JSON = dict[str, Any]
+Permit = Callable[[], None]
+Trace = Callable[[str, bytes, str], None]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a long command is: a few words, and the share that is done (0 to 1) where it is known."""
+
+    text: str
+    share: float | None = None
+
+
+@dataclass(frozen=True)
+class Noted:
+    """What a long command has found on its way: words, values in the units of the spec's channels, by name.
+
+    With `photograph` a picture of the first camera is kept beside them, taken now; telling it waits for that.
+    """
+
+    text: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    photograph: bool = False
+
+
+OnStage = Callable[[str | Progress | Noted], None]
+OnPacket = Callable[[str, bytes, bool], bool]
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad, empty where there is none.
+
+    A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
+    and its controller's own word for what it is doing. `twist` is the body's velocity along and about its own axes, one
+    number for each coordinate of the pose (m/s, rad/s): of a pose in the plane forward, to the left, turning left.
+    `values` are those of the channels that the spec declares, by name. `at` is when the hardware was heard, on the
+    session's `clock` (s), which is `time.monotonic` unless it was given another; it is converted in one place, the
+    owner's `OwnedRobot.age`.
+    """
+
+    at: float
+    joints: tuple[float, ...]
+    pose: tuple[float, ...]
+    moving: bool
+    ready: bool
+    fault: str = ""
+    velocities: tuple[float, ...] = ()
+    torques: tuple[float, ...] = ()
+    mode: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+    twist: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was really sent and where the robot is now."""
+
+    sent: JSON = field(default_factory=dict)
+    state: RobotState | None = None
+
+
+class Session(ABC):
+    """The base of every driver. The constructor opens nothing; five methods are a robot's own.
+
+    `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a secret
+    `token`, `folder`, where a driver may keep files between its runs, and what staff have set of the settings that the
+    robot's spec declares. `trace` is told of each message on the wire: direction, bytes, words.
+    """
+
+    clock: Timer = TIMER  # for limits and states; tests may let time pass faster
+    _latest: RobotState | None = None
+    on_packet: OnPacket | None = None  # the owner's, where there is one; these, too
+    on_time_left: Callable[[], float] | None = None
+    on_steered: Callable[[], JSON] | None = None
+
+    def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
+        self.address, self.settings, self.trace = address, settings, trace
+
+    @abstractmethod
+    def connect(self) -> RobotState:
+        """Open the wire and ask the hardware for its state. Raises HardwareFault.
+
+        After LineSilent it is called again without a `close`: a controller that boots whenever its port is opened must
+        not be opened again while it boots. After every other fault the wire was closed.
+        """
+
+    @abstractmethod
+    def state(self) -> RobotState:
+        """Ask the hardware. Raises HardwareFault."""
+
+    @abstractmethod
+    def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
+        """Carry out a command and wait for its end; `permit` is called right before every actuation.
+
+        `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then
+        on the deadline to begin is kept. Telling may take as long as a store takes, so no lock
+        that `hold` needs may be held meanwhile; `permit` asks memory only until then. A long command
+        tells it a `Progress` after that, as often as it likes: what comes too often is left out.
+
+        Where a command is replaceable, `permit` is called on its way too, and raises Replaced
+        when the robot is to be left in motion for the target that comes next. A hold that
+        another thread asks for meanwhile ends it for good with Held, whatever `permit` says.
+
+        Raises whatever `permit` raises, Held, BadRequest, OutOfWorkspace, HardwareFault.
+        """
+
+    @abstractmethod
+    def hold(self) -> RobotState:
+        """Bring the robot to rest now; any thread may call it. Raises HardwareFault where that is not certain."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the wire. Never raises."""
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Reset after a fault and return to the previous position; a robot without a reset is connected anew."""
+        permit()
+        self.close()
+        return self.connect()
+
+    def time_left(self) -> float:
+        """Return for how long (s) the running command may still move, as far as its owner knows now; `inf`: no end.
+
+        That is until its grant ends, or sooner where the live link is lost. Whoever lets a robot move without being
+        told to again and again (a permit, a trajectory) lets that end sooner, with the time in which it brakes.
+        """
+        return inf if self.on_time_left is None else self.on_time_left()
+
+    def steered(self, args: JSON) -> JSON:
+        """Return the newest values of the held command that runs, which began with `args`: those of its controls now.
+
+        For kinds with `steered`; they were checked as the command's own. Ask again and again: it asks memory only.
+        """
+        return {**args, **(self.on_steered() if self.on_steered is not None else {})}
+
+    def rests_within(self) -> float | None:
+        """Return within how many seconds the robot rests if no word reaches it from now on; None: its spec's `rest_s`.
+
+        For a robot that was allowed to go on by itself for a time. It asks memory only; any thread.
+        """
+        return None
+
+    def picture(self, view: str, seconds: float) -> bytes | None:
+        """Return the first JPEG or PNG of a camera that was taken from now on, None if none is in so many seconds.
+
+        Only for cameras whose pictures come over the robot's own wire: `[camera] by_driver = true`. Any thread.
+        """
+        return None
+
+    def latest(self) -> RobotState | None:
+        """Return the newest state that was kept, without asking the hardware."""
+        return self._latest
+
+    def keep(self, state: RobotState) -> RobotState:
+        """Remember the newest state and return it; a driver calls this with each state that it hears."""
+        self._latest = state
+        return state
+
+    def stream(self, name: str, data: bytes, key: bool = True) -> bool:
+        """Tell the next packet of a byte stream that the spec declares; any thread may, and it never waits.
+
+        A key packet holds everything, a delta (`key` false) what changed since the packet before; what both mean
+        is between driver and console. Returns True if the next one has to be a key packet: nobody takes deltas
+        yet, or enough of them stand behind the last key packet.
+
+        Raises ValueError where no such stream is declared or the packet is over 1 MiB.
+        """
+        return self.on_packet is None or self.on_packet(name, data, key)

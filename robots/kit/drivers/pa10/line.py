@@ -1,0 +1,194 @@
+"""The owner's end of the museum arm's TCP line: one question, one answer."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from robots.kit.addresses import HIDDEN
+from robots.kit.clock import TIMER, Limit, Timer
+from robots.kit.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
+from robots.kit.contract.session import Permit, Trace
+from robots.kit.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request, lines
+from robots.kit.drivers.stream import OpenStream, Stream, open_stream
+from robots.kit.opening import why_not
+
+ANSWER_S = 1.0  # by the machine's clock, as all limits here: how long it may take to plan and to answer
+CHECKED_S = 60.0  # a whole program
+HOLD, HELD = b"h\n", "ok hold"
+
+
+class ArmLine:
+    """Thread safe; `address` is host:port, a `socket://` URL, or a file that contains the address."""
+
+    def __init__(
+        self, address: str, epoch: int, token: str, trace: Trace | None, clock: Timer = TIMER,
+        opened: OpenStream = open_stream,
+    ) -> None:  # fmt: skip
+        self._address, self._epoch, self._token, self._trace = address, epoch, token, trace
+        self._clock, self._opened = clock, opened
+        self._stream: Stream | None = None
+        self._lock = clock.lock()  # one question, one answer
+        self._writing = clock.lock()  # a hold is sent even while an answer is awaited
+        self._holds = 0  # written, not yet answered
+        self._rest = b""
+        self.resent = self.broken = 0
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether a connection is open."""
+        return self._stream is not None
+
+    def open(self) -> None:
+        """Connect and identify the owner. Raises LineGone, LineBusy."""
+        with self._lock:
+            self._close()
+            try:
+                self._stream = self._opened(*self._where(), ANSWER_S)
+            except (OSError, ValueError) as error:
+                self._close()
+                raise LineGone(f"The arm's controller cannot be reached: {why_not(error)}") from error
+        claim = Request("i", (float(self._epoch),), self._token)
+        shown = Request(claim.letter, claim.numbers, HIDDEN if self._token else "")  # staff watch the wire
+        try:
+            self._exchange(claim.encode(), ANSWER_S, shown=shown.encode())
+        except ControllerRefused as error:
+            self.close()
+            raise LineBusy(f"The arm is used by another client: {error}") from error
+
+    def _where(self) -> tuple[str, int]:
+        text = self._address.removeprefix("socket://")
+        if text.startswith("/"):
+            text = Path(text).read_text().strip()
+        host, _, port = text.rpartition(":")
+        return host or "127.0.0.1", int(port)
+
+    def close(self) -> None:
+        """Close the connection."""
+        with self._lock:
+            self._close()
+
+    def _close(self) -> None:
+        if self._stream is not None:
+            with contextlib.suppress(OSError):
+                self._stream.close()
+        self._stream, self._rest, self._holds = None, b"", 0
+
+    def hold(self) -> None:
+        """Send `h` at once, also while an answer is awaited; return when it was answered. Raises as `ask`."""
+        with self._writing:
+            line = self._open_line()
+            self._holds += 1
+            with self._watched():
+                line.sendall(HOLD)
+        with self._lock:
+            if self._stream is not line:
+                raise LineGone("The connection to the arm was lost before the hold was answered.")
+            answer = HELD  # a thread that waited for another answer may have read it
+            if self._holds:
+                with self._watched():
+                    answer = self._next_line(Limit(self._clock, ANSWER_S))
+                self._hold_answered()
+            if answer != HELD:
+                self._close()  # an answer that comes later must not be taken for the next one
+        self._noted(HOLD, answer)
+        if self._judged(answer) != HELD:
+            raise ControllerRefused(f"The controller gave an unexpected answer to a hold: {answer[:60]}")
+
+    def ask(self, request: Request, seconds: float = ANSWER_S, permit: Permit | None = None) -> str:
+        """Send one line and return its answer; if none comes, the connection ends.
+
+        Raises:
+            LineGone, LineSilent: the wire. OutOfWorkspace, ControllerRefused: the controller.
+            And whatever `permit` raises.
+        """
+        return self._exchange(request.encode(), seconds, permit)
+
+    def teach(self, number: int, program: str, seconds: float = ANSWER_S) -> str:
+        """Send a program under a number. Raises as `ask`."""
+        data = "\n".join([f"u {number}", *(line for _, line in lines(program)), ".", ""]).encode("ascii", "replace")
+        return self._exchange(data, seconds)
+
+    def _exchange(self, data: bytes, seconds: float, permit: Permit | None = None, shown: bytes = b"") -> str:
+        with self._lock:
+            self._open_line()
+            with self._watched():
+                self._send(data, permit)
+                answer = self._answer(Limit(self._clock, seconds))
+        self._noted(shown or data, answer)
+        return self._judged(answer)
+
+    def _open_line(self) -> Stream:
+        if self._stream is None:
+            raise LineGone("The arm's controller is not connected.")
+        return self._stream
+
+    @contextlib.contextmanager
+    def _watched(self) -> Iterator[None]:
+        """Translate errors on the wire; the connection ends with them."""
+        try:
+            yield
+        except TimeoutError as error:
+            self._close()  # an answer that comes later must not be taken for the next one
+            raise LineSilent("The arm's controller does not answer.") from error
+        except (OSError, ValueError) as error:  # the latter: another thread has closed the connection
+            self._close()
+            raise LineGone(f"The connection to the arm broke: {why(error)}.") from error
+
+    def _noted(self, data: bytes, answer: str) -> None:
+        if self._trace is not None:
+            self._trace(">", data, data.decode().strip())
+            self._trace("<", answer.encode(), answer)
+
+    def _send(self, data: bytes, permit: Permit | None) -> None:
+        with self._writing:
+            if permit is not None:
+                permit()  # last before actuation
+            self._open_line().sendall(data)
+
+    def _answer(self, limit: Limit) -> str:
+        """Return the next line that is not the answer to a hold sent meanwhile."""
+        while True:
+            text = self._next_line(limit)
+            if text != HELD or not self._holds:
+                return text
+            self._hold_answered()
+
+    def _hold_answered(self) -> None:
+        with self._writing:
+            self._holds = max(0, self._holds - 1)
+
+    def _next_line(self, limit: Limit) -> str:
+        """Return the next line, which must be whole before `limit`. Raises OSError, ValueError."""
+        line = self._open_line()
+        while b"\n" not in self._rest:
+            if len(self._rest) > LONGEST_ANSWER:
+                raise ConnectionResetError("the controller's answer has no end")
+            left = limit.left  # asked once: a negative one would wait for ever
+            if left <= 0:
+                raise TimeoutError
+            data = line.receive(4096, left)
+            if not data:
+                raise ConnectionResetError("the controller closed the line")
+            self._rest += data
+        text, _, self._rest = self._rest.partition(b"\n")
+        return text.decode("ascii", "replace").strip()
+
+    @staticmethod
+    def _judged(answer: str) -> str:
+        if not answer.startswith("e "):
+            return answer
+        _, code, *words = answer.split(" ")
+        text = " ".join(words)
+        text = f"{text[:1].upper()}{text[1:]}."
+        if code in ("range", "box"):
+            raise OutOfWorkspace(text)
+        raise ControllerRefused(text)
+
+    def state(self) -> ArmState:
+        """Ask for the whole state. Raises as `ask`; ControllerRefused for an answer that is not a state."""
+        answer = self.ask(Request("s"))
+        try:
+            return ArmState.decode(answer)
+        except Malformed as error:
+            self.broken += 1
+            raise ControllerRefused(f"The controller's answer is not a state: {answer[:60]}") from error

@@ -1,0 +1,77 @@
+"""The spec of the museum arm; readable without its driver."""
+
+from robots.kit.arms.described import chain
+from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs, Reset, Setting
+from robots.kit.contract.channels import Pose, Scale
+from robots.kit.contract.spec import Argument, CommandKind, Spec
+from robots.kit.description import load
+from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
+from robots.kit.drivers.pa10.protocol import Mode
+from robots.kit.drivers.stills import stills
+
+HERE = "robots.kit.drivers.pa10"
+JOG_LONGEST_S = 20.0
+GRIPPER = "gripper"  # the last joint of the state: the opening of each finger, m
+FINE, COARSE = 1.2e-5, 3e-5  # rad; together at most 0.03 mm at the tool
+PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
+
+MORE_BOXES = Setting(
+    "boxes", "Forbidden boxes", kind="list", check=f"{HERE}.boxes:checked", editor="boxes", shown=True,
+    help="Beside the arm's own, in its base's frame: name, two corners in m.",
+)  # fmt: skip
+
+
+def spec() -> Spec:
+    """Return the spec, from the description."""
+    description, arm = load("pa10"), chain("pa10")
+    motion = description["motion"]
+    limit = motion["limit_s"] + PLANNED_S
+    slowest, fastest = motion["scale_range"]
+    share = Argument("speed", "", slowest, fastest, required=False)
+    joints = tuple(Argument(j.name, "rad", j.low, j.high) for j in arm.joints)
+    place = (
+        *(Argument(name, "m", -1.6, 1.6) for name in PLACE[:3]),
+        *(Argument(name, "rad", -7.0, 7.0) for name in PLACE[3:]),
+    )
+    jog = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in arm.names)
+    tool = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in PLACE)
+    program = (
+        Argument("number", "", 1.0, 9999.0, required=False, whole=True),
+        Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
+    )
+    beyond = 0.02  # rad; an arm that was pushed further out is told in full states
+    scales = {
+        joint.name: Scale(joint.low - beyond, joint.high + beyond, FINE if n < 3 else COARSE)
+        for n, joint in enumerate(arm.joints)
+    }
+    scales[GRIPPER] = Scale(description["gripper"]["closed"], description["gripper"]["open"], 1e-4)
+    return Spec(
+        name=description["name"],
+        joints=(*arm.names, GRIPPER),
+        handover=("ready",),
+        rest_s=description["line"]["rest_s"],
+        pose=Pose(PLACE, packed=False),  # the console computes it from the joints
+        scales=scales,
+        modes=tuple(mode.replace("_", " ") for mode in Mode),
+        capabilities=(
+            ArmModel(),
+            Reset(),
+            Check(f"{HERE}.checks:check"),
+            Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),
+            Programs("program", "the lines of the arm's own wire"),
+            stills(description["camera"]),
+            MORE_BOXES,
+        ),
+        commands=(
+            CommandKind("joints", "Move joints", (*joints, share), limit_s=limit, replaceable=True),
+            CommandKind("pose", "Move tool", (*place, share), limit_s=limit, replaceable=True),
+            CommandKind("line", "Move tool straight", (*place, share), limit_s=limit, replaceable=True),
+            CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
+            CommandKind("program", "Program", program, limit_s=LONGEST_PROGRAM_S),
+            CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("ready", "Ready position", limit_s=limit, replaceable=True),
+            CommandKind("home", "Default position", limit_s=limit, replaceable=True),
+            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),
+        ),
+    )

@@ -1,0 +1,71 @@
+"""The permit by which the rover drives on where its line is lost: renewed on the way, it ends before the grant does.
+
+Only the firmware's patrol can go on by itself. What the driver leads (to a place, in place, by hand) rests as soon as
+the rover is not told to move any more.
+"""
+
+from collections.abc import Callable
+from math import inf
+
+from robots.kit.clock import Timer
+from robots.kit.contract.session import Permit
+from robots.kit.description import load
+from robots.kit.drivers.srv1 import extension
+from robots.kit.drivers.srv1.answers import Status
+from robots.kit.drivers.srv1.areas import Area, Pose, area_of, will_be_inside
+from robots.kit.drivers.srv1.line import RoverLine
+
+MARGIN_S = 1.0  # before the end of the grant; the rover brakes in it
+SHORTEST_S = 0.5  # a shorter one is not worth its bytes
+LOST_S = 0.25  # without an answer for so long it is lost
+AGAIN_SHARE = 0.1  # of a permit has passed when it is renewed
+SAME_S = 0.05
+NOWHERE = (0.0, 0.0, 0.0, 0.0)
+
+
+class Alone:
+    """The newest permit of one rover. `seconds` is the longest, 0: none; `time_left` as `Session.time_left`."""
+
+    def __init__(self, line: RoverLine, seconds: float, time_left: Callable[[], float], clock: Timer) -> None:
+        described = load("srv1")
+        self._line, self._seconds, self._time_left, self._clock = line, seconds, time_left, clock
+        self._speed = float(described["motion"]["most_speed"])
+        self._braking_s = float(described["line"]["rest_s"])
+        self._hall = float(described["hall"]["width"]), float(described["hall"]["depth"])
+        self._until = -inf  # at the latest the permit ends then, by this clock
+
+    @property
+    def left(self) -> float:
+        """Return for how many seconds more the rover may drive without a word; 0 if it may not."""
+        return max(0.0, self._until - self._clock.monotonic())
+
+    @property
+    def rests_within(self) -> float:
+        """Return within how many seconds it rests without another word; 0 if it may not drive without one."""
+        return max(0.0, self._until + self._braking_s - self._clock.monotonic())
+
+    def renew(self, status: Status, pose: Pose, spread: float, permit: Permit) -> None:
+        """Let the rover drive on by itself for as long as it may, by a status of a moment ago.
+
+        `pose`, `spread`: where it is in the hall by that status, and how sure (m). Raises what `RoverLine.ask` raises.
+        """
+        now = self._clock.monotonic()
+        seconds = min(self._seconds, self._time_left() - MARGIN_S)
+        area = area_of(self._hall, status, pose, spread)
+        if seconds < SHORTEST_S or area is None or not will_be_inside(area, status):
+            if status.permit_ms or self._until > now:
+                self._say(0, NOWHERE, permit)
+                self._until = -inf  # it has answered
+            return
+        until = now + seconds  # the status is older, so by the rover's clock it ends sooner
+        if not (-SAME_S < until - self._until < AGAIN_SHARE * self._seconds and status.permit_ms):
+            self._until = max(until, self._until)  # it may have heard it, if it does not answer
+            self._say(status.uptime_ms + round(1000 * seconds), area, permit)
+            self._until = until
+
+    def ended(self) -> None:
+        """Note that the rover has said that it rests, and has no permit."""
+        self._until = -inf
+
+    def _say(self, until_ms: int, area: Area, permit: Permit) -> None:
+        self._line.ask(extension.Permit(self._line.epoch, until_ms, self._speed, area), LOST_S, permit)

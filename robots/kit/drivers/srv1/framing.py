@@ -1,0 +1,81 @@
+"""Frames of our commands behind `%`, and of their answers: a letter, a payload, a checksum.
+
+`%` LETTER payload `*` CRC `\\n` of at most 96 bytes goes to the rover, `##%` LETTER payload `*` CRC `\\r\\n` of at most
+200 bytes comes back. The payload is printable ASCII without `*`. The CRC is XMODEM's (CCITT, from 0) of letter and
+payload, as four hexadecimal digits, as the firmware has it for its flash buffer.
+"""
+
+from binascii import crc_hqx
+from dataclasses import dataclass
+
+from robots.kit.drivers.srv1.protocol import Malformed
+
+LONGEST_COMMAND, LONGEST_ANSWER = 96, 200  # bytes, with everything
+COMMAND, ANSWER = b"%", b"##%"
+_ENDS = {COMMAND: b"\n", ANSWER: b"\r\n"}
+_MOST = {COMMAND: LONGEST_COMMAND, ANSWER: LONGEST_ANSWER}
+_CHECK = 5  # bytes of `*` and the checksum
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A letter with what is said under it."""
+
+    letter: str
+    payload: str = ""
+
+    def encode(self, start: bytes) -> bytes:
+        """Return the frame that begins with `start`: COMMAND or ANSWER. Raises Malformed."""
+        body = (self.letter + self.payload).encode("ascii", "replace")
+        if len(self.letter) != 1 or not self.letter.isalpha() or not body.decode("ascii").isprintable() or b"*" in body:
+            raise Malformed(f"this cannot be said in a frame: {(self.letter + self.payload)[:40]!r}")
+        frame = b"%b%b*%04X%b" % (start, body, crc_hqx(body, 0), _ENDS[start])
+        if len(frame) > _MOST[start]:
+            raise Malformed(f"a frame of {len(frame)} bytes is longer than {_MOST[start]}")
+        return frame
+
+    @classmethod
+    def decode(cls, data: bytes, start: bytes) -> "Frame":
+        """Return the frame that these bytes are. Raises Malformed."""
+        end = _ENDS[start]
+        if len(data) > _MOST[start] or not (data.startswith(start) and data.endswith(end)):
+            raise Malformed("this is no frame")
+        inner = data[len(start) : -len(end)]
+        body, check = inner[:-_CHECK], inner[-_CHECK:]
+        if not body or check != b"*%04X" % crc_hqx(body, 0):
+            raise Malformed("the checksum of a frame is wrong")
+        text = body.decode("latin-1")
+        if not (text.isascii() and text.isprintable() and text[0].isalpha()) or "*" in text:
+            raise Malformed("a frame has other bytes than printable ASCII")
+        return cls(text[0], text[1:])
+
+
+class Frames:
+    """Finds frames among whatever else arrives, with a bounded memory. `start` is COMMAND or ANSWER."""
+
+    def __init__(self, start: bytes) -> None:
+        self._start, self._end, self._most = start, _ENDS[start], _MOST[start]
+        self._rest = bytearray()
+        self.malformed = 0  # what began as a frame and was none
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take bytes; return the frames that are complete now, in order."""
+        frames: list[Frame] = []
+        rest = self._rest
+        rest += data
+        while True:
+            at = rest.find(self._start)
+            if at < 0:
+                del rest[: max(0, len(rest) - len(self._start) + 1)]
+                return frames
+            del rest[:at]
+            end = rest.find(self._end, 0, self._most)
+            if end < 0 and len(rest) < self._most:
+                return frames
+            stop = end + len(self._end) if end >= 0 else 0
+            try:
+                frames.append(Frame.decode(bytes(rest[:stop]), self._start))
+                del rest[:stop]
+            except Malformed:
+                self.malformed += 1
+                del rest[:1]  # a true frame may begin within a false one

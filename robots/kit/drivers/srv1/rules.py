@@ -1,0 +1,77 @@
+"""The rule sets that this rover is sent: which readings they may use, and how it brakes."""
+
+from binascii import crc_hqx
+from functools import cache, lru_cache
+
+from robots.kit.contract.errors import BadRequest
+from robots.kit.description import load, text_of
+from robots.kit.rovers.fuzzy import RuleSet
+from robots.kit.rovers.fuzzy_check import Braking, check
+from robots.kit.rovers.fuzzy_text import parse, write
+
+READINGS = {
+    "infrared": "m", "sonar": "m", "battery": "V", "temperature": "C", "humidity": "%", "light": "%",
+}  # fmt: skip
+NOISES = 3  # standard deviations of a distance
+
+
+def braking() -> Braking:
+    """Return how the rover stops, by its robot.toml.
+
+    It is taken to slow down as rules let it, which is less than what it brakes with when it is held; and to react as
+    late as a velocity is forgotten.
+    """
+    made = load("srv1")
+    body, motion, infrared = made["body"], made["motion"], made["infrared"]
+    behind = body["length"] / 2 - infrared["from"][0]
+    return Braking(
+        deceleration=min(motion["acceleration"], motion["braking"]),
+        reaction_s=motion["forget_s"],
+        margin=behind + NOISES * infrared["noise"],
+        stop=infrared["stop"],
+        far=infrared["far"],
+        most=motion["most_speed"],
+    )
+
+
+def rules_of(text: str) -> RuleSet:
+    """Return the rule set of a text that somebody sends. Raises BadRequest with a sentence that names the rule."""
+    try:
+        rules = parse(text)
+        check(rules, READINGS, braking())
+    except ValueError as error:
+        raise BadRequest(str(error)) from error
+    return rules
+
+
+@cache
+def paper() -> str:
+    """Return the text of the rule set that the rover was made with."""
+    return text_of("srv1", "rules.txt")
+
+
+def canonical(text: str) -> str:
+    """Return what the rover is sent of a rule set: its lines in one order, and no comments, which may say anything.
+
+    Raises ValueError where the text is no rule set.
+    """
+    return write(parse(text))
+
+
+@lru_cache(64)
+def crc_of(text: str) -> int:
+    """Return by which number the rover calls a rule set that it was sent. Raises ValueError as `canonical`."""
+    return crc_hqx(canonical(text).encode("ascii"), 0)
+
+
+def number_of(text: str) -> int:
+    """Return what the channel `rules` shows while that set is in force; -1, which it never shows, of no rule set."""
+    try:
+        return shown(crc_of(text))
+    except ValueError:  # an earlier version may have taken it
+        return -1
+
+
+def shown(crc: int) -> int:
+    """Return what the channel `rules` shows for the set in force: 0 for the paper's, also where it was sent."""
+    return 0 if crc == crc_of(paper()) else crc

@@ -1,0 +1,123 @@
+"""A rover with its maker's firmware, which is silent to `%`: driven by hand alone, in bursts that end by themselves.
+
+It has no hold that is read during a motion, no epoch and no odometry. So a burst lasts at most 0.1 s, each after a
+permit; it never drives itself, and never says where it is. Whether it moves it says only by the counts of its wheels.
+So it counts as moving from before a burst, and from before it is connected, until it was told to stop and asked.
+"""
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+from robots.kit.clock import TIMER, Limit, Timer
+from robots.kit.contract.errors import BadRequest, HardwareFault
+from robots.kit.contract.session import Permit, RobotState
+from robots.kit.description import load
+from robots.kit.drivers.permits import until_held
+from robots.kit.drivers.srv1 import protocol, sensors
+from robots.kit.drivers.srv1.line import RoverLine
+from robots.kit.drivers.srv1.modes import Mode
+from robots.kit.drivers.srv1.sensors import Channel
+
+BURST_S = 0.1
+ASKED = 2  # times that its wheels do not turn: they may be between two counts
+REST_S = 2.0  # within which it rests after a stop, also from its greatest speed
+NOT_AT_REST = "The rover did not come to rest after a stop."
+BY_HAND_ONLY = "This rover has its maker's firmware: it can be driven by hand, and nothing else."
+T = TypeVar("T")
+
+
+class StockRover:
+    """Drives one such rover. `keep` gets each new state."""
+
+    def __init__(self, line: RoverLine, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER) -> None:
+        self._line, self._keep, self._clock = line, keep, clock
+        self._described = load("srv1")
+        self._may_run = True
+        self._newest: RobotState | None = None
+        self.holds = 0
+
+    def connect(self) -> RobotState:
+        """Tell it to stop, whatever another client has left running, and ask. Raises LineGone, LineSilent.
+
+        `5` alone does that: what it does not end (before the first `M` since a reset) does not run either.
+        """
+        self._runs()
+        self._stop()
+        return self.state()
+
+    def _runs(self) -> None:
+        """Note that it may move from now on, before it can say so."""
+        self._may_run = True
+        if self._newest is not None:
+            self._newest = self._keep(replace(self._newest, moving=True, mode=Mode.HAND))
+
+    def state(self) -> RobotState:
+        """Ask for sonar and the analogue channels. Raises LineGone, LineSilent."""
+        counts = {channel: self._counts(channel) for channel in Channel}
+        sonar = self._line.letters(protocol.SONAR, _line(protocol.sonar_of))
+        values = {
+            "infrared": sensors.infrared_m(counts[Channel.INFRARED], self._described["infrared"]),
+            "sonar": sonar,
+            "temperature": sensors.temperature_c(counts[Channel.TEMPERATURE]),
+            "humidity": 100 * sensors.share(counts[Channel.HUMIDITY]),
+            "light": 100 * sensors.share(counts[Channel.LIGHT]),
+            "presence": float(sensors.is_present(counts[Channel.PRESENCE])),
+        }
+        mode = Mode.HAND if self._may_run else Mode.RESTING
+        self._newest = RobotState(self._clock.monotonic(), (), (), self._may_run, True, mode=mode, values=values)
+        return self._keep(self._newest)
+
+    def _counts(self, channel: Channel) -> int:
+        return self._line.letters(protocol.analogue(channel), _line(lambda line: protocol.analogue_of(line, channel)))
+
+    def drive(self, wanted: Callable[[], tuple[float, float]], permit: Permit, began: Callable[[], None]) -> None:
+        """Drive with these shares (-1 to 1) of the greatest velocities, burst by burst, until `permit` ends it."""
+        free = until_held(permit, lambda: self.holds)
+        try:
+            while True:
+                free()
+                left, right = self._per_cent(*wanted())
+                self._runs()
+                self._line.letters(protocol.motion(left, right, BURST_S), protocol.confirms(b"M"), free)
+                began()
+                self.state()
+        finally:
+            with contextlib.suppress(HardwareFault):  # then it is still said to move
+                self._rest()
+
+    def _per_cent(self, forward: float, turn: float) -> tuple[int, int]:
+        motion, body = self._described["motion"], self._described["body"]
+        ahead, aside = forward * motion["most_speed"], turn * motion["turn"] / 2 * body["track"] / 2
+        left, right = (100 * rim / motion["speed"] for rim in (ahead - aside, ahead + aside))
+        return max(-100, min(round(left), 100)), max(-100, min(round(right), 100))
+
+    def hold(self) -> RobotState:
+        """Begin no other burst, and tell it to stop until its wheels rest. Raises HardwareFault if they do not."""
+        self.holds += 1
+        self._runs()
+        self._rest()
+        return self.state()
+
+    def _rest(self) -> None:
+        limit = Limit(self._clock, REST_S)
+        while self._may_run:
+            if limit.over:
+                raise HardwareFault(NOT_AT_REST)
+            self._stop()
+
+    def _stop(self) -> None:
+        self._line.letters(protocol.STOP, protocol.confirms(protocol.STOP))
+        turns = (self._line.letters(protocol.ENCODERS, _line(protocol.encoders_of)) for _ in range(ASKED))
+        self._may_run = any(left or right for left, right in turns)
+
+    def refuse(self, kind: str) -> None:
+        """Raise BadRequest for what only our part of the firmware can do."""
+        if kind != "drive":
+            raise BadRequest(BY_HAND_ONLY)
+
+
+def _line(decode: Callable[[bytes], T]) -> Callable[[bytes], T | None]:
+    """Return what decodes the first line of an answer; None while it is not whole."""
+    return lambda data: decode(data.partition(b"\n")[0]) if b"\n" in data else None

@@ -1,0 +1,121 @@
+"""Carries out a mission, a step after the other, and tells what each has found."""
+
+from collections.abc import Callable
+
+from robots.kit.contract.errors import GaveUp, RobotError
+from robots.kit.contract.session import JSON, Noted, OnStage, Permit, Progress
+from robots.kit.drivers.srv1.answers import Status
+from robots.kit.drivers.srv1.locating import Locating, Looked
+from robots.kit.drivers.srv1.missions import Step, parse
+from robots.kit.drivers.srv1.motions import Began, Left, Motions
+from robots.kit.drivers.srv1.pictures import NONE, Pictures
+from robots.kit.drivers.srv1.ways import Place
+from robots.kit.drivers.srv1.wheels import compass_deg
+from robots.kit.rovers.grid import TURNS
+
+READINGS = ("temperature", "humidity", "light", "presence", "infrared", "sonar")
+
+
+def noted(pictures: Pictures, on_stage: OnStage) -> Looked:
+    """Return what notes each reading of a look around, with a picture where the line carries one.
+
+    After one that did not come the others are left out, so that a camera that is gone costs a moment, not minutes.
+    """
+    missed = pictures.missed
+
+    def looked(number: int, status: Status) -> None:
+        if number == 1 and pictures.size is None:
+            on_stage(Noted(f"looks around {NONE}"))
+        values = {"compass": compass_deg(status), "infrared": status.infrared, "sonar": status.sonar}
+        wanted = pictures.size is not None and pictures.missed == missed
+        on_stage(Noted(f"look {number} of {TURNS}", values, photograph=wanted))
+
+    return looked
+
+
+def go_to(
+    place: Place, motions: Motions, locating: Locating, permit: Permit, began: Began, left: Left,
+    tell: Callable[[str], None],
+) -> float:  # fmt: skip
+    """Go to a place: look where it is before, and again there, wherever it is not sure (section 7.2).
+
+    What stands in its way may do so because the rover is elsewhere than it believes: then it looks, and tries once
+    more. Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
+    """
+    if locating.is_unsure:
+        locating.find(permit, began, tell)
+    try:
+        metres = motions.go(place, permit, began, left)
+        if not locating.is_unsure:
+            return metres
+    except GaveUp:
+        metres = 0.0
+    locating.find(permit, began, tell)
+    return metres + motions.go(place, permit, began, left)
+
+
+def tour(
+    text: str, motions: Motions, locating: Locating, pictures: Pictures, permit: Permit, began: Began, on_stage: OnStage
+) -> JSON:
+    """Carry out the mission; return how many steps it had.
+
+    Raises what its steps raise, with the step's number and words before the sentence.
+    """
+    steps = parse(text)
+    permit()
+    began()
+    for number, step in enumerate(steps, 1):
+        share = (number - 1) / len(steps)
+
+        def tell(
+            words: str = "", named: str = f"step {number} of {len(steps)}: {_named(step)}", share: float = share
+        ) -> None:
+            on_stage(Progress(f"{named}{f', {words}' if words else ''}", share))
+
+        tell()
+        try:
+            _do(step, motions, locating, pictures, permit, tell, on_stage)
+        except RobotError as error:
+            error.args = (f"Step {number} of {len(steps)}, {_named(step)}: {error}",)
+            raise
+    return {"steps": len(steps)}
+
+
+def _do(
+    step: Step, motions: Motions, locating: Locating, pictures: Pictures, permit: Permit,
+    tell: Callable[[str], None], on_stage: OnStage,
+) -> None:  # fmt: skip
+    def began() -> None:
+        """A mission has begun once."""
+
+    if step.verb == "go":
+        place = step.numbers[0], step.numbers[1]
+        go_to(place, motions, locating, permit, began, lambda metres, _: tell(f"{metres:.1f} m to go"), tell)
+    elif step.verb == "turn":
+        motions.turn(step.numbers[0], permit, began)
+    elif step.verb == "wait":
+        motions.wait(step.numbers[0], permit)
+    elif step.verb == "patrol":
+        motions.patrol(step.numbers[0], permit, began, tell)
+    elif step.verb == "look":
+        locating.look(permit, began, noted(pictures, on_stage))
+    elif step.verb == "photograph":
+        permit()
+        given = pictures.size is not None
+        on_stage(Noted("photograph" if given else f"photograph {NONE}", photograph=given))
+    elif step.verb == "read":
+        on_stage(Noted("readings", _readings(motions, READINGS)))
+    else:
+        on_stage(Noted(step.words))
+
+
+def _named(step: Step) -> str:
+    """Return a step as everybody may read it: without the words that its author wrote."""
+    return "say" if step.verb == "say" else str(step)
+
+
+def _readings(motions: Motions, names: tuple[str, ...]) -> dict[str, float]:
+    """Return what the rover's sensors read now, by name."""
+    motions.wheels.ask()
+    values = motions.wheels.newest.values
+    return {name: values[name] for name in names if name in values}

@@ -1,0 +1,147 @@
+"""Draws a path from above: the floor, the path planned and driven, the robot, and where pictures were taken.
+
+Colours of Okabe and Ito, which people with any colour vision tell apart; planned and driven differ in their lines too.
+Pixels are red, green, blue. No Django.
+"""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from math import cos, dist, sin
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.kit.contract.floor import Box, Floor
+from robots.kit.recording.captions import TOGETHER
+from robots.kit.recording.paths import JUMP_M, Line, Place
+
+Picture = NDArray[np.uint8]
+Colour = tuple[int, int, int]
+PAPER, WALL, THING, INK, QUIET = (255, 255, 255), (90, 90, 90), (205, 205, 205), (20, 20, 20), (95, 95, 95)
+DRIVEN, PLANNED, TAKEN = (0, 114, 178), (230, 159, 0), (213, 94, 0)
+LEGEND = 40  # px below the plot
+DASH, GAP = 8, 7  # px
+MARGIN = 10  # px around the plot
+ROBOT, BESIDE = 11, 12  # px from the robot's middle to its nose; from a picture's place to its number
+_FACE: list[Any] = []
+
+
+def text(picture: Picture, words: str, at: tuple[int, int], size: int, colour: Colour) -> int:
+    """Write words from a point of their base line on; return where they end (px)."""
+    cv2.putText(picture, words.replace(TOGETHER, " "), at, colour, _face(), size, 400)  # type: ignore[call-overload] # not in the stubs
+    return at[0] + width_of(words, size)
+
+
+def width_of(words: str, size: int) -> int:
+    """Return how wide words are (px)."""
+    box = cv2.getTextSize((4000, 4000), words.replace(TOGETHER, " "), (0, 0), _face(), size, 400)  # type: ignore[call-overload]
+    return int(box[0] + box[2])
+
+
+def _face() -> Any:
+    if not _FACE:
+        _FACE.append(cv2.FontFace("sans"))  # type: ignore[attr-defined]
+    return _FACE[0]
+
+
+class Chart:
+    """A plot of `width` x `height` px that shows `box` (m). `scale` is that of lines and letters."""
+
+    def __init__(self, box: Box, width: int, height: int, scale: int = 1) -> None:
+        self._box, self._scale = box, scale
+        margin, high = MARGIN * scale, height - LEGEND * scale
+        self._px = min((width - 2 * margin) / (box[2] - box[0]), (high - 2 * margin) / (box[3] - box[1]))  # px a m
+        left = (width - self._px * (box[2] - box[0])) / 2
+        top = (high - self._px * (box[3] - box[1])) / 2
+        self._corner = left, top
+        self._picture: Picture = np.full((height, width, 3), PAPER, np.uint8)
+        self._last: Place | None = None  # of the path driven
+
+    def at(self, place: Sequence[float]) -> tuple[int, int]:
+        """Return the pixel of a place (m); y is up on the floor and down in the picture."""
+        left, top = self._corner
+        return round(left + self._px * (place[0] - self._box[0])), round(top + self._px * (self._box[3] - place[1]))
+
+    def floor(self, floor: Floor | None) -> None:
+        """Draw walls and things."""
+        if floor is None:
+            return
+        for box in floor.rectangles:
+            cv2.rectangle(self._picture, self.at(box[:2]), self.at(box[2:]), THING, -1)
+            cv2.rectangle(self._picture, self.at(box[:2]), self.at(box[2:]), QUIET, self._scale)
+        for x, y, radius in floor.circles:
+            size = max(1, round(radius * self._px))
+            cv2.circle(self._picture, self.at((x, y)), size, THING, -1, cv2.LINE_AA)
+            cv2.circle(self._picture, self.at((x, y)), size, QUIET, self._scale, cv2.LINE_AA)
+        cv2.rectangle(self._picture, self.at(floor.room[:2]), self.at(floor.room[2:]), WALL, 2 * self._scale)
+
+    def planned(self, line: Line) -> None:
+        """Draw a path that is planned, in dashes."""
+        for a, b in dashes([self.at(place) for place in line], DASH * self._scale, GAP * self._scale):
+            cv2.line(self._picture, a, b, PLANNED, 5 * self._scale, cv2.LINE_AA)
+
+    def driven(self, place: Place) -> None:
+        """Draw the next piece of the path driven; none where it jumps."""
+        if self._last is not None and dist(self._last, place) < JUMP_M:
+            cv2.line(self._picture, self.at(self._last), self.at(place), DRIVEN, 2 * self._scale, cv2.LINE_AA)
+        self._last = place
+
+    def with_marks(self, pose: Sequence[float] | None, taken: Iterable[tuple[int, Place]]) -> Picture:
+        """Return the plot with the robot and the numbers of pictures over it, and with what its lines mean."""
+        shown, scale = self._picture.copy(), self._scale
+        for number, place in taken:
+            x, y = self.at(place)
+            cv2.circle(shown, (x, y), 4 * scale, TAKEN, -1, cv2.LINE_AA)
+            x, y = x + BESIDE * scale, y - BESIDE * scale  # the robot that stands there hides no number
+            cv2.circle(shown, (x, y), 8 * scale, TAKEN, -1, cv2.LINE_AA)
+            size = (11 if number < 100 else 8) * scale
+            text(shown, str(number), (x - width_of(str(number), size) // 2, y + size * 4 // 10), size, PAPER)
+        if pose is not None:
+            self._robot(shown, pose)
+        self._legend(shown)
+        return shown
+
+    def _robot(self, shown: Picture, pose: Sequence[float]) -> None:
+        x, y = self.at(pose)
+        size, heading = ROBOT * self._scale, pose[2]
+        corners = ((size, 0.0), (0.8 * size, 2.5), (0.35 * size, 3.1416), (0.8 * size, -2.5))
+        outline = [(x + r * cos(heading + turn), y - r * sin(heading + turn)) for r, turn in corners]
+        points = np.round(outline).astype(np.int32)
+        cv2.fillPoly(shown, [points], INK, cv2.LINE_AA)
+        cv2.polylines(shown, [points], True, PAPER, self._scale, cv2.LINE_AA)
+
+    def _legend(self, shown: Picture) -> None:
+        scale = self._scale
+        y, x = shown.shape[0] - 14 * scale, MARGIN * scale
+        middle, size = y - 4 * scale, 13 * scale
+        cv2.line(shown, (x, middle), (x + 24 * scale, middle), DRIVEN, 2 * scale, cv2.LINE_AA)
+        x = text(shown, "driven", (x + 29 * scale, y), size, INK) + 12 * scale
+        for a, b in dashes([(x, middle), (x + 24 * scale, middle)], DASH * scale, GAP * scale):
+            cv2.line(shown, a, b, PLANNED, 5 * scale, cv2.LINE_AA)
+        x = text(shown, "planned", (x + 29 * scale, y), size, INK) + 12 * scale
+        cv2.circle(shown, (x + 7 * scale, middle), 7 * scale, TAKEN, -1, cv2.LINE_AA)
+        text(shown, "picture", (x + 18 * scale, y), size, INK)
+
+
+def dashes(
+    line: Sequence[tuple[int, int]], dash: int, gap: int
+) -> list[tuple[tuple[int, int], tuple[int, int]]]:  # fmt: skip
+    """Return the dashes along a line of pixels; they go on around its corners."""
+    found, passed = [], 0.0
+    for a, b in pairwise(line):
+        length, at = dist(a, b), 0.0
+        while at < length:
+            phase = (passed + at) % (dash + gap)
+            step = min(length - at, dash - phase if phase < dash else dash + gap - phase)
+            step = max(step, 1e-3)
+            if phase < dash:
+                found.append((_along(a, b, at / length), _along(a, b, (at + step) / length)))
+            at += step
+        passed += length
+    return found
+
+
+def _along(a: tuple[int, int], b: tuple[int, int], share: float) -> tuple[int, int]:
+    return round(a[0] + (b[0] - a[0]) * share), round(a[1] + (b[1] - a[1]) * share)

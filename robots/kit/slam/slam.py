@@ -1,0 +1,215 @@
+"""RatSLAM (Ball et al. 2011, section 3.3) as one object: pictures and odometry in, a map out."""
+
+import hashlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.kit.slam import checks
+from robots.kit.slam.calibration import Calibration
+from robots.kit.slam.cells import PoseCells
+from robots.kit.slam.docks import DockPlaces
+from robots.kit.slam.experiences import ExperienceMap, Pose, ring
+from robots.kit.slam.pruning import pruned
+from robots.kit.slam.settings import Settings
+from robots.kit.slam.stream import Changes, Told
+from robots.kit.slam.views import Grey, Views
+
+MOST_HEIRS = 20_000  # pruned experiences that are remembered
+MOST_LOST = 1000  # experiences, more than are made between two saves
+MOST_TIRED = 10.0  # else a view before which the robot rested for an hour would never inject again
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a step found. pose: x, y (m), facing (rad) on the map; experience: id, -1 before the first.
+
+    picture: "seen", "none", "frozen", "black", "flat", or "full" if the map can hold no more; only "seen" teaches.
+    made: a new experience; met: an older experience was linked for the first time, as when a loop closes.
+    """
+
+    at_s: float
+    map_number: int
+    sequence: int
+    pose: Pose
+    experience: int
+    picture: str
+    made: bool
+    met: bool
+
+
+class RatSlam:
+    """The robot's map and its place on it. Not for several threads at once.
+
+    `keep`: ids of goals, which pruning never removes. `docks`: from where the dock was seen; pruning keeps one a place.
+    """
+
+    def __init__(self, settings: Settings | None = None, map_number: int = 1) -> None:
+        self.settings = settings or Settings()
+        self.map_number, self.sequence = map_number, 0
+        self.keep: frozenset[int] = frozenset()
+        self.odometry = Calibration()  # outlives the maps
+        self._begin()
+
+    def _begin(self) -> None:
+        self.views, self.cells = Views(self.settings.views), PoseCells(self.settings.cells)
+        self.map = ExperienceMap(self.settings.map)
+        self.told, self.docks = Told(self.sequence), DockPlaces()
+        self.view, self.last, self.pruned_at = -1, b"", 0
+        self.heirs: dict[int, int] = {}  # pruned ids, and the ids of those that stayed where they were
+
+    def clear(self) -> int:
+        """Forget everything and return the number of the new map."""
+        self.map_number += 1
+        self.sequence += 1
+        self._begin()
+        return self.map_number
+
+    def step(self, at_s: float, picture: Grey | None, v: float, w: float, dt: float) -> Step:
+        """Take in dt seconds of odometry (m/s, rad/s) and perhaps the newest grey picture.
+
+        Raises ValueError, with nothing learnt, for what no robot can send.
+        """
+        at_s = checks.bounded("the time in s", at_s, -1e12, 1e12)
+        v, w, dt = checks.odometry(v, w, dt)
+        verdict, seen = self._look(picture)
+        new = self._recognise(seen) if seen is not None else False
+        turn = self.odometry.correct(v * dt, w * dt)
+        self.cells.step(v * dt, turn)
+        self.map.move(v * dt, turn, dt)
+        made = met = False
+        if seen is not None and new and self.views.count >= self.settings.map.most:
+            verdict, self.view = "full", -1
+        elif seen is not None:
+            if new:
+                self.view = self.views.add(seen, self.cells.best, self.settings.cells.tired)
+            made, met, verdict = self._experience(verdict)
+        return Step(at_s, self.map_number, self.sequence, self.map.pose(), self.experience, verdict, made, met)
+
+    @property
+    def experience(self) -> int:
+        """The id of the current experience; -1 before the first."""
+        return int(self.map.ids[self.map.current]) if self.map.current >= 0 else -1
+
+    def _look(self, picture: Grey | None) -> tuple[str, Grey | None]:
+        """Return the verdict on a picture, and the view that is compared if it teaches."""
+        if picture is None:
+            return "none", None
+        view = self.views.view(picture)
+        mark = hashlib.blake2b(np.ascontiguousarray(picture).tobytes(), digest_size=16).digest()
+        frozen, self.last = mark == self.last, mark
+        if view.mean() < self.settings.views.dark:
+            return "black", None
+        if view.std() < self.settings.views.flat:
+            return "flat", None
+        return ("frozen", None) if frozen else ("seen", view)
+
+    def _recognise(self, view: Grey) -> bool:
+        """Find the view among the templates and let it inject; tell whether it is new."""
+        kept, views = self.settings.cells, self.views
+        number, _ = views.match(view, self.view)
+        if number >= 0:
+            if number == self.view:
+                views.decay[number] = min(views.decay[number] + kept.tired, MOST_TIRED)
+            energy = kept.inject / 30.0 * (30.0 - math.exp(1.2 * views.decay[number]))
+            if number < views.count - self.settings.views.young and energy > 0.0:
+                x, y, heading = views.places[number]
+                self.cells.inject((float(x), float(y), float(heading)), energy)
+            self.view = number
+        used = views.decay[: views.count]
+        np.maximum(used - kept.restore, kept.tired, out=used)
+        return number < 0
+
+    def _experience(self, verdict: str) -> tuple[bool, bool, str]:
+        """Choose, meet or make the experience of the current view; return made, met and the verdict."""
+        held, beyond = self.map, self.settings.map.new_beyond
+        same = held.current >= 0 and held.views[held.current] == self.view
+        if same and self.cells.distances(held.places[held.current]) <= beyond:
+            return False, False, verdict
+        index, offset, link = self._met()
+        if index >= 0:
+            met = held.meet(index, offset, link)
+            if self.settings.calibrate:
+                turned, gone, facing = held.odometer[index].tolist()
+                self.odometry.visited(turned, gone, offset[2] - facing)
+            self._counted(offset[2])
+            self._changed()
+            return False, met, verdict
+        if held.count >= self.settings.map.most:
+            return False, False, "full"
+        held.create(self.view, self.cells.best)
+        self._counted(0.0)
+        self._changed()
+        return True, False, verdict
+
+    def _met(self) -> tuple[int, Pose, bool]:
+        """Return the experience (index) that the robot has come to, -1 if to none; its offset; whether to link it.
+
+        It is the nearest by the pose cells that fits the map. After several in turn that agree, one that does not fit
+        counts, too: the map is wrong, and the link will mend it; or the robot was carried elsewhere, and there is none.
+        """
+        held = self.map
+        others = np.flatnonzero(held.views[: held.count] == self.view)
+        others = others[others != held.current]
+        apart = self.cells.distances(held.places[others])
+        order = np.argsort(apart, kind="stable")
+        near: list[int] = others[order][apart[order] < self.settings.map.new_beyond].tolist()
+        found = [(index, self._offset(held.places[index])) for index in near]
+        for index, offset in found:
+            if held.fits(index, offset, math.sqrt(self.odometry.b)):
+                return index, offset, True
+        believed = held.refuse(found, self.odometry.gone) if found else None
+        return (*believed, held.linkable(*believed)) if believed else (-1, (0.0, 0.0, 0.0), False)
+
+    def _counted(self, facing: float) -> None:
+        """Note at the current experience what the odometry has counted, for the next visit."""
+        self.map.odometer[self.map.current] = self.odometry.turned, self.odometry.gone, facing
+
+    def _offset(self, place: NDArray[np.float64]) -> Pose:
+        """Return where the pose cells say that the robot is, as seen from an experience at that place."""
+        kept = self.settings.cells
+        x, y = (ring(self.cells.best[i] - float(place[i]), kept.across) * kept.cell_m for i in (0, 1))
+        per_layer = 2.0 * math.pi / kept.around
+        facing = float(place[2]) * per_layer
+        cos, sin = math.cos(facing), math.sin(facing)
+        turned = ring(self.cells.best[2] - float(place[2]), kept.around) * per_layer
+        return x * cos + y * sin, y * cos - x * sin, turned
+
+    def _changed(self) -> None:
+        """Relax after the current experience changed; prune if it is time; note what is to be streamed."""
+        self.map.relax()
+        self.sequence += 1
+        kept = self.settings
+        if kept.pruning and self.map.next_id - self.pruned_at >= kept.map.prune_each:
+            self.pruned_at = self.map.next_id
+            self.prune()
+        self.told.note(self.map, self.sequence)
+
+    def prune(self) -> int:
+        """Keep one experience a square and heading, and all of `keep`; return how many went."""
+        before = self.map.count
+        heirs, numbers = pruned(self.map, self.keep, self.views.keep, frozenset(self.docks.places))
+        self.docks.inherit(heirs)
+        self.view = numbers.get(self.view, -1)
+        self.told = Told(self.sequence)
+        self.heirs |= heirs
+        for old in list(self.heirs)[:-MOST_HEIRS]:
+            del self.heirs[old]
+        return before - self.map.count
+
+    def standing(self, experience: int) -> int:
+        """Return the id of the experience that stays where a pruned one was; the same id for any other."""
+        for _ in self.heirs:  # one that stayed may have been pruned later
+            experience = self.heirs.get(experience, experience)
+        return experience
+
+    def skip_ids(self) -> None:
+        """Leave out as many ids as may have been given after the map was saved; what had one is not on this map."""
+        self.map.next_id += MOST_LOST
+        self.pruned_at += MOST_LOST
+
+    def since(self, sequence: int) -> Changes:
+        """Return what changed on the map after a sequence number; -1 asks for everything."""
+        return self.told.since(self.map, self.map_number, self.sequence, sequence)

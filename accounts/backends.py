@@ -12,8 +12,8 @@ from django.http import HttpRequest
 from accounts.models import User
 from accounts.services import cleared
 from robots.models import Robot
-from robots.permissions import LEVEL
 from robots.prepared import Prepared, Slot
+from robots.services.permissions import LEVEL
 
 _PERSON: Prepared[User] = Prepared(lambda: User.objects.filter(pk=Slot("id", BigAutoField())))
 

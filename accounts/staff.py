@@ -6,7 +6,7 @@ from typing import Any
 from accounts.models import Clearance
 from accounts.rights import may_do_more
 from robots.kit.contract.errors import BadRequest
-from robots.permissions import NotStaff
+from robots.services.permissions import NotStaff
 
 LONGEST = 200
 

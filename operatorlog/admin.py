@@ -11,10 +11,8 @@ from django.utils.safestring import SafeString
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from robots.history import Guarded
-from robots.inlines import NamedInline, NamedRowsAdmin
+from robots.admin.bases import Guarded, NamedInline, NamedRowsAdmin, thumbnail
 from robots.kit.clock import SYSTEM
-from robots.thumbnails import thumbnail
 
 
 class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]

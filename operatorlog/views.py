@@ -12,10 +12,10 @@ from operatorlog import services
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
 from operatorlog.services import may_see_hidden
 from queueing.models import Turn
-from robots.findings import SHOWN, findings_of, left_out
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
 from robots.people import is_person
+from robots.recordings.findings import SHOWN, findings_of, left_out
 
 PAGE = 20
 

@@ -13,7 +13,7 @@ from queueing.services import queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Records, Robot
-from robots.programs import load_gallery
+from robots.services.programs import load_gallery
 from robots.states import Cycle
 
 SURVEY = (

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from django.db import Error, close_old_connections, connection
 
-from robots import web_uptime
+from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)

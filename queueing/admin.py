@@ -10,12 +10,10 @@ from queueing.jobs.asking import Asker
 from queueing.jobs.cancelling import cancel
 from queueing.jobs.suspending import RESUMED, resume
 from queueing.models import Account, Job, Queue, QueueRobot, Ticket, Turn
-from robots.history import Kept
-from robots.inlines import NamedInline, NamedRowsAdmin, NamedValues
+from robots.admin.bases import FormFieldsAdmin, Kept, NamedInline, NamedRowsAdmin, NamedValues
+from robots.admin.verbs import add, staff_only
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
-from robots.saving import FormFieldsAdmin
-from robots.verbs import add, staff_only
 
 
 @add

@@ -6,7 +6,7 @@ from django.db.models import Q
 
 from queueing.jobs.models import OPEN_JOB, Job, JobRun, JobState
 from robots.people import handle_of
-from robots.rules import positive
+from robots.validators import positive
 
 __all__ = (
     "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "Job", "JobRun", "JobState", "PlaceEnd",

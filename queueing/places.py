@@ -13,9 +13,9 @@ from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
 from queueing.rows import links_of
 from queueing.turns import USER, idle_at
+from robots.bus.web_uptime import up_since
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
-from robots.web_uptime import up_since
 
 RULES = settings.FARHAND
 URGENT_FIRST = ("offered", "operating", "missed", "ended", "waiting")

@@ -5,7 +5,7 @@ from typing import Any
 
 from queueing import tickets, turns
 from queueing.models import Ticket, Turn
-from robots.permissions import need_staff
+from robots.services.permissions import need_staff
 from robots.states import GrantEnd
 
 

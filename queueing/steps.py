@@ -18,7 +18,7 @@ from django.db.models import F, Max, QuerySet
 
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.rows import announce, locked
-from robots import web_uptime
+from robots.bus import web_uptime
 from robots.kit.clock_steps import Step
 from robots.models import Command, Grant, Lease, Robot
 

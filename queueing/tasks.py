@@ -7,7 +7,8 @@ from celery import shared_task
 from queueing.jobs.forgetting import forget_old_jobs
 from queueing.steps import carry
 from queueing.tick import tick_seldom
-from robots import bus, web_uptime
+from robots import bus
+from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM, Lock
 from robots.wall_clock import wall_clock
 

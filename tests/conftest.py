@@ -140,7 +140,7 @@ def nothing_left_of_other_tests():
 
     caches["default"]._away_until = 0.0
     cache.clear()
-    bus._lost.clear()
+    bus.publishing._lost.clear()
 
 
 @pytest.fixture(scope="session")

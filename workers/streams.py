@@ -3,7 +3,7 @@
 import threading
 from dataclasses import dataclass, field
 
-from robots import stream_store
+from robots import bus
 from robots.kit.clock import Clock
 from robots.kit.contract.streams import LONGEST, MOST_DELTAS, Stream, StreamPacket, pack
 
@@ -73,12 +73,12 @@ class Streams:
         if refresh:
             self._refreshed = self._clock.monotonic()
         for index, one in enumerate(self._out):
-            if refresh and one.published and not stream_store.keep_stream(self._slug, index):
+            if refresh and one.published and not bus.keep_stream(self._slug, index):
                 one.published = 0  # Redis was away, and has lost it
             with self._lock:
                 packets, first = one.packets, one.published
                 new = packets[first:]
-            if new and stream_store.publish_stream(self._slug, index, new, from_key=first == 0):
+            if new and bus.publish_stream(self._slug, index, new, from_key=first == 0):
                 with self._lock:
                     if one.packets is packets:
                         one.published = first + len(new)

@@ -3,9 +3,10 @@
 from celery import shared_task, signals
 from celery.worker import state
 
-from robots import bus, probes, services
+from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.recordings import cleaning
+from robots.services import probes
 from robots.wall_clock import wall_clock
 from workers import bootstep
 from workers.housekeeping.clean import old_frames, old_sessions

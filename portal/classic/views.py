@@ -25,6 +25,7 @@ from queueing.estimates import place_and_wait
 from queueing.models import Ticket, Turn
 from queueing.turns import idle_at
 from robots import services
+from robots.bus.web_uptime import up_since
 from robots.grants import grant_of
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import RobotError
@@ -32,7 +33,6 @@ from robots.kit.drivers.panels import Panel, Press, panel_of
 from robots.models import Command, Frame, Robot
 from robots.people import is_person
 from robots.services import newest_still, stop_shown
-from robots.web_uptime import up_since
 
 WAIT_S = 20.0
 POLL_S = 0.1

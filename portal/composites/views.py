@@ -26,7 +26,7 @@ from portal.live.audience import audience
 from portal.live.messages import CAMERAS
 from portal.live.snapshot import seen
 from portal.live.threads import Pool
-from robots import shots
+from robots import bus
 from robots.grants import lease_of, owner_alive
 from robots.kit import description
 from robots.kit.clock import SYSTEM
@@ -86,7 +86,7 @@ async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponse
     if found is None:
         return _refused(503, NO_PICTURE)
     at_ms, jpeg = found
-    if not await PICTURES.run(shots.keep_shot, slug, number, at_ms, jpeg):
+    if not await PICTURES.run(bus.keep_shot, slug, number, at_ms, jpeg):
         return HttpResponse(jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
     to = reverse("shot", args=[slug, number, at_ms])
     return HttpResponseRedirect(to, headers={"Cache-Control": "public, max-age=1"})
@@ -98,7 +98,7 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     seconds, jpeg = at_ms // 1000, None
     if number < CAMERAS and seconds < LATEST_S:
-        jpeg = await PICTURES.run(shots.shot, slug, number, at_ms)
+        jpeg = await PICTURES.run(bus.shot, slug, number, at_ms)
     if jpeg is None:
         return _refused(404, NOT_KEPT)
     etag = f'"{slug}-{number}-{at_ms}"'

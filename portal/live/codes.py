@@ -73,29 +73,20 @@ def use(code: str, slug: str, user: Any, now: datetime) -> int:
     if grant.pk != meant.grant:
         raise CodeRefused(TURN_OVER)
     with contextlib.suppress(RedisError, OSError):
-        bus.connection().set(_opened_key(slug, user.pk), 1, ex=OPENED_S)
+        bus.connection().set(bus.operator_key(slug, user.pk), 1, ex=OPENED_S)
     return grant.pk
 
 
 def lately_opened(slug: str, user: int) -> bool:
     """Return whether that person has just opened the operator's stream."""
     try:
-        return bool(bus.connection().exists(_opened_key(slug, user)))
+        return bool(bus.connection().exists(bus.operator_key(slug, user)))
     except (RedisError, OSError):
         return False
 
 
-def code_key(digest: str) -> str:
-    """Return the key that holds for whom a code is, by the code's SHA-256."""
-    return f"farhand:code:{digest}"
-
-
 def _key(code: str) -> str:
-    return code_key(hashlib.sha256(code.encode()).hexdigest())
-
-
-def _opened_key(slug: str, user: int) -> str:
-    return f"farhand:{slug}:operator:{user}"
+    return bus.code_key(hashlib.sha256(code.encode()).hexdigest())
 
 
 def _taken(code: str) -> Meant | None:

@@ -26,7 +26,7 @@ from portal.live.store import listener
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.watchers import together, understood
-from robots import bus, stream_store
+from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
@@ -213,7 +213,7 @@ class Hub:
         try:
             kept = self._redis.pipeline(transaction=False)
             for stream in range(MOST):
-                kept.lrange(stream_store.stream_key(slug, stream), 0, -1)
+                kept.lrange(bus.stream_key(slug, stream), 0, -1)
             with contextlib.suppress(RedisError, OSError, ValueError):
                 async with asyncio.timeout(SILENT_S):
                     self.streams.restore(slug, await kept.execute())

@@ -12,7 +12,7 @@ from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
-from robots.permissions import NotStaff
+from robots.services.permissions import NotStaff
 
 LISTED = 10
 RECENT = timedelta(hours=1)  # for so long one's own ended jobs are listed

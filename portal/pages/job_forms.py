@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from queueing.jobs.asking import packets_of
-from robots import programs
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.find import function
 from robots.kit.contract.spec import Argument, CommandKind
 from robots.kit.plain import whole
 from robots.models import Robot
+from robots.services import programs
 
 SHOWN = 200  # programs
 

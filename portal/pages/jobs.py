@@ -29,13 +29,13 @@ from queueing.jobs.kinds import job_kinds, kinds_for, link_of
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
-from robots.findings import SHOWN as FINDINGS
-from robots.findings import findings_of, left_out
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.kit.plain import storable, whole
 from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
+from robots.recordings.findings import SHOWN as FINDINGS
+from robots.recordings.findings import findings_of, left_out
 
 GUEST = "farhand_guest"
 A_YEAR_S = 365 * 86_400

@@ -7,11 +7,11 @@ from django.http import HttpRequest, JsonResponse, RawPostDataException
 from django.shortcuts import get_object_or_404
 from django.views.decorators.cache import never_cache
 
-from robots import programs
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted, RobotError
 from robots.kit.plain import one_line
 from robots.models import Program, Robot
+from robots.services import programs
 
 LARGEST = 80_000  # bytes: the longest program and name, of whose characters JSON writes each with twelve at most
 

@@ -35,7 +35,7 @@ from robots.kit.contract.procedures import offered
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.people import is_person
-from robots.permissions import reaches
+from robots.services.permissions import reaches
 
 
 def _shown(robot: Robot) -> dict[str, Any]:

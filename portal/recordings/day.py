@@ -16,8 +16,8 @@ from django.views.decorators.http import require_safe
 from portal.recordings import access
 from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording, RecordingState
+from robots.models.recordings import SHOWN, OfTheDay
 from robots.recordings.keeping import movie_path
-from robots.recordings.models import SHOWN, OfTheDay
 
 SHORTEST = timedelta(seconds=10)  # of a recording that the rule chooses
 LOOKED = 60  # movies at which the rule looks; before them stand those of hidden log entries, and of guests

@@ -16,8 +16,8 @@ from portal.recordings.serving import limited, ranged
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
 from robots.models import Movie, Recording, Robot
+from robots.models.recordings import SHOWN
 from robots.recordings import keeping, movies
-from robots.recordings.models import SHOWN
 
 MEDIA = {"mp4": "video/mp4", "webm": "video/webm"}
 TOO_OFTEN = "Your network asks for too many movies; ask again in an hour."

@@ -14,7 +14,7 @@ from queueing.jobs.kinds import offers_turns
 from queueing.models import JobRun
 from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording, Robot
-from robots.recordings.models import SHOWN
+from robots.models.recordings import SHOWN
 
 LISTED, LOOKED = 20, 60
 LONGEST = timedelta(hours=12)  # of a turn or a job

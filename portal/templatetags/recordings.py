@@ -8,9 +8,9 @@ from django import template
 from portal.recordings import access, figures, films
 from robots.kit.clock import SYSTEM
 from robots.models import Finding, Movie, Recording, Robot
+from robots.models.recordings import keep_days
 from robots.recordings import movies
 from robots.recordings.keeping import recorded
-from robots.recordings.models import keep_days
 
 register = template.Library()
 

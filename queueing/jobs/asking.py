@@ -15,6 +15,7 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
 from queueing.turns import start_countdown
+from robots.bus.streams import kept_stream
 from robots.grants import lease_of
 from robots.kit.contract.capabilities import JobCheck
 from robots.kit.contract.errors import BadRequest
@@ -26,7 +27,6 @@ from robots.models import Robot
 from robots.services.clicks import with_program
 from robots.services.commands import picture_time
 from robots.services.present import present_state
-from robots.stream_store import kept_stream
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address

@@ -17,8 +17,8 @@ from robots.grants import interruption, start_grant
 from robots.kit.contract.find import spec_of
 from robots.models import Command, Grant, Robot
 from robots.prepared import Prepared
-from robots.programs import is_program
 from robots.services.commands import AFTER_S, START_S, put
+from robots.services.programs import is_program
 from robots.states import CommandState, GrantEnd, GrantKind
 
 LONGEST = 300  # characters of a reason

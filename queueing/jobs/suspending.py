@@ -10,7 +10,7 @@ from robots.kit.contract.capabilities import Idle, Need
 from robots.kit.contract.errors import NotPermitted
 from robots.kit.contract.find import spec_or_none
 from robots.models import Robot
-from robots.permissions import need_staff
+from robots.services.permissions import need_staff
 
 RESUMED = "Jobs and the robot's own behaviour go on."
 

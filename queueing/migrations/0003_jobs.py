@@ -2,7 +2,7 @@
 
 import django.db.models.deletion
 import queueing.jobs.models
-import robots.rules
+import robots.validators
 from django.conf import settings
 from django.db import migrations, models
 
@@ -61,7 +61,7 @@ class Migration(migrations.Migration):
         migrations.AddField(
             model_name='queue',
             name='guest_weight',
-            field=models.FloatField(default=1.0, help_text='Of each network address from which guests ask for jobs; a person has 1.', validators=[robots.rules.positive]),
+            field=models.FloatField(default=1.0, help_text='Of each network address from which guests ask for jobs; a person has 1.', validators=[robots.validators.positive]),
         ),
         migrations.AddField(
             model_name='queuerobot',

@@ -10,8 +10,8 @@ from django.conf import settings
 from django.db.models import Sum
 
 from robots.models import Movie, Recording, RecordingState, Robot
+from robots.models.recordings import SHOWN, keep_days
 from robots.recordings import keeping
-from robots.recordings.models import SHOWN, keep_days
 from robots.wall_clock import FIRST
 
 log = logging.getLogger(__name__)

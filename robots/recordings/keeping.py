@@ -18,7 +18,7 @@ from django.db.models import F, Q
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
-from robots.recordings.models import SHOWN
+from robots.models.recordings import SHOWN
 from robots.states import GrantKind
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from robots.kit.clock import ms_of
 from robots.kit.contract.capabilities import Programs
 from robots.kit.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, Robot
+from robots.models.recordings import SHOWN
 from robots.recordings import keeping
-from robots.recordings.models import SHOWN
 from robots.recordings.plots import plot_of
 from robots.states import GrantKind
 

@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from robots.findings import findings_of
 from robots.kit.clock import ms_of
 from robots.kit.contract.capabilities import Preview
 from robots.kit.contract.ranges import readable
 from robots.kit.recording.paths import IN_PLANE, PREVIEWS
 from robots.models import Finding, Recording
+from robots.recordings.findings import findings_of
 
 
 def plot_of(recording: Recording) -> dict[str, Any] | None:

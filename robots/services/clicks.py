@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from robots import programs
 from robots.grants import ROBOT
 from robots.kit.contract.capabilities import ClickInPicture, PictureTaken
 from robots.kit.contract.channels import Pose
@@ -10,6 +9,7 @@ from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import function
 from robots.models import Frame, Lease, Robot
 from robots.prepared import Prepared
+from robots.services import programs
 
 MOVED = "The robot has moved since that picture; click in the newest one."
 _NEWEST: Prepared[Frame] = Prepared(lambda: Frame.objects.filter(robot=ROBOT).order_by("-id")[:1])

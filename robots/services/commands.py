@@ -17,9 +17,9 @@ from robots.kit.contract.procedures import procedure
 from robots.kit.contract.spec import TURN
 from robots.kit.contract.values import check
 from robots.models import Command, Grant, Lease, Robot
-from robots.permissions import need_level, need_staff
 from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
+from robots.services.permissions import need_level, need_staff
 from robots.services.present import state_at_rest
 from robots.states import COMMAND_FINAL, IN_ORDER, GrantEnd, GrantKind, Lane
 

@@ -18,8 +18,8 @@ from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import CommandKind
 from robots.kit.contract.values import not_shown
 from robots.models import Command, Grant, Robot
-from robots.permissions import need_staff
 from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under, need_worker
+from robots.services.permissions import need_staff
 from robots.states import COMMAND_RUNNING, IN_ORDER, CommandState, GrantKind, Lane
 
 # by staff: under their own grant or another person's

@@ -12,7 +12,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.kit.packets import Changed
 from robots.models import Robot
-from robots.permissions import need_staff
+from robots.services.permissions import need_staff
 from robots.services.stopping import stop
 from robots.states import Cycle, GrantEnd, GrantKind
 

@@ -7,8 +7,8 @@ from robots.grants import open_grant, start_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
-from robots.permissions import need_staff
 from robots.services.commands import need_worker
+from robots.services.permissions import need_staff
 from robots.states import Cycle, GrantKind
 
 

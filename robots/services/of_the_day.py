@@ -6,9 +6,9 @@ from django.db import transaction
 
 from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording
-from robots.permissions import need_staff
+from robots.models.recordings import OfTheDay
 from robots.recordings import movies
-from robots.recordings.models import OfTheDay
+from robots.services.permissions import need_staff
 
 
 def choose_of_the_day(recording: Recording, choice: OfTheDay, user: Any) -> bool:

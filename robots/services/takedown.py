@@ -6,12 +6,12 @@ from typing import Any
 from django.conf import settings
 from django.db import transaction
 
-from robots import bus, shots
+from robots import bus
 from robots.kit.clock import ms_of
 from robots.kit.packets import TAKEN_DOWN, Changed
 from robots.models import Frame, Recording
-from robots.permissions import need_staff
 from robots.recordings import keeping
+from robots.services.permissions import need_staff
 
 
 def take_down(frame: Frame, user: Any) -> int:
@@ -25,7 +25,7 @@ def take_down(frame: Frame, user: Any) -> int:
     robot, at = frame.robot, frame.taken_at
     changed = keeping.take_out_pictures(robot, at, frame.pk)
     (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
-    shots.drop_shots(robot.slug, 0, ms_of(at), keeping.LATE_MS)
+    bus.drop_shots(robot.slug, 0, ms_of(at), keeping.LATE_MS)
     with transaction.atomic():
         frame.delete()
         for event in (TAKEN_DOWN, Changed("log")):

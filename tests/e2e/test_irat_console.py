@@ -8,7 +8,7 @@ from django.conf import settings
 from playwright.sync_api import expect
 
 from queueing.models import Job
-from robots import bus, services, stream_store
+from robots import bus, services
 from robots.kit.contract.streams import unpack
 from robots.kit.drivers.irat.composites.decoding import MapShown, with_map
 from robots.models import Command, Robot
@@ -254,7 +254,7 @@ def at(address):
 def shown(robot):
     """The map as a new viewer of the robot would get it."""
     held = MapShown()
-    for data in bus.connection().lrange(stream_store.stream_key(robot.slug, 0), 0, -1):
+    for data in bus.connection().lrange(bus.stream_key(robot.slug, 0), 0, -1):
         packet = unpack(data)
         held = with_map(held, packet.data, packet.key)
     return held

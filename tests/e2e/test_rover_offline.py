@@ -9,9 +9,10 @@ from playwright.sync_api import expect
 
 from portal.seeding import add_robot
 from queueing.models import Job
-from robots import bus, programs
+from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.models import Lease, Robot
+from robots.services import programs
 from robots.states import Cycle
 from tests.conftest import wait_for
 

@@ -12,7 +12,7 @@ from portal.seeding import add_robot
 from queueing.models import Job
 from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording
-from robots.recordings.models import OfTheDay
+from robots.models.recordings import OfTheDay
 from tests.conftest import wait_for
 from tests.e2e.looks import looks
 from tests.e2e.small import SmallPortal

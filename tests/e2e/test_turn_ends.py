@@ -9,7 +9,8 @@ from playwright.sync_api import expect
 
 from queueing import services as queue
 from queueing.models import Ticket, Turn
-from robots import bus, services, web_uptime
+from robots import bus, services
+from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
@@ -61,7 +62,7 @@ def idle(seconds):
 def up_for_long():
     """As if people could reach the portal for an hour."""
     began = SYSTEM.now() - timedelta(hours=1)
-    bus.connection().set(web_uptime.KEY, began.timestamp(), ex=web_uptime.LASTS_S)
+    bus.connection().set(bus.web_up_key(), began.timestamp(), ex=web_uptime.LASTS_S)
 
 
 @pytest.mark.parametrize("size", [PHONE, at_length(DESKTOP)], ids=["phone", "desktop"])

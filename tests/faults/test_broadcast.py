@@ -15,8 +15,8 @@ from portal.broadcast.timetable import SECOND
 from portal.processes import broadcast_processes
 from portal.supervisor import Supervisor
 from robots.models import Movie, Recording
+from robots.models.recordings import OfTheDay
 from robots.recordings import keeping
-from robots.recordings.models import OfTheDay
 from tests.faults.test_supervisor import nothing, run, until
 from tests.rig import child_env, free_port
 from tests.services.test_broadcast_network import group as group

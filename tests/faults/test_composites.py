@@ -17,7 +17,7 @@ from django.conf import settings
 from portal.composites.drawn import drawn
 from portal.composites.parts import HEAD, watchers
 from portal.seeding import add_robot
-from robots import bus, stream_store
+from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Composite
 from robots.kit.contract.find import spec_of
@@ -44,7 +44,7 @@ class Teller:
         self._thread = threading.Thread(target=self._tell, daemon=True)
         self.number, self.behind_s, self.sees = 0, 0.0, True
         self.view = cv2.imencode(".jpg", np.full((240, 416, 3), 90, np.uint8))[1].tobytes()
-        stream_store.publish_stream("irat", 0, [pack(StreamPacket(0, 1, 1, True, RING))], from_key=True)
+        bus.publish_stream("irat", 0, [pack(StreamPacket(0, 1, 1, True, RING))], from_key=True)
         self._thread.start()
 
     def _tell(self):
@@ -286,7 +286,7 @@ def test_what_cannot_be_read_is_left_out_until_the_next_key_packet(served):
     answer = watch()
     assert part(answer) is not None
     for number, key, data in ((2, False, b"garbage"), (3, False, RING[:30]), (4, True, RING)):
-        stream_store.publish_stream("irat", 0, [pack(StreamPacket(0, number, number, key, data))], from_key=key)
+        bus.publish_stream("irat", 0, [pack(StreamPacket(0, number, number, key, data))], from_key=key)
     bus.connection().publish(bus.state_channel("irat"), b"\x01")
     bus.connection().publish(bus.frames_channel("irat"), b"\x02")
     seen = [part(answer) for _ in range(10)]

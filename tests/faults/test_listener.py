@@ -20,7 +20,7 @@ pytestmark = pytest.mark.timed
 def listening(redis_server, settings, tmp_path, monkeypatch):
     monkeypatch.setattr(listen, "PING_S", 0.2)
     monkeypatch.setattr(listen, "SILENT_S", 1.5)
-    monkeypatch.setattr(bus, "OPEN_S", 0.5)
+    monkeypatch.setattr(bus.store, "OPEN_S", 0.5)
     proxy = Proxy(str(tmp_path / "redis.sock"), settings.REDIS_URL.removeprefix("unix://"))
     direct = settings.REDIS_URL
     settings.REDIS_URL = f"unix://{proxy.at}"

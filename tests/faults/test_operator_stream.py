@@ -191,7 +191,7 @@ def test_another_person_has_nothing_of_a_code_and_it_is_spent(web, drives, peopl
 
 
 def test_a_code_that_nobody_gave_opens_nothing(web, drives):
-    for code in ("x" * 43, "x", "farhand.operator", codes.code_key("x").replace(":", "-")):
+    for code in ("x" * 43, "x", "farhand.operator", bus.code_key("x").replace(":", "-")):
         assert judged(lambda code=code: [refused(drives.stream(web, code))]) == [codes.SPENT]
     assert refused(line(web, path="/ws/operators/mercury/", headers=drives.headers)) == codes.SPENT
     assert judged(lambda: [refused(drives.stream(web, drives.code(), "none"))]) == [codes.ELSEWHERE]
@@ -200,7 +200,7 @@ def test_a_code_that_nobody_gave_opens_nothing(web, drives):
 
 def test_a_code_lives_half_a_minute_and_redis_knows_its_digest_alone(web, drives):
     code, store = drives.code(), bus.connection()
-    found = store.keys(codes.code_key("*"))  # more than one where Redis answered too late
+    found = store.keys(bus.code_key("*"))  # more than one where Redis answered too late
     assert found
     for kept in found:
         assert code.encode() not in kept + store.get(kept)
@@ -260,7 +260,7 @@ def test_who_gets_a_code(web, robot, roles):  # noqa: F811
         found[role] = bool(answer["code"])
         assert found[role] or answer["text"] == "It is not your turn on this robot."
     assert found == {role: role == "operator" for role in ROLES}
-    assert len(bus.connection().keys(codes.code_key("*"))) == 1
+    assert len(bus.connection().keys(bus.code_key("*"))) == 1
     assert Browser().client.get("/robots/mercury/stream-code/").status_code == 405
     assert Browser(roles["operator"]).ask("none").status_code == 404
 
@@ -274,7 +274,7 @@ def test_another_site_gets_no_code(web, drives, people):
     strict = Client(HTTP_HOST="localhost", enforce_csrf_checks=True)
     strict.force_login(people["ada"])
     assert strict.post("/robots/mercury/stream-code/").status_code == 403
-    assert not bus.connection().keys(codes.code_key("*"))
+    assert not bus.connection().keys(bus.code_key("*"))
 
 
 def test_codes_are_given_so_often_a_minute(web, drives):

@@ -14,11 +14,12 @@ from django.contrib.auth import get_user_model
 
 from queueing import services as queue
 from queueing.models import Ticket, TicketState
-from robots import bus, probes
+from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import NotPermitted
 from robots.kit.opening import ABSENT, REFUSED
 from robots.models import Robot
+from robots.services import probes
 from tests.conftest import wait_for
 from tests.rig import Simulator, housekeeping
 

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from portal import serve
 from portal.live import audience, hub, person, sessions, viewing
-from robots import bus, services, stream_store
+from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.streams import StreamPacket, pack
@@ -82,8 +82,8 @@ def rounds(monkeypatch):
         (viewing, "IDLE_S"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, getattr(module, name) / FASTER)
-    monkeypatch.setattr(bus, "WATCH_S", 1)  # the least that Redis knows
-    monkeypatch.setattr(stream_store, "STREAM_S", 1)
+    monkeypatch.setattr(bus.demand, "WATCH_S", 1)  # the least that Redis knows
+    monkeypatch.setattr(bus.streams, "STREAM_S", 1)
     monkeypatch.setitem(connections.settings["default"], "CONN_MAX_AGE", 0.2)
     counted(hub.Hub, "_keep_watch_once", "the hub")
     counted(sessions, "over", "sessions")
@@ -112,14 +112,14 @@ class Owner:
 
     def __init__(self):
         self.number, self._over = 0, threading.Event()
-        stream_store.publish_stream("mercury", 0, [pack(StreamPacket(0, 0, 0, True, b"map"))], True)
+        bus.publish_stream("mercury", 0, [pack(StreamPacket(0, 0, 0, True, b"map"))], True)
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def _work(self):
         while not self._over.wait(0.05):
             self.tell()
-            stream_store.keep_stream("mercury", 0)
+            bus.keep_stream("mercury", 0)
 
     def tell(self):
         self.number += 1

@@ -4,7 +4,8 @@ import signal
 
 import pytest
 
-from robots import bus, web_uptime
+from robots import bus
+from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for
 
@@ -12,7 +13,7 @@ pytestmark = [pytest.mark.timed, pytest.mark.django_db(transaction=True)]
 
 
 def told():
-    return bus.connection().get(web_uptime.KEY)
+    return bus.connection().get(bus.web_up_key())
 
 
 def test_it_is_told_while_the_process_answers_and_begins_anew_after_it_stood_still(redis_server, house):

@@ -13,7 +13,7 @@ from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
-from robots.permissions import NotStaff
+from robots.services.permissions import NotStaff
 from tests.waiting import CEILING_S
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

@@ -19,8 +19,9 @@ from queueing.models import Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.steps import carry
 from queueing.tasks import queue_tick
 from queueing.tick import ABSENT_S, tick_seldom
-from robots import probes, services
+from robots import services
 from robots.models import Command, Grant, Lease, Robot
+from robots.services import probes
 from tests.services.clock_steps import HOUR, YEAR, drive, each_change, each_step
 
 pytestmark = pytest.mark.django_db

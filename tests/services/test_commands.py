@@ -238,7 +238,7 @@ def test_a_dead_redis_is_no_error_to_the_person(
     robot, people, grant, django_capture_on_commit_callbacks, monkeypatch, tmp_path
 ):
     dead = redis.Redis.from_url(f"unix://{tmp_path}/nobody.sock", retry=None)
-    monkeypatch.setattr(bus, "connection", lambda: dead)
+    monkeypatch.setattr(bus.store, "connection", lambda: dead)
     before = bus.failures["wake"]
     with django_capture_on_commit_callbacks(execute=True):
         assert services.issue(robot.slug, people["ada"], "up", {}, 1).created

@@ -15,7 +15,7 @@ from django.test import Client, RequestFactory
 from django.urls import URLPattern, get_resolver
 
 from queueing.models import Job
-from robots.verbs import VERBS
+from robots.admin.verbs import VERBS
 from tests.services.press_forms import (
     World,
     accepted_offer,

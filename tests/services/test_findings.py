@@ -10,9 +10,9 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.running import promote
 from queueing.models import QueueRobot, Turn
 from robots import services
-from robots.findings import SHOWN
 from robots.kit.contract.session import Noted, Outcome
 from robots.models import Command, Finding, Frame, Lease
+from robots.recordings.findings import SHOWN
 from tests.services.owner import made_owner
 from workers.cameras.pictures import Pictures
 from workers.commands import findings

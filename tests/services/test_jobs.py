@@ -14,7 +14,7 @@ from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
 from robots import services
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.models import Command, Grant, Robot
-from robots.permissions import NotStaff
+from robots.services.permissions import NotStaff
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from workers.commands import finish
 

@@ -10,9 +10,9 @@ from django.test import Client
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
-from robots import programs
 from robots.kit.contract.errors import BadRequest
 from robots.models import Lease, Program, Robot
+from robots.services import programs
 from tests.packaged import installed_from, of_spec
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

@@ -7,7 +7,7 @@ import pytest
 from django.test import Client
 
 from queueing.models import Job, QueueRobot
-from robots import bus, stream_store
+from robots import bus
 from robots.kit.contract.streams import StreamPacket, pack
 from robots.kit.drivers.irat.brain.packets import DOCK, HEAD, PLACE, UNIT_M, VERSION
 from robots.models import Lease, Robot
@@ -31,7 +31,7 @@ def rat(robot, people, clock, redis_server):
     Lease.objects.create(robot=robot, epoch=5, expires_at=clock.now() + timedelta(days=9))
     QueueRobot.objects.filter(robot=robot).update(offers_turns=False, guests_ask=True, charged_in="jobs")
     key = told(1, {1: (0.0, 0.0), 2: (0.3, 0.0)}, True, (0.3, 1.0, 0.42))
-    stream_store.publish_stream(robot.slug, 0, [key, told(2, {2: (0.5, 0.0), 3: (0.3, 0.8)}, False)], True)
+    bus.publish_stream(robot.slug, 0, [key, told(2, {2: (0.5, 0.0), 3: (0.3, 0.8)}, False)], True)
     yield robot
     if not bus.alive():
         redis_server.start()

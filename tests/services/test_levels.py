@@ -12,7 +12,7 @@ from portal.pages.views import console_facts
 from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
-from robots.permissions import NotCleared
+from robots.services.permissions import NotCleared
 from robots.states import Cycle, GrantKind
 
 pytestmark = [

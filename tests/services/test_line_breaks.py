@@ -21,7 +21,7 @@ from queueing.models import Job
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import plain_breaks
 from robots.models import Program, Robot
-from robots.programs import LONGEST as LONGEST_PROGRAM
+from robots.services.programs import LONGEST as LONGEST_PROGRAM
 from robots.states import GrantEnd
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

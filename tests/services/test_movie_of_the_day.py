@@ -13,8 +13,8 @@ from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, RecordingState
+from robots.models.recordings import OfTheDay
 from robots.recordings import cleaning, keeping
-from robots.recordings.models import OfTheDay
 from robots.states import GrantEnd, GrantKind
 from tests.services.test_job_movies import GREY, ran, taped
 from tests.services.test_movies import media

@@ -7,7 +7,7 @@ from django.test import Client
 
 from portal.live import actions, consumers
 from portal.live.messages import Command as Asked
-from robots import bus, services
+from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
@@ -84,7 +84,7 @@ def test_two_that_come_at_the_same_moment_are_told_apart(robot, people, grant, o
 
 
 def test_a_press_that_was_refused_holds_no_motion_of_another_page(robot, people, grant, scope, monkeypatch):
-    monkeypatch.setattr(bus, "_publish", lambda channel, data: True)
+    monkeypatch.setattr("robots.bus.publishing.send", lambda channel, data: True)
     services.issue(robot.slug, people["ada"], "up", {}, 7)
     page = consumers.RobotConsumer()
     page.slug, page.scope, page.me, page._pressed, page._asked = robot.slug, scope, people["ada"].pk, 7, asyncio.Queue()

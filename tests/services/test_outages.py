@@ -12,7 +12,8 @@ from queueing.models import Queue, Ticket, Turn
 from queueing.steps import carry
 from queueing.tasks import queue_tick
 from queueing.tick import ABSENT_S
-from robots import bus, web_uptime
+from robots import bus
+from robots.bus import web_uptime
 from robots.models import Lease
 from tests.services.clock_steps import HOUR
 
@@ -125,7 +126,7 @@ def test_nobody_loses_a_place_because_the_database_was_away(waiting, portal, mon
 def test_nobody_loses_a_place_because_redis_was_away(waiting, portal, monkeypatch):
     portal.clock.go(ABSENT_S)  # nothing is sent to the worker meanwhile
     with monkeypatch.context() as gone:
-        gone.setattr("robots.bus.connection", lambda: (_ for _ in ()).throw(OSError("away")))
+        gone.setattr("robots.bus.store.connection", lambda: (_ for _ in ()).throw(OSError("away")))
         uptime.tell()
         queue_tick()
         assert states() == WAITS
@@ -232,4 +233,4 @@ def test_an_outage_just_before_the_time_of_day_is_set_counts_against_nobody(wait
 def test_what_is_told_ends_after_some_seconds_without_a_web_process(portal):
     for _ in range(2):
         uptime.tell()
-        assert 0 < bus.connection().ttl(web_uptime.KEY) <= web_uptime.LASTS_S
+        assert 0 < bus.connection().ttl(bus.web_up_key()) <= web_uptime.LASTS_S

@@ -29,7 +29,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Command, Frame, Incident, Program, Recording
-from robots.recordings.models import OfTheDay
+from robots.models.recordings import OfTheDay
 from robots.services import RobotOffline
 from robots.states import GrantEnd
 from tests.services.conftest import ROLES

@@ -8,7 +8,7 @@ from django.test import Client
 
 from accounts.services import preview_job
 from portal.live.messages import ROBOT, NotUnderstood
-from robots import programs, services
+from robots import services
 from robots.kit import previews
 from robots.kit.arms.described import posture
 from robots.kit.clock import SYSTEM
@@ -16,6 +16,7 @@ from robots.kit.contract.errors import BadRequest, NotPermitted, OutOfWorkspace
 from robots.kit.description import load
 from robots.kit.drivers.pa10.boxes import checked
 from robots.models import Command, Program, Robot
+from robots.services import programs
 from robots.states import GrantKind
 
 pytestmark = [

@@ -2,14 +2,13 @@
 
 import pytest
 
-from robots import programs
 from robots.grants import stage_event, start_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.spec import Spec
 from robots.kit.recording.container import COMMANDS
 from robots.kit.recording.reading import messages
 from robots.models import Command, Grant, Recording
-from robots.services import clicks
+from robots.services import clicks, programs
 from robots.states import GrantKind
 from tests.waiting import CEILING_S
 from workers.recorder.recorder import Recorder, _Running

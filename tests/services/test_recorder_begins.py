@@ -5,7 +5,7 @@ from math import inf
 
 import pytest
 
-from robots import bus, services, stream_store
+from robots import bus, services
 from robots.grants import end_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.streams import StreamPacket, pack, unpack
@@ -54,7 +54,7 @@ def turn(robot, people, owned, redis_server, settings, tmp_path):
 
 
 def kept(stream, number, key, data):
-    stream_store.publish_stream("irat", stream, [pack(StreamPacket(stream, number, 1000 + number, key, data))], key)
+    bus.publish_stream("irat", stream, [pack(StreamPacket(stream, number, 1000 + number, key, data))], key)
 
 
 def recorded(seconds=5):

@@ -12,7 +12,7 @@ from portal import archive, restoring
 from portal.recordings import listing, views
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, Turn
-from robots import services, shots
+from robots import bus, services
 from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.session import RobotState
@@ -21,8 +21,8 @@ from robots.kit.recording.container import STATE, Tape, taken_ms
 from robots.kit.recording.packets import picture_of, state_told
 from robots.kit.recording.reading import messages
 from robots.models import Frame, Movie, Recording, RecordingState, Records, Robot
-from robots.permissions import NotStaff
 from robots.recordings import cleaning, keeping
+from robots.services.permissions import NotStaff
 from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -244,7 +244,7 @@ def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addre
     )
     old, at_ms = addresses(recording), ms_of(frame.taken_at)
     shown = [(robot.slug, camera, at_ms + ms) for camera, ms in ((0, -1900), (0, 0), (0, 1900), (0, 2100), (1, 0))]
-    assert all(shots.keep_shot(*one, JPEG) for one in shown)
+    assert all(bus.keep_shot(*one, JPEG) for one in shown)
     with pytest.raises(NotStaff):
         services.take_down(frame, turn.user)
     assert services.take_down(frame, roles["robot_staff"]) == 1
@@ -257,7 +257,7 @@ def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addre
     assert len([m for m in messages(keeping.path_of(recording)) if m.topic == STATE]) == 10
     assert [client.get(address).status_code for address in old[2:]] == [404, 404]
     assert statuses(client, recording) == [200] * 4
-    assert [shots.shot(*one) is not None for one in shown] == [False, False, False, True, True]
+    assert [bus.shot(*one) is not None for one in shown] == [False, False, False, True, True]
 
 
 def test_what_is_taken_down_while_it_is_recorded_is_taken_out_at_the_end(roles, robot):

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from django.db import connection
 
-from robots import programs
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Program
+from robots.services import programs
 from tests import starts
 from tests.waiting import CEILING_S
 

@@ -33,7 +33,7 @@ def silent(settings):
 
 
 def test_a_connection_for_pub_sub_is_given_up(silent, monkeypatch):
-    monkeypatch.setattr(bus, "OPEN_S", 0.2)
+    monkeypatch.setattr(bus.store, "OPEN_S", 0.2)
     with pytest.raises(redis.RedisError):
         bus.listener().pubsub().subscribe("x")
     assert silent

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.forms import RobotForm
+from robots.admin.forms import RobotForm
 from robots.kit.installed import simulators
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

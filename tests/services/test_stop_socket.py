@@ -35,7 +35,7 @@ def page(robot, people, monkeypatch):
 @pytest.fixture
 def sent(monkeypatch):
     words = []
-    monkeypatch.setattr(bus, "_publish", lambda channel, data: words.append(data) or True)
+    monkeypatch.setattr("robots.bus.owner.send", lambda channel, data: words.append(data) or True)
     return words
 
 

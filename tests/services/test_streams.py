@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots import bus, stream_store
+from robots import bus
 from robots.kit.contract.streams import LONGEST, MOST_DELTAS, Stream, unpack
 from tests.conftest import FakeClock
 from workers.streams import REFRESH_S, Streams
@@ -21,7 +21,7 @@ def streams(redis_server):
 
 
 def kept(stream=0):
-    found = bus.connection().lrange(stream_store.stream_key("rover", stream), 0, -1)
+    found = bus.connection().lrange(bus.stream_key("rover", stream), 0, -1)
     return [(p.number, p.key, p.data) for p in map(unpack, found)]
 
 

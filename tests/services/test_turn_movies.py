@@ -5,10 +5,10 @@ from django.test import Client
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
-from robots.findings import SHOWN
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Movie
 from robots.recordings import movies
+from robots.recordings.findings import SHOWN
 from robots.states import GrantKind
 from tests.services.test_job_movies import let_make, ran
 from tests.services.test_movies import media

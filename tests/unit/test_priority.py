@@ -40,4 +40,10 @@ def test_an_ordinary_user_s_change_that_comes_too_soon_is_made_again():
         "import ctypes, os; os.setuid(65534); ctypes.CDLL(None).prctl(4, 1)"  # its files in /proc are its own again
     )
     change = "print(*[int(share_less(n)) for n in (3, 4, 5)])"
-    assert shown("-c", f"from robots.kit.priority import share_less; {become}; {change}\n{SHOWN}", own=True) == [1, 1, 1, 0, 5]
+    assert shown("-c", f"from robots.kit.priority import share_less; {become}; {change}\n{SHOWN}", own=True) == [
+        1,
+        1,
+        1,
+        0,
+        5,
+    ]

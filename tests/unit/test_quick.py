@@ -54,7 +54,7 @@ def test_what_no_test_imports_takes_those_of_its_folder():
 
 
 def test_those_with_real_processes_are_for_the_gate():
-    assert [test for test in names("robots/models.py") if test.startswith(quick.OTHERS)] == []
+    assert [test for test in names("robots/models") if test.startswith(quick.OTHERS)] == []
 
 
 def test_a_changed_test_with_real_processes_comes_after_a_changed_one_without():

@@ -9,7 +9,7 @@ from django.conf import settings
 import queueing.tasks
 import workers.tasks
 from portal import uptime
-from robots import web_uptime
+from robots.bus import web_uptime
 from robots.wall_clock import wall_clock
 from tests.world.world import DatabaseAway, World
 

@@ -13,7 +13,7 @@ from robots.kit.contract.errors import BadRequest, GaveUp
 from robots.kit.files import replaced
 from robots.kit.plain import storable
 from robots.models import Command
-from robots.programs import is_program
+from robots.services.programs import is_program
 
 log = logging.getLogger(__name__)
 LARGEST = 100_000  # bytes of a package

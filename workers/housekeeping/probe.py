@@ -11,7 +11,6 @@ from typing import Any
 
 from django.conf import settings
 
-from robots import probes
 from robots.grants import lease_of
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
@@ -24,6 +23,7 @@ from robots.kit.description import views
 from robots.kit.installed import simulator_module
 from robots.kit.vision.masks import masked, masks_of
 from robots.models import Robot, frame_name
+from robots.services import probes
 from workers.cameras.source import DriverCamera, fitted, open_camera
 from workers.cameras.steps import jpeg
 from workers.door import Door, GuardedSession

@@ -17,6 +17,7 @@ from django.conf import settings
 from django.db import Error, close_old_connections, connection
 
 from robots import bus
+from robots.bus.streams import kept_stream
 from robots.grants import stage_event
 from robots.kit.clock import SYSTEM, Clock
 from robots.kit.contract.streams import MOST
@@ -25,7 +26,6 @@ from robots.kit.packets import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
 from robots.recordings import keeping, telling
 from robots.states import COMMAND_FINAL
-from robots.stream_store import kept_stream
 from workers.recorder.movies import MovieMaker
 
 if TYPE_CHECKING:

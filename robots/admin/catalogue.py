@@ -10,11 +10,10 @@ from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from robots import bus, grants, probes, programs, services
-from robots.added import ADDED
-from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
-from robots.history import Guarded, Kept
-from robots.inlines import NamedValues
+from robots import bus, grants, services
+from robots.admin.bases import FormFieldsAdmin
+from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
+from robots.admin.verbs import ADDED, VERBS
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures
@@ -22,18 +21,10 @@ from robots.kit.contract.capabilities import ArmModel, Calibration
 from robots.kit.contract.errors import RobotError
 from robots.kit.contract.find import spec_or_none
 from robots.kit.plain import whole
-from robots.models import Command, Frame, Grant, Incident, Program, Robot
+from robots.models import Command, Incident, Robot
 from robots.once import once
-from robots.permissions import NotStaff
-from robots.recordings.admin import MovieAdmin, RecordingAdmin
-from robots.saving import FormFieldsAdmin
-from robots.thumbnails import thumbnail
-from robots.verbs import VERBS
-
-__all__ = (
-    "CommandAdmin", "FrameAdmin", "GrantAdmin", "IncidentAdmin", "MovieAdmin", "ProgramAdmin", "RecordingAdmin",
-    "RobotAdmin", "RobotForm",
-)  # fmt: skip
+from robots.services import probes, programs
+from robots.services.permissions import NotStaff
 
 
 @admin.register(Robot)
@@ -220,105 +211,3 @@ class RobotAdmin(FormFieldsAdmin):
 
             extra["model_facts"] = model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")
         return super().change_view(request, object_id, form_url, extra)
-
-
-@admin.register(Program)
-class ProgramAdmin(FormFieldsAdmin, Guarded):
-    """People's programs, reviewed for the gallery."""
-
-    list_display = ("name", "robot", "author", "shared", "approved", "changed_at")
-    list_filter = ("robot", "shared", "approved")
-    search_fields = ("name", "text")
-    fields = ("robot", "author", "name", "text", "shared", "approved", "approved_by", "changed_at")
-    readonly_fields = ("robot", "author", "text", "approved", "approved_by", "changed_at", "shared")
-    actions = ("take_in", "take_out")
-
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """Programs are written in the console."""
-        return False
-
-    @admin.action(description="Take into the gallery", permissions=["change"])
-    def take_in(self, request: HttpRequest, queryset: Any) -> None:
-        """Approve the chosen programs."""
-        self._decide(request, queryset, True)
-
-    @admin.action(description="Take out of the gallery", permissions=["change"])
-    def take_out(self, request: HttpRequest, queryset: Any) -> None:
-        """Withdraw the approval of the chosen programs."""
-        self._decide(request, queryset, False)
-
-    def _decide(self, request: HttpRequest, queryset: Any, approved: bool) -> None:
-        words = ("In the gallery", "There before") if approved else ("Out of the gallery", "Not there before")
-        self.act_on(request, queryset, lambda one: programs.approve(one, request.user, approved), *words)
-
-
-@admin.register(Command)
-class CommandAdmin(Kept):
-    """The command history."""
-
-    list_display = ("id", "robot", "kind", "state", "reason", "clamped", "issued_by", "created_at", "ended_at")
-    list_filter = ("robot", "state", "kind")
-    date_hierarchy = "created_at"
-    readonly_fields = ("clamped", "lag")
-
-    @admin.display(description="Clamped")
-    def clamped(self, command: Command) -> str:
-        """Return what was sent instead of what was asked."""
-        return command.clamped_words or "-"
-
-    @admin.display(description="Age of the picture seen")
-    def lag(self, command: Command) -> str:
-        """Return by how much the picture that its sender saw was older than the robot's newest."""
-        return "-" if command.picture_lag_s is None else f"{command.picture_lag_s:.3f} s"
-
-
-@admin.register(Grant)
-class GrantAdmin(Kept):
-    """The history of grants."""
-
-    list_display = ("robot", "kind", "holder", "opened_at", "ended_at", "end_reason")
-    list_filter = ("robot", "kind")
-
-
-@admin.register(Incident)
-class IncidentAdmin(Kept):
-    """The incidents of robots."""
-
-    list_display = ("at", "robot", "code", "text", "remedy", "closed_at")
-    list_filter = ("robot", "code")
-    actions = ("close",)
-
-    @admin.action(description="Mark as dealt with", permissions=["act"])
-    def close(self, request: HttpRequest, queryset: Any) -> None:
-        """Close the chosen incidents."""
-        self.act_on(
-            request, queryset, lambda one: services.close_incident(one, request.user), "Dealt with", "Dealt with before"
-        )
-
-
-@admin.register(Frame)
-class FrameAdmin(Kept):
-    """Kept pictures."""
-
-    list_display = ("id", "robot", "taken_at", "verdict", "difference", "tries", "shown")
-    list_filter = ("robot", ("verdict", NamedValues))
-    list_select_related = ("robot",)
-    actions = ("take_down",)
-
-    @admin.action(description="Take down: from entries, recordings and addresses", permissions=["act"])
-    def take_down(self, request: HttpRequest, queryset: Any) -> None:
-        """Remove the chosen pictures with all that shows them."""
-        for frame in queryset.select_related("robot"):
-            name = str(frame)
-            self.log_deletions(request, Frame.objects.filter(pk=frame.pk))
-            try:
-                changed = services.take_down(frame, request.user)
-            except (OSError, ValueError) as error:
-                messages.error(request, f"{name} was not taken down: a recording cannot be written again ({error}).")
-            else:
-                messages.success(request, f"{name} was taken down; recordings changed: {changed}.")
-
-    @admin.display(description="Picture")
-    def shown(self, frame: Frame) -> SafeString | str:
-        """Return the picture itself."""
-        return thumbnail(frame, f"Picture of {frame.robot}, {frame.taken_at:%-d %B %Y, %H:%M:%S} UTC")

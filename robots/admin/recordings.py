@@ -9,9 +9,9 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import services
-from robots.history import Kept
+from robots.admin.bases import Kept
 from robots.models import Movie, Recording
-from robots.recordings.models import OfTheDay
+from robots.models.recordings import OfTheDay
 
 
 @admin.register(Recording)

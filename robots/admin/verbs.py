@@ -5,15 +5,18 @@ from functools import wraps
 
 from django.http import HttpRequest
 
-from robots import probes, services
+from robots import services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures
 from robots.kit.contract.errors import BadRequest
 from robots.models import Robot
-from robots.permissions import need_staff
+from robots.services import probes
+from robots.services.permissions import need_staff
 from robots.states import Cycle
 
 Verb = Callable[[Robot, HttpRequest], str]
+Load = Callable[[Robot], str]
+ADDED: list[Load] = []  # what other apps do when staff have added a robot
 STOPPED = "The robot is stopped: look at the newest picture, then release the stop."
 
 
@@ -124,3 +127,9 @@ def add(verb: Verb) -> Verb:
 VERBS: dict[str, Verb] = {
     verb.__name__: verb for verb in (enable, disable, stop, release, lock_out, lift, maintenance, procedure, test)
 }
+
+
+def on_added(load: Load) -> Load:
+    """Call this for each robot that staff add; they are told what it returns, if anything."""
+    ADDED.append(load)
+    return load

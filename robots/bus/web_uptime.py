@@ -8,17 +8,16 @@ from datetime import UTC, datetime
 
 from redis.exceptions import RedisError
 
-from robots import bus
+from robots.bus import names, store
 
-KEY = "farhand:web-up"  # ends `LASTS_S` after the last web process; its value is when the first one began
-TELL_S, LASTS_S = 2.0, 7
+TELL_S, LASTS_S = 2.0, 7  # the key ends `LASTS_S` after the last web process; its value is when the first began
 
 
 def tell(now: datetime) -> bool:
     """Note that a web process runs. Return False if Redis did not answer."""
     try:
-        if not bus.connection().set(KEY, now.timestamp(), ex=LASTS_S, nx=True):
-            bus.connection().expire(KEY, LASTS_S)
+        if not store.connection().set(names.web_up_key(), now.timestamp(), ex=LASTS_S, nx=True):
+            store.connection().expire(names.web_up_key(), LASTS_S)
     except (RedisError, OSError):
         return False
     return True
@@ -27,7 +26,7 @@ def tell(now: datetime) -> bool:
 def up_since(now: datetime) -> datetime:
     """Return since when people can reach the portal; `now` while they cannot."""
     try:
-        told = bus.connection().get(KEY)
+        told = store.connection().get(names.web_up_key())
     except (RedisError, OSError):
         return now
     return datetime.fromtimestamp(float(told), UTC) if isinstance(told, bytes) else now
@@ -36,4 +35,4 @@ def up_since(now: datetime) -> datetime:
 def forget() -> None:
     """Count from now on, for the time of day was set."""
     with contextlib.suppress(RedisError, OSError):
-        bus.connection().delete(KEY)
+        store.connection().delete(names.web_up_key())

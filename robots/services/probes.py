@@ -13,8 +13,8 @@ from robots import bus
 from robots.kit.contract.errors import NotPermitted
 from robots.kit.packets import Changed
 from robots.models import Robot
-from robots.permissions import need_staff
 from robots.services import RobotOffline
+from robots.services.permissions import need_staff
 
 LIMIT_S = 120.0  # a test that takes longer died with its process
 

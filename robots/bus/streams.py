@@ -2,14 +2,9 @@
 
 import redis
 
-from robots import bus
+from robots.bus import names, store
 
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
-
-
-def stream_key(slug: str, stream: int) -> str:
-    """Return the list that holds the newest key packet of a byte stream and the deltas after it."""
-    return f"farhand:{slug}:stream:{stream}"
 
 
 def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:
@@ -17,9 +12,9 @@ def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool)
 
     `from_key`: the first is a key packet, so what was kept is over.
     """
-    key = stream_key(slug, stream)
+    key = names.stream_key(slug, stream)
     try:
-        both = bus.connection().pipeline(transaction=True)
+        both = store.connection().pipeline(transaction=True)
         if from_key:
             both.delete(key)
             both.rpush(key, *packets)
@@ -27,10 +22,10 @@ def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool)
             both.rpushx(key, *packets)  # type: ignore[arg-type]
         both.expire(key, STREAM_S)
         for packet in packets:
-            both.publish(bus.stream_channel(slug), packet)
+            both.publish(names.stream_channel(slug), packet)
         both.execute()
     except (redis.RedisError, OSError):
-        bus.failures["publish"] += 1
+        store.failures["publish"] += 1
         return False
     return True
 
@@ -38,7 +33,7 @@ def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool)
 def kept_stream(slug: str, stream: int) -> list[bytes] | None:
     """Return the newest key packet of a byte stream and the deltas after it; None without Redis."""
     try:
-        kept: list[bytes] = bus.connection().lrange(stream_key(slug, stream), 0, -1)  # type: ignore[assignment]
+        kept: list[bytes] = store.connection().lrange(names.stream_key(slug, stream), 0, -1)  # type: ignore[assignment]
     except (redis.RedisError, OSError):
         return None
     return kept
@@ -47,6 +42,6 @@ def kept_stream(slug: str, stream: int) -> list[bytes] | None:
 def keep_stream(slug: str, stream: int) -> bool:
     """Keep what newcomers are given of a byte stream for another while; False if it is there no more."""
     try:
-        return bool(bus.connection().expire(stream_key(slug, stream), STREAM_S))
+        return bool(store.connection().expire(names.stream_key(slug, stream), STREAM_S))
     except (redis.RedisError, OSError):
         return True  # it is asked again soon

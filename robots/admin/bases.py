@@ -1,0 +1,146 @@
+"""Base classes of admin pages: guarded actions, read-only records, tables with accessible names, partial saving."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from django import forms
+from django.contrib import admin, messages
+from django.contrib.admin.utils import model_ngettext
+from django.core.exceptions import PermissionDenied
+from django.forms.models import BaseInlineFormSet, BaseModelFormSet
+from django.http import HttpRequest, HttpResponse
+from django.utils.html import format_html
+from django.utils.safestring import SafeString
+
+from robots.kit.contract.errors import RobotError
+from robots.models import Frame
+
+
+class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A list whose actions answer 403 to people without the permission; Django would ignore them silently."""
+
+    def changelist_view(self, request: HttpRequest, extra_context: dict[str, Any] | None = None) -> HttpResponse:
+        """Show the list, or carry out an action on it."""
+        wanted = request.POST.get("action", "")
+        known = {getattr(action, "__name__", action) for action in self.actions or ()} | {"delete_selected"}
+        if wanted in known and wanted not in self.get_actions(request):
+            raise PermissionDenied
+        return super().changelist_view(request, extra_context)
+
+    def act_on(
+        self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: str, rest: str
+    ) -> None:
+        """Carry out a verb on each chosen row, note it in the row's history, and say on how many.
+
+        `verb` returns whether it did anything; `rest` says why it had nothing to do. A refusal is told by row.
+        """
+        done = others = 0
+        for one in chosen:
+            try:
+                changed = verb(one)
+            except RobotError as error:
+                messages.warning(request, f"{one}: {error}")
+                continue
+            if changed:
+                self.log_change(request, one, word)
+            done, others = done + changed, others + (not changed)
+        counts = [(count, text) for count, text in ((done, word), (others, rest)) if count]
+        told = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
+        if told:
+            messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(told))
+
+
+class Kept(Guarded):
+    """A record that is only read in the admin."""
+
+    def has_act_permission(self, request: HttpRequest) -> bool:
+        """Return whether the person may act on robots and turns; to look at them a lower permission is enough."""
+        return request.user.has_perm("robots.change_robot")
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Return False: history is not added by hand."""
+        return False
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Return False: history does not change."""
+        return False
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Return False: history is not deleted."""
+        return False
+
+
+class FormFieldsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A page that writes only the fields of its form when a row is changed.
+
+    Django writes the whole row, as it was read: a stop that came between reading and writing would be undone.
+    """
+
+    also_saved: tuple[str, ...] = ()  # fields that follow from the form without being shown
+
+    def save_model(self, request: HttpRequest, obj: Any, form: Any, change: bool) -> None:
+        """Save a new row whole, a changed one as far as the form goes."""
+        if not change:
+            super().save_model(request, obj, form, change)
+            return
+        shown = {name for name, field in form.fields.items() if not field.disabled}
+        columns = {field.name for field in obj._meta.concrete_fields if not field.primary_key}
+        obj.save(update_fields=columns & shown | {*self.also_saved})
+
+
+# Django's tables have only column headings, which screen readers do not read with a field.
+def _name(form: "forms.BaseForm") -> None:
+    for field in form.fields.values():
+        widget: Any = getattr(field.widget, "widget", field.widget)  # the widget of a foreign key is wrapped
+        if not widget.is_hidden:
+            widget.attrs.setdefault("aria-label", str(field.label or ""))
+
+
+class NamedRows(BaseInlineFormSet):  # type: ignore[type-arg]
+    """Rows below a form."""
+
+    def add_fields(self, form: "forms.ModelForm[Any]", index: int | None) -> None:
+        """Name each field of the row, also the one that deletes it."""
+        super().add_fields(form, index)
+        _name(form)
+
+
+class NamedList(BaseModelFormSet):  # type: ignore[type-arg]
+    """Rows of a list that is edited in place."""
+
+    def add_fields(self, form: "forms.ModelForm[Any]", index: int | None) -> None:
+        """Name each field of the row."""
+        super().add_fields(form, index)
+        _name(form)
+
+
+class NamedRowsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A list that is edited in place and names its fields."""
+
+    def get_changelist_formset(self, request: HttpRequest, **kwargs: Any) -> Any:
+        """Return the form set of the rows."""
+        return super().get_changelist_formset(request, formset=NamedList, **kwargs)
+
+
+class NamedInline(admin.TabularInline):  # type: ignore[type-arg]
+    """A table of rows that each name their fields."""
+
+    formset = NamedRows
+    template = "admin/edit_inline/named.html"
+
+
+class NamedValues(admin.AllValuesFieldListFilter):
+    """A filter by the values of a text, in which the empty one has a name too."""
+
+    def choices(self, changelist: Any) -> Any:
+        """Return the choices with their words."""
+        return [{**one, "display": one["display"] or "(none)"} for one in super().choices(changelist)]
+
+
+def thumbnail(frame: Frame | None, words: str) -> SafeString | str:
+    """Return a small picture that leads to the whole one, loaded when it is scrolled to; a dash without one."""
+    if frame is None:
+        return "-"
+    return format_html(
+        '<a href="{0}"><img class="farhand-thumbnail" src="{0}" alt="{1}" loading="lazy"></a>', frame.url, words
+    )

@@ -1,0 +1,106 @@
+"""Messages to everybody who watches: events, states, pictures, sound.
+
+The database is the truth; a message only makes a reader look sooner. Failures are counted and answered with False; they
+are not raised. Where an event was lost, pages are told to read again: with the next message of that robot, or soon.
+"""
+
+import redis
+from django.db import transaction
+
+from robots.bus import names, store
+from robots.kit.packets import Changed, Event, StandingChanged, encode
+
+_lost: set[str] = set()  # robots of which this process could not send an event
+
+
+def reach(channel: str, data: bytes) -> int:
+    """Return the number of listeners; -1 if Redis is away."""
+    try:
+        return int(store.connection().publish(channel, data))
+    except (redis.RedisError, OSError):
+        store.failures["publish"] += 1
+        return -1
+
+
+def send(channel: str, data: bytes) -> bool:
+    """Send data. Return False if Redis did not answer."""
+    return reach(channel, data) >= 0
+
+
+def publish(slug: str, event: Event) -> bool:
+    """Send an event to everybody who watches the robot. Return False if Redis did not answer."""
+    sent = send(names.events_channel(slug), encode(event))
+    if sent:
+        _make_up(slug)
+    else:
+        _lost.add(slug)
+    return sent
+
+
+def _make_up(slug: str) -> None:
+    """Have pages read again what a lost event would have told them; Redis answers again."""
+    if slug in _lost:
+        _lost.discard(slug)
+        publish(slug, Changed("robot"))
+
+
+def lost_events() -> bool:
+    """Return whether this process lost an event that was not made up for."""
+    return bool(_lost)
+
+
+def make_up() -> None:
+    """Have pages read again where this process lost an event, though it has nothing to tell of that robot now.
+
+    Whatever runs for long calls it every few seconds.
+    """
+    for slug in list(_lost):
+        _make_up(slug)
+
+
+def publish_on_commit(slug: str, event: Event) -> None:
+    """Send an event after the transaction has committed."""
+    transaction.on_commit(lambda: publish(slug, event), robust=True)
+
+
+def tell_people_on_commit(event: StandingChanged) -> None:
+    """Tell people's sockets, after the transaction has committed, that their places changed."""
+    transaction.on_commit(lambda: send(names.people_channel(), encode(event)), robust=True)
+
+
+def send_session_changed(person: int) -> bool:
+    """Tell every web process that something about a person's session, account or clearance changed."""
+    return send(names.sessions_channel(), b"%d" % person)
+
+
+def publish_state(slug: str, packet: bytes) -> bool:
+    """Send a state packet. Return whether somebody listens."""
+    listeners = reach(names.state_channel(slug), packet)
+    if listeners >= 0:
+        _make_up(slug)
+    return listeners > 0
+
+
+def publish_compact(slug: str, packet: bytes) -> bool:
+    """Send a state to those who want it compact."""
+    return send(names.compact_channel(slug), packet)
+
+
+def publish_sound(slug: str, packet: bytes) -> bool:
+    """Send a packet of sound to those who listen; it is kept for nobody."""
+    return send(names.channel_of(slug, names.SOUND), packet)
+
+
+def publish_picture(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:
+    """Send a picture."""
+    return send(names.frames_channel(slug, camera, coarse), packet)
+
+
+def publish_video(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:
+    """Send a packet of video."""
+    return send(names.video_channel(slug, camera, coarse), packet)
+
+
+def publish_trace(slug: str, event: Event) -> bool:
+    """Send a line of the wire trace."""
+    return send(names.trace_channel(slug), encode(event))

@@ -74,7 +74,7 @@ def fair() -> Counter[int]:
     from queueing.models import Job, JobState, QueueRobot
     from robots.models import Command, Lease, Robot
     from robots.states import CommandState, Cycle
-    from workers.commands import finish
+    from workers.commands import rows
 
     begun = datetime(2026, 1, 1, tzinfo=UTC)
     robot = Robot.objects.create(slug="irat", name="iRat", driver="irat", address="sim:irat", enabled=True)
@@ -103,7 +103,7 @@ def fair() -> Counter[int]:
         ended = None
         if running is not None and second - since.setdefault(running.pk, second) >= GOAL_S:
             command = Command.objects.select_related("robot", "grant").get(ended_at=None)
-            finish.finish(command, CommandState.COMPLETED, now, "", {})
+            rows.finish(command, CommandState.COMPLETED, now, "", {})
             ended = int(running.guest[:4])
         if running is None or ended is not None:
             queue.tick(now)

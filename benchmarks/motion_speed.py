@@ -20,7 +20,7 @@ def main() -> None:
     from robots.kit.drivers.mercury.driver import Driver
     from robots.kit.vision.stability import settle
     from tests.rig import Simulator
-    from workers.cameras.source import open_camera
+    from workers.media.source import open_camera
 
     camera_about = load("mercury")["camera"]
     rows = {}

@@ -49,7 +49,7 @@ def framed(packet: bytes) -> int:
 def as_jpeg(scene: Scene, pairs: list[Pair]) -> tuple[int, float]:
     """Return all bytes and the mean SSIM."""
     from robots.kit.packets import picture_packet, read_picture
-    from workers.cameras.steps import QUALITY, jpeg
+    from workers.media.steps import QUALITY, jpeg
 
     size, likeness = 0, []
     for number, (clear, seen) in enumerate(pairs, 1):
@@ -65,7 +65,7 @@ def as_video(scene: Scene, pairs: list[Pair], quantizer: int) -> tuple[int, floa
     import av
 
     from robots.kit.contract.video import unpack
-    from workers.cameras.video import Shot, Video
+    from workers.media.video import Shot, Video
 
     video, decoder = Video("bench", 0, quantizer, coding=scene.coding), av.CodecContext.create(scene.coding, "r")
     size, likeness, took = 0, [], 0.0
@@ -97,8 +97,8 @@ def equal(scene: Scene, pairs: list[Pair], wanted: float) -> tuple[int, int, flo
 def main() -> None:
     """Compare on every camera."""
     set_up()
-    from workers.cameras.steps import COARSE_S, COARSER
-    from workers.cameras.video import QUANTIZER
+    from workers.media.steps import COARSE_S, COARSER
+    from workers.media.video import QUANTIZER
 
     beside, ratios = {}, {}
     for scene in (one for one in scenes() if one.name.startswith(ROBOT)):

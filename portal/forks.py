@@ -40,8 +40,9 @@ LIBRARIES = (
 OURS = (  # not those that are run: `python -m` loads these again
     "portal.celery", "portal.urls", "portal.limits.protocols", "portal.live.consumers", "portal.live.origins",
     "portal.live.operators", "portal.live.person", "portal.limits.requests", "portal.limits.pages",
-    "portal.limits.cache", "portal.management.commands.demo", "portal.seeding", "queueing.tasks", "workers.tasks",
-    "workers.bootstep", "workers.wiring", "workers.recorder.recorder", "portal.broadcast.following",
+    "portal.limits.cache", "portal.management.commands.demo", "portal.seeding", "queueing.tasks",
+    "workers.process.tasks",
+    "workers.process.bootstep", "workers.process.wiring", "workers.recorder.recorder", "portal.broadcast.following",
     "portal.broadcast.serving", "portal.recordings.broadcast_key",
 )  # fmt: skip
 PER_PROCESS = frozenset(

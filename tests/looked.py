@@ -14,7 +14,7 @@ from robots.kit.contract.errors import Stopped
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import ONE_COMMAND, CommandState, GrantEnd, GrantKind
 from tests.conftest import wait_for
-from workers.commands.claim import BROKEN_OFF
+from workers.commands.rows import BROKEN_OFF
 
 NUMBERS = itertools.count(10**9)  # no page counts so far
 SOON_S = 20.0

@@ -11,8 +11,8 @@ import pytest
 from robots.kit.contract.errors import CameraFault
 from robots.kit.vision.stability import settle
 from tests.conftest import wait_for
-from workers.cameras import video
-from workers.cameras.source import SnapshotCamera, StreamCamera, fitted, open_camera
+from workers.media import video
+from workers.media.source import SnapshotCamera, StreamCamera, fitted, open_camera
 
 pytestmark = pytest.mark.timed
 

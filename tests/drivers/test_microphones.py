@@ -11,7 +11,7 @@ import av
 import numpy as np
 import pytest
 
-from workers.sound.microphone import BIT_RATE, PIECE, RATE, Encoder, Microphone, MicrophoneFault
+from workers.media.microphone import BIT_RATE, PIECE, RATE, Encoder, Microphone, MicrophoneFault
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed

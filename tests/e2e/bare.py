@@ -22,7 +22,7 @@ from robots.kit.packets import state_packet
 from robots.models import Command, Frame, Lease, Robot
 from robots.states import CommandState, Cycle, GrantEnd
 from tests.waiting import CEILING_S, wait_for
-from workers.commands.finish import advance, finish
+from workers.commands.rows import advance, finish
 
 PASSWORD = "correct horse 42"
 JOINTS = {"mercury": (0.9, 1.8, 0.0, 0.0), "pa10": (0.0, 0.44, 1.31, 0.0, 1.4, 0.0, 0.05)}

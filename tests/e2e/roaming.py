@@ -14,7 +14,7 @@ from robots.kit.packets import state_packet
 from robots.models import Lease, Robot
 from robots.states import Cycle
 from tests.unit.test_irat_vectors import cell_packets, map_packets
-from workers.streams import Streams
+from workers.media.streams import Streams
 
 PLACES, RADIUS_M, MAP = 60, 0.8, 4
 MODE = "going to somebody's goal"  # the longest: it has to fit on a phone

@@ -17,7 +17,7 @@ from robots.kit.packets import state_packet
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
-from workers.streams import Streams
+from workers.media.streams import Streams
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed

@@ -11,8 +11,8 @@ from robots import bus
 from robots.kit.packets import picture_packet
 from tests.conftest import wait_for
 from tests.e2e.test_pace import Heard
-from workers.cameras.steps import jpeg
-from workers.cameras.video import Shot, Video
+from workers.media.steps import jpeg
+from workers.media.video import Shot, Video
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed

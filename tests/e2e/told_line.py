@@ -8,7 +8,6 @@ from portal.live.standing import act, places
 from queueing import services as queue
 from queueing.places import standings
 from robots import bus
-from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM
 from tests.waiting import CEILING_S, wait_for
 
@@ -74,7 +73,9 @@ class ToldLine:
             self._look()
 
     def _send(self):
-        bus.connection().set(bus.web_up_key(), (self.now - timedelta(hours=1)).timestamp())  # people could come all along
+        bus.connection().set(
+            bus.web_up_key(), (self.now - timedelta(hours=1)).timestamp()
+        )  # people could come all along
         self._socket.send(json.dumps(places(standings(self.user, self.now), self.now)))
 
     def tell(self):

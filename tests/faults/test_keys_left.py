@@ -8,7 +8,7 @@ from robots.bus import queue_name
 from robots.models import Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import AT_LENGTH, wait_for
-from workers.queues import forget_earlier
+from workers.process.queues import forget_earlier
 
 pytestmark = pytest.mark.timed
 

@@ -10,8 +10,8 @@ from robots import bus
 from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for
 from tests.faults.proxy import Proxy
-from workers.safety import listen
-from workers.safety.listen import Listener
+from workers.guard import listen
+from workers.guard.listen import Listener
 
 pytestmark = pytest.mark.timed
 

@@ -5,7 +5,7 @@ import pytest
 from robots import services
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
-from workers.recovery import MENDED
+from workers.robot.recovery import MENDED
 
 pytestmark = pytest.mark.timed
 

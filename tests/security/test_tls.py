@@ -297,7 +297,7 @@ SEES = """
 import sys
 from pathlib import Path
 from robots.kit.contract.errors import CameraFault
-from workers.cameras.source import open_camera
+from workers.media.source import open_camera
 source = open_camera(sys.argv[1], Path())
 for _ in range(int(sys.argv[2])):
     try:
@@ -309,7 +309,7 @@ for _ in range(int(sys.argv[2])):
 HEARS = """
 import sys
 from pathlib import Path
-from workers.sound import microphone
+from workers.media import microphone
 microphone.TIMEOUT_S = float(sys.argv[2])
 try:
     microphone.Microphone(sys.argv[1], Path())

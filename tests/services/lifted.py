@@ -10,7 +10,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import LineGone
 from robots.models import Lease, Robot
 from tests.services.owner import Arm, followed
-from workers.wiring import Owner
+from workers.process.wiring import Owner
 
 
 class Bench(Arm):

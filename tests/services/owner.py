@@ -12,7 +12,7 @@ from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import FakeClock
-from workers.wiring import Owner
+from workers.process.wiring import Owner
 
 
 class Arm:

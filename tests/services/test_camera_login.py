@@ -18,8 +18,8 @@ from robots.kit import addresses
 from robots.kit.contract.errors import CameraFault
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
-from workers.cameras.source import SnapshotCamera, open_camera
 from workers.housekeeping import probe
+from workers.media.source import SnapshotCamera, open_camera
 
 USER, PASSWORD, WRITTEN = "ädmin", "S3cret:p@ss/wörd", "%C3%A4dmin:S3cret%3Ap%40ss%2Fw%C3%B6rd"
 JPEG = cv2.imencode(".jpg", np.full((48, 64), 120, np.uint8))[1].tobytes()

@@ -11,7 +11,7 @@ from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState, GrantKind
-from workers.commands import claim, finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 NOW = SYSTEM.now()
@@ -24,43 +24,43 @@ def command(robot, people, owned):
 
 
 def test_a_command_is_claimed_once_however_often_it_is_delivered(command):
-    claims = [claim.claim(Command.objects.get(pk=command.pk), 5, NOW) for _ in range(5)]
+    claims = [rows.claim(Command.objects.get(pk=command.pk), 5, NOW) for _ in range(5)]
     assert claims == [True, False, False, False, False]
 
 
 def test_another_epoch_claims_nothing(command):
-    assert not claim.claim(command, 4, NOW)
-    assert not claim.claim(command, 6, NOW)
+    assert not rows.claim(command, 4, NOW)
+    assert not rows.claim(command, 6, NOW)
 
 
 def test_a_late_command_is_not_claimed_and_expires(command, robot):
     late = NOW + timedelta(seconds=services.START_S + 0.1)
-    assert not claim.claim(command, 5, late)
-    assert claim.tidy(robot, 5, late, "motion") == 1
+    assert not rows.claim(command, 5, late)
+    assert rows.tidy(robot, 5, late, "motion") == 1
     command.refresh_from_db()
     assert (command.state, "too late" in command.reason) == ("expired", True)
 
 
 def test_a_command_for_an_owner_that_is_gone_expires(command, robot):
-    assert claim.tidy(robot, 6, NOW, "motion") == 1
+    assert rows.tidy(robot, 6, NOW, "motion") == 1
     command.refresh_from_db()
     assert command.state == "expired"
 
 
 def test_what_was_begun_by_an_owner_that_died_is_unknown(command, robot):
-    claim.claim(command, 5, NOW)
-    finish.advance(command, CommandState.SENT, NOW)
-    assert [c.pk for c in claim.abandon(robot, NOW)] == [command.pk]
+    rows.claim(command, 5, NOW)
+    rows.advance(command, CommandState.SENT, NOW)
+    assert [c.pk for c in rows.abandon(robot, NOW)] == [command.pk]
     command.refresh_from_db()
     assert command.state == "unknown"
-    assert not claim.claim(command, 5, NOW)
+    assert not rows.claim(command, 5, NOW)
 
 
 def test_a_final_state_is_final(command):
-    claim.claim(command, 5, NOW)
-    assert finish.finish(command, CommandState.COMPLETED, NOW)
-    assert not finish.finish(command, CommandState.FAILED, NOW, "later")
-    finish.advance(command, CommandState.SENT, NOW)
+    rows.claim(command, 5, NOW)
+    assert rows.finish(command, CommandState.COMPLETED, NOW)
+    assert not rows.finish(command, CommandState.FAILED, NOW, "later")
+    rows.advance(command, CommandState.SENT, NOW)
     command.refresh_from_db()
     assert command.state == "completed"
 
@@ -85,11 +85,11 @@ def test_a_stage_does_not_wait_for_the_disk_and_everything_after_it_does():
             return cursor.execute("PRAGMA synchronous").fetchone()[0] == 2
 
     assert waits(), "a row that somebody was told of is on the disk"
-    with finish.without_waiting():
+    with rows.without_waiting():
         assert not waits()
     assert waits()
-    with pytest.raises(RuntimeError), finish.without_waiting():
+    with pytest.raises(RuntimeError), rows.without_waiting():
         raise RuntimeError
     assert waits()
-    with transaction.atomic(), finish.without_waiting():
+    with transaction.atomic(), rows.without_waiting():
         assert waits(), "inside another transaction nothing changes"

@@ -14,8 +14,8 @@ from robots.states import GrantEnd, GrantKind
 from robots.wall_clock import SETTLED_S, WallClock
 from tests.services.clock_steps import HOUR, YEAR, each_step
 from tests.waiting import CEILING_S
-from workers import tasks
 from workers.housekeeping.clean import old_frames
+from workers.process import tasks
 from workers.recorder.recorder import Recorder
 
 pytestmark = pytest.mark.django_db

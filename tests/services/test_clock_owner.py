@@ -12,8 +12,8 @@ from robots.models import Command, Grant, Lease
 from robots.wall_clock import WallClock
 from tests.services.clock_steps import each_change, each_step
 from tests.services.owner import made_owner
-from workers.safety.follow import LATE_S
-from workers.safety.lease import OwnerLease
+from workers.authority.lease import OwnerLease
+from workers.guard.follow import LATE_S
 
 pytestmark = pytest.mark.django_db
 

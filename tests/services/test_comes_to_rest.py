@@ -18,7 +18,7 @@ from robots.services.configuring import configure
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from tests.packaged import installed_from, of_spec
 from tests.services.test_jobs import GUEST, OTHER
-from workers.commands import finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 REST_S, ALONE_S, MOST_S = 2.0, 20.0, 60.0
@@ -56,7 +56,7 @@ def running(rover, clock):
         queue.tick(clock.now())
         command = Command.objects.select_related("robot", "grant").get(ended_at=None)
         for state in (CommandState.ACCEPTED, CommandState.SENT, CommandState.ACKNOWLEDGED):
-            finish.advance(command, state, clock.now())
+            rows.advance(command, state, clock.now())
         return job, command
 
     return run
@@ -78,7 +78,7 @@ def test_a_cancelled_job_is_followed_until_its_robot_rests(rover, running, clock
     queue.tick(clock.go(MOST_S))
     later.refresh_from_db()
     assert (later.state, services.open_grant(rover)) == ("waiting", grant)
-    finish.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.")
+    rows.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.")
     services.end_grant(grant, GrantEnd.FINISHED, "at rest", clock.now())  # as the robot's owner does
     queue.tick(clock.now())
     job.refresh_from_db()
@@ -89,12 +89,12 @@ def test_a_cancelled_job_is_followed_until_its_robot_rests(rover, running, clock
 def test_idle_behaviour_gives_way_to_a_job_once_it_rests(rover, clock, people):
     grant = services.start_grant(rover, GrantKind.IDLE, clock.now(), until=clock.now() + timedelta(minutes=1))
     command = put(rover, grant, "patrol", {}, 60.0, clock.now())
-    finish.advance(command, CommandState.ACCEPTED, clock.now())
+    rows.advance(command, CommandState.ACCEPTED, clock.now())
     job = ask(rover, GUEST, "go", {}, clock.now())
     queue.tick(clock.now())
     job.refresh_from_db()
     assert (job.state, services.open_grant(rover).kind) == ("waiting", GrantKind.REST)
-    finish.finish(command, CommandState.CANCELLED, clock.now())
+    rows.finish(command, CommandState.CANCELLED, clock.now())
     services.end_grant(services.open_grant(rover), GrantEnd.FINISHED, "at rest", clock.now())
     queue.tick(clock.now())
     job.refresh_from_db()
@@ -107,7 +107,7 @@ def test_nothing_follows_where_the_robot_rests_by_itself(rover, running, clock, 
     if case == "not begun":
         Command.objects.update(state=CommandState.QUEUED)
     elif case == "over":
-        finish.finish(command, CommandState.COMPLETED, clock.now())
+        rows.finish(command, CommandState.COMPLETED, clock.now())
     cancel(job, GUEST, clock.go(1))
     assert services.open_grant(rover) is None
 

@@ -18,7 +18,7 @@ from queueing.models import Job
 from queueing.tasks import queue_tick
 from robots.models import Command
 from robots.states import CommandState
-from workers.commands import finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 SITE = "https://robots.example.org:8443"
@@ -79,7 +79,7 @@ def job_end(people, shuttle, clock):
         queue_tick.apply().get()
         clock.go(1)
         for command in Command.objects.select_related("robot", "grant").filter(ended_at=None):
-            finish.finish(command, CommandState.COMPLETED, clock.now())
+            rows.finish(command, CommandState.COMPLETED, clock.now())
     queue_tick.apply().get()
     assert Job.objects.get().state == "done"
 

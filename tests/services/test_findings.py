@@ -14,9 +14,9 @@ from robots.kit.contract.session import Noted, Outcome
 from robots.models import Command, Finding, Frame, Lease
 from robots.recordings.findings import SHOWN
 from tests.services.owner import made_owner
-from workers.cameras.pictures import Pictures
 from workers.commands import findings
-from workers.commands.finish import finish
+from workers.commands.rows import finish
+from workers.media.pictures import Pictures
 
 JPEG = cv2.imencode(".jpg", np.full((240, 320, 3), 120, np.uint8))[1].tobytes()
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]

@@ -6,7 +6,7 @@ from robots import services
 from robots.kit.contract.errors import HardwareFault
 from robots.models import Robot
 from tests.services.test_lanes import issue, owner, state_of
-from workers.commands import claim
+from workers.commands import rows
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),
@@ -71,7 +71,7 @@ def test_what_nobody_set_is_replaced_by_the_default(owner, issue, again):
 
 
 def test_a_setting_that_is_under_way_is_left_alone(owner, issue, again):
-    assert claim.claim(issue("pace", pace=0.5), owner.lease.epoch, owner.owned.now())
+    assert rows.claim(issue("pace", pace=0.5), owner.lease.epoch, owner.owned.now())
     again(0.5)
     assert (
         services.to_restore(

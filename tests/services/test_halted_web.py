@@ -8,7 +8,7 @@ from queueing.models import QueueRobot
 from robots import bus, services
 from robots.models import Command, Grant
 from robots.states import CommandState, GrantKind
-from workers.commands import finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.django_db, pytest.mark.timed]
 HALTED_MIN = 90  # "approximately one and half hour server downtime"
@@ -18,7 +18,7 @@ may_be_watched = bus.may_be_watched
 def done(clock, seconds=0.0):
     """Let the owner end what runs, and the queue follow."""
     for command in Command.objects.select_related("robot", "grant").filter(ended_at=None):
-        finish.finish(command, CommandState.COMPLETED, clock.go(seconds))
+        rows.finish(command, CommandState.COMPLETED, clock.go(seconds))
     queue.tick(clock.now())
 
 

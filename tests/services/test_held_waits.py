@@ -18,7 +18,7 @@ from robots.kit.contract.find import spec_of
 from robots.models import Command
 from robots.states import GrantEnd, GrantKind
 from tests.services.owner import made_owner
-from workers.safety.deadman import SILENT_S
+from workers.guard.deadman import SILENT_S
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 SEQ = 3

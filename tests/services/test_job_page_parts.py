@@ -14,7 +14,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
 from tests.services.test_jobs import GUEST, settle
-from workers.commands import claim, finish
+from workers.commands import rows
 
 pytestmark = pytest.mark.django_db
 
@@ -31,9 +31,9 @@ def job(shuttle, people, clock):
 def run(clock):
     """What the owner does at the beginning of a command."""
     command = Command.objects.select_related("robot", "grant").get(ended_at=None)
-    assert claim.claim(command, command.epoch, clock.go(1))
+    assert rows.claim(command, command.epoch, clock.go(1))
     for state in (CommandState.SENT, CommandState.ACKNOWLEDGED):
-        finish.advance(command, state, clock.go(1))
+        rows.advance(command, state, clock.go(1))
     return command
 
 
@@ -41,7 +41,7 @@ def page(job, client=None):
     return (client or Client()).get(job.get_absolute_url())
 
 
-def rows(answer):
+def table(answer):
     """Run, stage and note of each row of the table of stages."""
     return [(number, stage.words, stage.note) for number, found in answer.context["runs"] for stage in found]
 
@@ -67,13 +67,13 @@ def test_a_kind_that_nobody_knows_any_more_keeps_its_name(shuttle, job):
 
 def test_every_stage_of_every_run_is_shown_with_its_time(shuttle, job, people, clock):
     begun = [(1, "Queued", ""), (1, "Accepted", ""), (1, "Sent", ""), (1, "Moving", "")]
-    assert rows(page(job)) == begun
+    assert table(page(job)) == begun
     settle(clock, CommandState.FAILED, "The motor is hot.")
     run(clock)
     settle(clock)
     again = [(2, "Queued", ""), (2, "Accepted", ""), (2, "Sent", ""), (2, "Moving", ""), (2, "Settled", "")]
     answer = page(job)
-    assert rows(answer) == [*begun, (1, "Failed", "The motor is hot."), *again]
+    assert table(answer) == [*begun, (1, "Failed", "The motor is hot."), *again]
     command = Command.objects.order_by("id").first()
     for stamp in (command.accepted_at, command.acknowledged_at, command.ended_at):
         assert f"{stamp:%H:%M:%S}" in answer.content.decode()
@@ -85,7 +85,7 @@ def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job,
     told = {"text": "12 s of at most 60 s", "share": 0.2, "at_ms": int(at.timestamp() * 1000)}
     Command.objects.update(progress=told)
     answer = page(job)
-    assert rows(answer)[-1] == (1, "Under way", "12 s of at most 60 s (20 %)")
+    assert table(answer)[-1] == (1, "Under way", "12 s of at most 60 s (20 %)")
     assert b'<progress max="1" value="0.2" aria-label="How much of it is done">' in answer.content
     settle(clock)
     answer = page(job)
@@ -108,8 +108,8 @@ def test_what_gave_way_to_somebody_else_is_told_calmly(shuttle, job, clock):
     grant = Command.objects.get().grant
     end_grant(grant, GrantEnd.PREEMPTED, "somebody's turn comes next", clock.now())
     command = Command.objects.select_related("robot", "grant").get()
-    assert finish.finish(command, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
-    assert rows(page(job))[-1] == (1, "Interrupted", "Interrupted, because somebody's turn comes next.")
+    assert rows.finish(command, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
+    assert table(page(job))[-1] == (1, "Interrupted", "Interrupted, because somebody's turn comes next.")
     queue.tick(clock.now())
     job.refresh_from_db()
     assert (job.state, job.faults) == ("running", 0), "it keeps its place, and goes on"

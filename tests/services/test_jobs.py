@@ -16,7 +16,7 @@ from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.models import Command, Grant, Robot
 from robots.services.permissions import NotStaff
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
-from workers.commands import finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 GUEST, OTHER = Asker(guest="a" * 64, network="192.0.2.1"), Asker(guest="b" * 64, network="192.0.2.2")
@@ -29,7 +29,7 @@ def running():
 def settle(clock, state=CommandState.COMPLETED, reason="", seconds=5, **result):
     """Let the owner end the command that runs, and the queue follow."""
     command = Command.objects.select_related("robot", "grant").filter(ended_at=None).get()
-    finish.finish(command, state, clock.go(seconds), reason, result)
+    rows.finish(command, state, clock.go(seconds), reason, result)
     queue.tick(clock.now())
     return command
 

@@ -10,7 +10,7 @@ from robots import services
 from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.models import Command, Grant, Lease
 from robots.states import CommandState, Cycle, GrantKind
-from workers.commands import finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 AWAY = (10.6, 6.45, 0.0)  # the node North-east, far from its home at the Door
@@ -85,10 +85,10 @@ def test_while_it_moves_and_until_it_was_heard_again_nobody_knows_from_where_it_
     heard(clock, 0, moving=True)
     assert issued(rover, people, clock, "mission", TO_HOME).state == "queued"
     for command in Command.objects.select_related("robot", "grant").order_by("id"):
-        finish.finish(command, CommandState.COMPLETED, clock.go(1))
+        rows.finish(command, CommandState.COMPLETED, clock.go(1))
     assert first.pk != issued(rover, people, clock, "mission", TO_HOME).pk, "it was heard before the motion ended"
     for command in Command.objects.select_related("robot", "grant").filter(ended_at=None):
-        finish.finish(command, CommandState.COMPLETED, clock.go(1))
+        rows.finish(command, CommandState.COMPLETED, clock.go(1))
     clock.go(5)
     heard(clock, 1)
     with pytest.raises(OutOfWorkspace, match=LATE):

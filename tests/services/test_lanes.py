@@ -13,7 +13,7 @@ from robots.models import Command, Grant, Robot
 from robots.states import Cycle, GrantKind
 from tests.services.owner import Arm, begun, followed, made_owner
 from tests.waiting import CEILING_S, wait_for
-from workers.commands import claim
+from workers.commands import rows
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),
@@ -144,8 +144,8 @@ def test_a_stop_during_both_ends_both_and_refuses_more(owner, issue, people, tur
 def test_a_crash_with_both_running_ends_both_unknown(owner, issue):
     both = [issue("turn", angle=1.0), issue("pace", pace=0.5)]
     for command in both:
-        assert claim.claim(command, owner.lease.epoch, owner.owned.now())
-    assert claim.abandon(owner.owned.robot, owner.owned.now()) != []
+        assert rows.claim(command, owner.lease.epoch, owner.owned.now())
+    assert rows.abandon(owner.owned.robot, owner.owned.now()) != []
     assert [state_of(c) for c in both] == ["unknown", "unknown"]
 
 
@@ -257,8 +257,8 @@ class TestRestoring:
 
     def test_what_is_not_known_to_have_been_set_is_set_back_too(self, owner, issue):
         command = issue("pace", pace=0.5)
-        assert claim.claim(command, owner.lease.epoch, owner.owned.now())
-        claim.abandon(owner.owned.robot, owner.owned.now())
+        assert rows.claim(command, owner.lease.epoch, owner.owned.now())
+        rows.abandon(owner.owned.robot, owner.owned.now())
         assert self.hand_over(owner) == "ready"
         assert Command.objects.filter(kind="pace").first().args == {"pace": 1.0}
 

@@ -11,7 +11,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Lease
 from tests.services.owner import made_owner
 from tests.waiting import CEILING_S
-from workers.safety.lease import OwnerLease
+from workers.authority.lease import OwnerLease
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 

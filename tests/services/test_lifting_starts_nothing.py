@@ -15,10 +15,10 @@ from queueing.jobs.suspending import resume
 from robots import services
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
+from robots.services.incidents import incident
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.lifted import World
-from workers import handover
-from workers.incidents import incident
+from workers.robot import handover
 
 # the rows are alike for all robots: of one, they are asked of each database
 WHICH = [pytest.param("mercury", marks=pytest.mark.service), "pa10", "irat"]

@@ -24,8 +24,8 @@ from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION, FakeClock
 from tests.services.owner import followed
-from workers.commands import claim
-from workers.wiring import Owner
+from workers.commands import rows
+from workers.process.wiring import Owner
 
 DEATHS = (None, None, None, "before_claim", "after_claim", "before_send", "after_send", "after_ack", "before_finish")
 SLOW = "slow"  # alive and still the owner, but long on the way from claim to line
@@ -129,7 +129,7 @@ class MotionMachine(RuleBasedStateMachine):
         if owner.lease._try():
             owner.owned.running = True
             owner.link.seen()
-            claim.abandon(owner.owned.robot, owner.owned.now())
+            rows.abandon(owner.owned.robot, owner.owned.now())
             self.owners.append(owner)
         else:
             self._bury(owner)
@@ -250,12 +250,12 @@ class MotionMachine(RuleBasedStateMachine):
             self._bury(owner)
 
     def _work(self, owner, dies, commands):
-        due = claim.due(owner.owned.robot, owner.lease.epoch, commands.lane.name)
+        due = rows.due(owner.owned.robot, owner.lease.epoch, commands.lane.name)
         for command in due.select_related("grant"):
             if dies == "before_claim":
                 raise Killed
             command.robot = owner.owned.robot
-            if not claim.claim(command, owner.lease.epoch, owner.owned.now()):
+            if not rows.claim(command, owner.lease.epoch, owner.owned.now()):
                 continue
             if dies == "after_claim":
                 raise Killed
@@ -283,7 +283,7 @@ class MotionMachine(RuleBasedStateMachine):
         owner.owned.driver.dies = None
         command = Command.objects.select_related("grant").get(pk=self.told[which % len(self.told)])
         command.robot = owner.owned.robot
-        if claim.claim(command, owner.lease.epoch, owner.owned.now()):
+        if rows.claim(command, owner.lease.epoch, owner.owned.now()):
             (owner.config if command.lane == "config" else owner.motion)._run(command)
 
     @precondition(lambda self: self.owners)

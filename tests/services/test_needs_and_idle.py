@@ -9,7 +9,7 @@ from robots import bus, services
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from tests.services.test_jobs import GUEST, running, settle
-from workers.commands import finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -26,7 +26,7 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     grant = services.open_grant(shuttle)
     assert (grant.kind, grant.holder, grant.commands.get().kind) == ("upkeep", None, "dock")
     cut, dock = Command.objects.select_related("robot", "grant").order_by("id")
-    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
+    rows.finish(cut, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
     queue.tick(clock.now())
     job.refresh_from_db()
     assert (job.state, job.start_tag, job.faults) == ("waiting", 0.0, 0)
@@ -35,7 +35,7 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
         "It keeps its place, has cost nothing so far, and goes on as soon as the robot can."
     )
     battery(clock, 0.5)
-    finish.finish(dock, CommandState.COMPLETED, clock.go(1))
+    rows.finish(dock, CommandState.COMPLETED, clock.go(1))
     queue.tick(clock.now())
     assert services.open_grant(shuttle).kind == "upkeep", "not full yet"
     battery(clock, 0.95)
@@ -79,7 +79,7 @@ def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(s
     grant.refresh_from_db()
     assert (grant.end_code, running()) == (GrantEnd.PREEMPTED, job)
     for command in Command.objects.select_related("robot", "grant").order_by("id"):
-        finish.finish(command, CommandState.COMPLETED, clock.now())
+        rows.finish(command, CommandState.COMPLETED, clock.now())
     queue.tick(clock.go(30))
     assert services.open_grant(shuttle).kind == "idle", "somebody asked a moment ago"
     queue.tick(clock.go(61))
@@ -120,12 +120,12 @@ def slices_in(clock, seconds, ends, every=1):
 
 @pytest.mark.parametrize("state", ["rejected", "failed", "expired", "cancelled", "completed", "unknown"])
 def test_idle_behaviour_that_ends_at_once_however_is_tried_twice_a_minute_and_no_oftener(shuttle, clock, state):
-    assert slices_in(clock, 60, lambda c: finish.finish(c, CommandState(state), clock.now(), "No way.")) == 2
+    assert slices_in(clock, 60, lambda c: rows.finish(c, CommandState(state), clock.now(), "No way.")) == 2
 
 
 def test_idle_behaviour_that_the_robot_does_not_have_is_offered_to_it_once_an_hour(shuttle, people, clock):
     def refuse(command):
-        finish.finish(command, CommandState.REJECTED, clock.now(), "By hand only.", {"code": "bad_request"})
+        rows.finish(command, CommandState.REJECTED, clock.now(), "By hand only.", {"code": "bad_request"})
 
     assert slices_in(clock, 60, refuse) == 1
     assert slices_in(clock, 3600, refuse, every=10) == 1
@@ -141,6 +141,6 @@ def test_after_whoever_came_first_idle_behaviour_goes_on_at_once(shuttle, people
     ask(shuttle, GUEST, "go", {"x": 1.0}, clock.go(1))
     queue.tick(clock.now())
     for command in Command.objects.select_related("robot", "grant").order_by("id"):
-        finish.finish(command, CommandState.COMPLETED, clock.now())
+        rows.finish(command, CommandState.COMPLETED, clock.now())
     queue.tick(clock.go(1))
     assert services.open_grant(shuttle).kind == "idle"

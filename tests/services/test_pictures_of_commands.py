@@ -16,7 +16,7 @@ from robots.models import Command
 from robots.states import CommandState
 from tests.services.owner import made_owner
 from tests.services.test_stamps import Still
-from workers.commands import claim, finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 
@@ -81,8 +81,8 @@ def test_the_page_says_over_its_socket_what_it_showed(owner, people, monkeypatch
 def test_what_the_driver_sent_instead_of_what_was_asked_is_stored(owner, people, asked, sent, told, words):
     command = services.issue("mercury", people["ada"], "up", {}, 1, owner.owned.now()).command
     command.args = asked
-    assert claim.claim(command, owner.lease.epoch, owner.owned.now())
-    finish.finish(command, CommandState.COMPLETED, owner.owned.now(), result={"sent": sent} if sent else {})
+    assert rows.claim(command, owner.lease.epoch, owner.owned.now())
+    rows.finish(command, CommandState.COMPLETED, owner.owned.now(), result={"sent": sent} if sent else {})
     assert command.clamping == told
     command.refresh_from_db()
     assert (command.clamping, command.clamped_words) == (told, words)

@@ -12,7 +12,7 @@ from robots.kit.contract.session import Outcome
 from robots.models import Grant
 from tests.services.owner import Arm, begun, followed, made_owner
 from tests.waiting import CEILING_S, wait_for
-from workers.safety.gate import LinkDown
+from workers.authority.gate import LinkDown
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),

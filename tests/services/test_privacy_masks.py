@@ -11,8 +11,8 @@ from django.conf import settings as configured
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState
 from tests.services.test_settings import address, admin, form, sent
-from workers.cameras.camera import Camera
-from workers.cameras.pictures import Pictures
+from workers.media.camera import Camera
+from workers.media.pictures import Pictures
 
 pytestmark = [pytest.mark.django_db, pytest.mark.parametrize("which", ["srv1"], indirect=True)]
 assert admin  # a fixture
@@ -47,7 +47,7 @@ def test_pictures_are_masked_before_they_are_stored_or_published(robot, settings
     stored = eyes.photograph(STATE)
     assert seen(cv2.imread(str(configured.MEDIA_ROOT / stored["file"]))) == (0, 255)
     sent = []
-    monkeypatch.setattr("workers.cameras.pictures.bus.how_watched", lambda slug, camera: ALL)
+    monkeypatch.setattr("workers.media.pictures.bus.how_watched", lambda slug, camera: ALL)
     monkeypatch.setattr(eyes._steps[0], "due", lambda wanted, now: ALL)
     monkeypatch.setattr(eyes._steps[0], "send", lambda due, shot, *rest: sent.append(shot.picture))
     assert eyes.live_once(STATE)

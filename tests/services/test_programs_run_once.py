@@ -14,7 +14,7 @@ from robots.states import CommandState, GrantEnd
 from tests.services.owner import made_owner
 from tests.services.test_jobs import GUEST, settle
 from tests.services.test_jobs_of_programs import TEXT, scout  # noqa: F401 - a fixture
-from workers.commands import claim, finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 AT = "step 3 of 4: turn 90"
@@ -31,14 +31,14 @@ def running(robot, clock, kind="mission"):
 def begun(command, clock):
     """Let the robot say that it has understood."""
     for state in (CommandState.ACCEPTED, CommandState.SENT, CommandState.ACKNOWLEDGED):
-        finish.advance(command, state, clock.go(1))
+        rows.advance(command, state, clock.go(1))
 
 
 def cut_off(command, clock, code, why):
     """End the grant of a command that has begun, and then the command, at a step."""
     begun(command, clock)
     services.end_grant(command.grant, code, why, clock.now())
-    finish.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.", at=AT)
+    rows.finish(command, CommandState.CANCELLED, clock.now(), "The robot's time for this is over.", at=AT)
     queue.tick(clock.now())
 
 
@@ -163,8 +163,8 @@ def test_that_a_program_began_is_known_although_the_database_was_away_then(owner
             raise Error("away")
         return advance(*given)
 
-    advance = finish.advance
-    monkeypatch.setattr(finish, "advance", advanced)
+    advance = rows.advance
+    monkeypatch.setattr(rows, "advance", advanced)
     Tours(owner, raises(HardwareFault("The line is lost.")))
     monkeypatch.setattr(owner.runner, "_on_fault", lambda error, command: None)
     command = carried_out(owner, people)
@@ -178,7 +178,7 @@ def test_a_program_that_an_owner_left_behind_names_its_step_without_the_package_
     command = services.issue(slug, people["ada"], "mission", {"text": "photograph"}, 1, now).command
     told = {"state": "sent", "progress": {"text": "step 1 of 1: photograph, more", "share": 0.0}}
     Command.objects.filter(pk=command.pk).update(**told)
-    claim.abandon(robot, now)
+    rows.abandon(robot, now)
     command.refresh_from_db()
     assert command.reason.endswith("It was at step 1 of 1: photograph.")
     assert Job.objects.count() == 0

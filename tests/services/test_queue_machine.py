@@ -19,7 +19,7 @@ from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import CommandState, Cycle, GrantEnd
 from tests.conftest import CALIBRATION, FakeClock
-from workers.commands import finish
+from workers.commands import rows
 
 NAMES = ("ada", "bob", "cyd", "dan")
 who = st.sampled_from(NAMES)
@@ -96,7 +96,7 @@ class QueueMachine(RuleBasedStateMachine):
     @rule(state=st.sampled_from(["completed", "completed", "failed", "expired", "cancelled", "unknown"]))
     def owner_ends_what_runs(self, state):
         for command in Command.objects.select_related("robot", "grant").filter(ended_at=None):
-            finish.finish(command, CommandState(state), self.clock.now(), "So it ended.")
+            rows.finish(command, CommandState(state), self.clock.now(), "So it ended.")
 
     @rule(seconds=st.sampled_from([0, 1, 5, 21, 31, 61, 100, 301, 1000, -3]))
     def time(self, seconds):

@@ -10,7 +10,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState
 from robots.models import Frame, Lease
 from tests.services.owner import made_owner
-from workers.cameras.pictures import Taken
+from workers.media.pictures import Taken
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 NAN = float("nan")

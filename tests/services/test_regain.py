@@ -14,7 +14,7 @@ from robots.states import CommandState
 from tests.conftest import wait_for
 from tests.services.owner import Arm, made_owner
 from tests.waiting import CEILING_S
-from workers.machine import Machine
+from workers.robot.machine import Machine
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -155,9 +155,9 @@ def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeyp
     """The robot was told, the row does not know it: it is not called rejected."""
     from django.db import OperationalError
 
-    from workers.commands import finish
+    from workers.commands import rows
 
-    stored, lost = finish.advance, []
+    stored, lost = rows.advance, []
 
     def advance(*told):
         lost.append(told)
@@ -165,7 +165,7 @@ def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeyp
             raise OperationalError("locked")
         return stored(*told)
 
-    monkeypatch.setattr(finish, "advance", advance)
+    monkeypatch.setattr(rows, "advance", advance)
     owner.owned.driver.on_the_way = owner.latch.forbid
     try:
         assert run(owner, issue(owner, people, 1)).state == CommandState.CANCELLED
@@ -181,7 +181,7 @@ def test_the_watch_holds_without_the_disk(owner, told, monkeypatch):
         owner.owned.running = False
 
     monkeypatch.setattr("pathlib.Path.touch", stalls)
-    monkeypatch.setattr("workers.safety.watch.log.warning", lambda *_: told.append(("log", owner.owned.driver.holds)))
+    monkeypatch.setattr("workers.guard.watch.log.warning", lambda *_: told.append(("log", owner.owned.driver.holds)))
     owner.owned.driver.hold = held = Mock(side_effect=lambda: setattr(owner.owned.driver, "holds", 1))
     watch = threading.Thread(target=owner.watch.loop)
     watch.start()

@@ -8,7 +8,7 @@ from robots.kit.contract.errors import GrantOver
 from robots.models import Grant
 from robots.states import GrantKind
 from tests.services.owner import made_owner
-from workers.commands import claim
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 
@@ -32,7 +32,7 @@ def test_a_newer_target_that_cannot_be_read_breaks_nothing_off(owner, people, mo
 
     def wake():
         owner.wake()
-        monkeypatch.setattr(claim, "due", gone)
+        monkeypatch.setattr(rows, "due", gone)
 
     owner.owned.driver.on_the_way = wake
     assert run(owner, people).state == "completed"
@@ -47,7 +47,7 @@ def test_what_breaks_off_in_mid_motion_is_held_and_its_end_is_unknown(owner, peo
     command = run(owner, people)
     assert owner.owned.driver.holds == 1
     assert (command.state, "Look at the new picture" in command.reason) == ("unknown", True)
-    assert claim.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now(), "motion") == 0
+    assert rows.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now(), "motion") == 0
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
@@ -69,7 +69,7 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
         owner.lane.gate.open_for(turn)
         return found
 
-    monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
+    monkeypatch.setattr("workers.guard.follow.open_grant", and_meanwhile)
     owner.follower.follow_grant()
     monkeypatch.undo()
     owner.lane.gate.check()
@@ -86,7 +86,7 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
         owner.lane.gate.open_for(turn)
         return earlier
 
-    monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
+    monkeypatch.setattr("workers.guard.follow.open_grant", and_meanwhile)
     owner.follower.follow_grant()
     monkeypatch.undo()
     owner.lane.gate.check()

@@ -12,7 +12,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Calibration, ResultRow
 from robots.kit.contract.find import spec_of
 from robots.models import Robot
-from workers.cameras.pictures import Pictures
+from workers.media.pictures import Pictures
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 VASE = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}

@@ -12,7 +12,7 @@ from robots import services
 from robots.kit.contract.errors import LineGone
 from robots.models import Incident, Lease, Robot
 from tests.services.owner import Arm, followed, made_owner
-from workers.safety.memory import StopLatch
+from workers.authority.memory import StopLatch
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),

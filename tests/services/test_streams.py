@@ -5,7 +5,7 @@ import pytest
 from robots import bus
 from robots.kit.contract.streams import LONGEST, MOST_DELTAS, Stream, unpack
 from tests.conftest import FakeClock
-from workers.streams import REFRESH_S, Streams
+from workers.media.streams import REFRESH_S, Streams
 
 pytestmark = pytest.mark.timed
 

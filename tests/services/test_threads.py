@@ -12,7 +12,7 @@ from django.db import OperationalError
 from robots import services
 from tests.conftest import FakeClock
 from tests.services.owner import made_owner
-from workers.threads import FAILURES, WELL_S, Threads
+from workers.process.threads import FAILURES, WELL_S, Threads
 
 
 def run(outcomes):
@@ -85,7 +85,7 @@ def test_a_store_that_fails_again_when_its_connection_is_closed_is_waited_for(mo
     def fail():
         raise OperationalError("cannot be closed")
 
-    monkeypatch.setattr("workers.threads.close_old_connections", fail)
+    monkeypatch.setattr("workers.process.threads.close_old_connections", fail)
     assert run([OperationalError("gone")] * 5) == ([], [])
 
 

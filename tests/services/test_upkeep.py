@@ -14,7 +14,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted, Stopped
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_NEXT, CommandState, Cycle, GrantEnd, GrantKind
-from workers.commands import claim, finish
+from workers.commands import rows
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 ENDS = sorted(COMMAND_NEXT[CommandState.ACCEPTED] - {CommandState.SENT})
@@ -24,7 +24,7 @@ ENDS = sorted(COMMAND_NEXT[CommandState.ACCEPTED] - {CommandState.SENT})
 def running(robot, people, owned):
     """A command of kim's that the owner has claimed."""
     command = services.staff_command(robot, people["kim"], "soft_reset")
-    assert claim.claim(command, owned.epoch, SYSTEM.now())
+    assert rows.claim(command, owned.epoch, SYSTEM.now())
     return command
 
 
@@ -42,7 +42,7 @@ def in_order(robot):
 @pytest.mark.parametrize("end", ENDS)
 def test_the_grant_ends_with_its_command_however_it_ends(robot, people, running, end):
     assert "staff" in ready(robot).lower()
-    finish.finish(running, end, SYSTEM.now(), "as it happens")
+    rows.finish(running, end, SYSTEM.now(), "as it happens")
     assert services.open_grant(robot) is None
     assert Grant.objects.get().end_reason == f"soft_reset: {end}"
     in_order(robot)
@@ -68,12 +68,12 @@ def test_a_maintenance_turn_ends_with_its_account(robot, people, owned):
 
 def test_a_command_that_nobody_began_ends_it_too(robot, people, owned):
     services.staff_command(robot, people["kim"], "soft_reset")
-    assert claim.tidy(robot, owned.epoch, SYSTEM.now() + timedelta(minutes=1), "motion") == 1
+    assert rows.tidy(robot, owned.epoch, SYSTEM.now() + timedelta(minutes=1), "motion") == 1
     assert services.open_grant(robot) is None
 
 
 def test_an_owner_that_died_ends_it_when_the_next_one_comes(robot, people, running):
-    assert claim.abandon(robot, SYSTEM.now())
+    assert rows.abandon(robot, SYSTEM.now())
     assert services.open_grant(robot) is None
 
 
@@ -111,8 +111,8 @@ def test_a_maintenance_turn_outlives_its_commands(robot, people, owned):
     Robot.objects.update(cycle=Cycle.LOCKED_OUT)
     grant = services.start_maintenance(robot, people["kim"])
     command = services.staff_command(robot, people["kim"], "still")
-    claim.claim(command, owned.epoch, SYSTEM.now())
-    finish.finish(command, CommandState.COMPLETED, SYSTEM.now())
+    rows.claim(command, owned.epoch, SYSTEM.now())
+    rows.finish(command, CommandState.COMPLETED, SYSTEM.now())
     assert (services.open_grant(robot), grant.kind) == (grant, GrantKind.STAFF)
 
 
@@ -133,8 +133,8 @@ def test_from_the_click_of_staff_to_the_next_turn_no_place_is_lost(robot, people
         queue.tick(now + timedelta(seconds=s))
         assert not Ticket.objects.filter(state=TicketState.OFFERED).exists()
         Lease.objects.update(expires_at=now + timedelta(days=1))
-    claim.claim(command, owned.epoch, now)
-    finish.finish(command, CommandState.COMPLETED, SYSTEM.now())
+    rows.claim(command, owned.epoch, now)
+    rows.finish(command, CommandState.COMPLETED, SYSTEM.now())
     later = now + timedelta(seconds=90)
     queue.seen(robot, ada, later)
     queue.tick(later)

@@ -18,7 +18,7 @@ from portal.live.threads import ANYBODY, DRIVERS, EVERYBODY, KNOWN
 from robots import services
 from robots.models import Lease, Usage
 from tests.waiting import CEILING_S
-from workers import tasks
+from workers.process import tasks
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 POOLS = (DRIVERS, KNOWN, EVERYBODY, ANYBODY, SESSIONS)

@@ -14,11 +14,11 @@ from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from tests.raised import ALL, ORDINARY, name
 from tests.services.owner import made_owner
-from workers import calibrate
-from workers.cameras import camera as cameras
-from workers.cameras import source
 from workers.door import Door, GuardedSession
-from workers.machine import Machine
+from workers.media import camera as cameras
+from workers.media import source
+from workers.robot import calibration as calibrate
+from workers.robot.machine import Machine
 
 REST = RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True)
 

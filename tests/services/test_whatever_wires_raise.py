@@ -13,8 +13,8 @@ from robots.kit.drivers.pa10.driver import Driver as ArmDriver
 from robots.kit.drivers.rosbridge_client import Bridge
 from tests.raised import ORDINARY, name
 from workers.door import GuardedSession
-from workers.sound import sound as sounds
-from workers.sound.microphone import MicrophoneFault
+from workers.media import sound as sounds
+from workers.media.microphone import MicrophoneFault
 
 
 @pytest.mark.parametrize("error", ORDINARY, ids=name)

@@ -83,7 +83,7 @@ def test_a_name_that_leads_there_is_refused_when_it_is_opened(monkeypatch):
 
 @pytest.mark.asvs("1.3.6", "15.3.2")
 def test_a_camera_whose_name_leads_there_is_sent_nothing(monkeypatch, tmp_path):
-    from workers.cameras.source import SnapshotCamera
+    from workers.media.source import SnapshotCamera
 
     sent = []
     monkeypatch.setattr(addresses, "check_resolved", lambda *a: (_ for _ in ()).throw(addresses.AddressError("no")))

@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from robots.bus import RARE_S, SOME_S, Wanted
-from workers.cameras.steps import COARSE_S, Steps
+from workers.media.steps import COARSE_S, Steps
 
 EVERY_S, SECONDS = 0.05, 10.0
 WAYS = ("jpeg", "video", "coarse", "coarse_video")

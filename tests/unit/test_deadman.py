@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from robots.kit.contract.errors import ControlsReleased
 from robots.services import START_S
 from tests.conftest import FakeClock
-from workers.safety.deadman import SILENT_S, DeadManTimer
+from workers.guard.deadman import SILENT_S, DeadManTimer
 
 SEQ = 3  # the key of a command
 

@@ -34,10 +34,10 @@ AS_NAMES = WORDS - {
 ALLOWED = {
     "robots/kit/contract/procedures.py": {"calibrate", "soft_reset"},  # the portal's own, declared once
     "robots/kit/contract/policies.py": {"speed"},  # what a bound of any robot's motion limits
-    "workers/safety/gate.py": {"speed"},  # where that bound is kept
+    "workers/authority/gate.py": {"speed"},  # where that bound is kept
     "robots/kit/conformance/states.py": {"speed"},  # and where it is checked
     "accounts/passwords.py": {"mercury", "arm"},  # words that make a password easy to guess
-    "robots/models": {"mercury"},  # what the form of a new robot begins with
+    "robots/models/catalogue.py": {"mercury"},  # what the form of a new robot begins with
     "portal/seeding.py": {"mercury", "pa10", "irat"},  # the demo's robots
 }
 PAGES = ("templates", "frontend/src")

@@ -40,8 +40,8 @@ def test_no_circle_of_files(graph):
 
 def test_a_circle_would_be_found(graph):
     edges = edges_of(graph)
-    edges["workers.safety.memory"] = {"workers.wiring"}
-    assert any("workers.safety.memory" in circle for circle in circles(edges))
+    edges["workers.authority.memory"] = {"workers.process.wiring"}
+    assert any("workers.authority.memory" in circle for circle in circles(edges))
 
 
 def scripts():
@@ -145,4 +145,4 @@ def test_the_clock_of_states_is_converted_in_one_place():
     """`RobotState.at` is on the drivers' clock; elsewhere it would be compared with another clock."""
     rooms = [path for room in ("workers", "portal", "queueing", "operatorlog") for path in (ROOT / room).rglob("*.py")]
     readers = [path for path in rooms if re.search(r"\b(state|heard|latest\(\))\.at\b", path.read_text())]
-    assert [str(path.relative_to(ROOT)) for path in readers] == ["workers/owned.py"]
+    assert [str(path.relative_to(ROOT)) for path in readers] == ["workers/robot/owned.py"]

@@ -6,9 +6,9 @@ import pytest
 
 from robots import bus
 from tests.conftest import FakeClock
-from workers.safety.follow import Follower
-from workers.safety.lane import Pace
-from workers.safety.memory import Link
+from workers.authority.lane import Pace
+from workers.authority.memory import Link
+from workers.guard.follow import Follower
 
 GONE_S = 1.5
 
@@ -25,7 +25,7 @@ def test_an_answer_speaks_for_the_time_of_its_question(monkeypatch, late_s):
         return True
 
     monkeypatch.setattr(bus, "alive", alive)
-    Follower(owned, None, link, (), None, Pace(clock)).ask_link()
+    Follower(owned, SimpleNamespace(link=link, grants=None), (), None, Pace(clock)).ask_link()
     clock.sleep(asked + GONE_S - 0.01 - clock.monotonic())
     assert not link.down
     clock.sleep(0.02)

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 GIVEN_A_CLOCK = (
     "robots/kit/drivers/mercury", "robots/kit/drivers", "robots/kit/arms", "robots/kit/vision", "robots/kit/slam",
-    "robots", "robots/services", "accounts", "queueing/jobs", "operatorlog", "portal/live", "workers/safety",
+    "robots", "robots/services", "accounts", "queueing/jobs", "operatorlog", "portal/live", "workers/guard",
     "simulators", "simulators/common", "tests", "tests/unit", "tests/services", "tests/security", "tests/world",
     "tests/drivers", "tests/faults", "tests/e2e",
 )  # fmt: skip

@@ -6,8 +6,8 @@ import pytest
 
 from robots.kit.brownout import ONLY_STILLS, Brownout
 from tests.conftest import FakeClock
-from workers.cameras.live import send_live
-from workers.safety.watch import Watch
+from workers.guard.watch import Watch
+from workers.robot.live import send_live
 
 
 class Restless(FakeClock):
@@ -73,12 +73,7 @@ def test_the_watch_feels_how_late_it_wakes(tmp_path):
             super().sleep(seconds + 0.3)
 
     clock, brownout = Late(), Brownout()
-    lane = SimpleNamespace(
-        sound=False, busy=False, current=None, name="motion",
-        gate=SimpleNamespace(latch=SimpleNamespace(latched=False), forbidden=False),
-    )  # fmt: skip
-    owned = SimpleNamespace(clock=clock, running=True, driver=SimpleNamespace(latest=lambda: None))
-    lease, end = SimpleNamespace(lost=False, valid=True), clock.t + 10
+    owned, end = SimpleNamespace(clock=clock, running=True, driver=SimpleNamespace(latest=lambda: None)), clock.t + 10
 
     class Paced:
         def stir(self):
@@ -89,7 +84,11 @@ def test_the_watch_feels_how_late_it_wakes(tmp_path):
             owned.running = clock.t < end
             return lively_s
 
-    deadman = SimpleNamespace(ended=False)
-    watch = Watch(owned, lease, (lane,), deadman, Paced(), brownout, tmp_path / "beat", lambda: None)
+    authority = SimpleNamespace(latch=SimpleNamespace(latched=False))
+    lane = SimpleNamespace(
+        sound=False, busy=False, current=None, name="motion", lease=SimpleNamespace(lost=False, valid=True),
+        pace=Paced(), gate=SimpleNamespace(authority=authority, forbidden=False),
+    )  # fmt: skip
+    watch = Watch(owned, (lane,), SimpleNamespace(ended=False), brownout, tmp_path / "beat", lambda: None)
     watch.loop()
     assert brownout.level == ONLY_STILLS

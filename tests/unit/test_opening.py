@@ -20,10 +20,9 @@ from robots.kit.drivers.pa10.line import ArmLine
 from robots.kit.drivers.rosbridge_client import Bridge
 from robots.kit.opening import is_in_use, why_not
 from tests.waiting import CEILING_S, wait_for
-from workers.cameras import source
-from workers.cameras.source import SnapshotCamera, StreamCamera
-from workers.sound import microphone
-from workers.sound.microphone import Microphone, MicrophoneFault
+from workers.media import microphone, source
+from workers.media.microphone import Microphone, MicrophoneFault
+from workers.media.source import SnapshotCamera, StreamCamera
 
 
 def opened(address):

@@ -11,7 +11,7 @@ from robots.kit.contract.channels import IN_PLANE, IN_SPACE
 from robots.kit.contract.policies import HOLD, Bound, Policies, Range
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
-from workers.safety.gate import Known, inside, why_held
+from workers.authority.gate import Known, inside, why_held
 
 SECONDS = st.floats(0.0, 1e6, exclude_min=True)
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)

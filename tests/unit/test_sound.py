@@ -12,7 +12,7 @@ from portal.live import rooms
 from portal.live.messages import Watch
 from portal.live.rooms import SOUNDS, Room, Viewer
 from robots.kit.contract.sound import HEAD, LARGEST, LONGEST_MS, TYPE, SoundPacket, pack, sentence, unpack
-from workers.sound.evenly import DEPTH, MOST, Evenly
+from workers.media.evenly import DEPTH, MOST, Evenly
 
 VECTORS = json.loads((Path(__file__).resolve().parents[1] / "vectors" / "sound_packets.json").read_text())
 EVERY_S = 0.06

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots import bus
-from workers.safety.memory import stops
+from workers.authority.memory import stops
 
 GRANTS = st.integers(1, 12)
 

@@ -15,7 +15,7 @@ from portal.live.rooms import Room, Viewer
 from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
 from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
 from tests.waiting import CEILING_S, wait_for
-from workers.cameras.video import KEYS_S, Shot, Video
+from workers.media.video import KEYS_S, Shot, Video
 
 EVERY_MS = 100
 BYTES = b"vp8"
@@ -314,7 +314,7 @@ def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
 def test_a_request_is_kept_until_a_key_picture_is_encoded_and_is_answered_then(monkeypatch):
     sent, told = queue.Queue(), []
     fake = SimpleNamespace(publish_video=lambda *what: sent.put(what[1]), key_comes=lambda *what: told.append(what))
-    monkeypatch.setattr("workers.cameras.video.bus", fake)
+    monkeypatch.setattr("workers.media.video.bus", fake)
     video = Video("rover", 0)
     video.take(Shot(scene(1), 1, 0, 100))
     assert unpack(sent.get(timeout=CEILING_S)).key
@@ -356,7 +356,7 @@ def test_another_size_or_a_gap_begins_a_new_group_and_another_size_a_new_run():
 
 def test_a_packet_that_cannot_be_sent_ends_the_video_for_a_while(monkeypatch, caplog):
     """Its thread is not to die with the video said to run for ever."""
-    monkeypatch.setattr("workers.cameras.video.bus", SimpleNamespace(publish_video=lambda *told: {}["gone"]))
+    monkeypatch.setattr("workers.media.video.bus", SimpleNamespace(publish_video=lambda *told: {}["gone"]))
     video = Video("rover", 0)
     video.take(Shot(scene(1), 1, 0, 0))
     wait_for(lambda: not video.running, CEILING_S, "its end")
@@ -365,7 +365,7 @@ def test_a_packet_that_cannot_be_sent_ends_the_video_for_a_while(monkeypatch, ca
 
 def test_a_failure_ends_the_video_for_a_while_and_nothing_else(monkeypatch, caplog):
     sent = []
-    monkeypatch.setattr("workers.cameras.video.bus", SimpleNamespace(publish_video=lambda *told: sent.append(told)))
+    monkeypatch.setattr("workers.media.video.bus", SimpleNamespace(publish_video=lambda *told: sent.append(told)))
     video = Video("rover", 0)
     video.take(Shot(np.zeros((0, 0), np.uint8), 1, 0, 0))  # no picture
     thread = video._thread
@@ -375,7 +375,7 @@ def test_a_failure_ends_the_video_for_a_while_and_nothing_else(monkeypatch, capl
     assert "pictures go on as JPEG" in caplog.text
     video.take(Shot(scene(2), 2, 0, 100))
     assert not video.running
-    monkeypatch.setattr("workers.cameras.video.PAUSE_S", 0.0)
+    monkeypatch.setattr("workers.media.video.PAUSE_S", 0.0)
     video._paused_until = 0.0
     video.take(Shot(scene(3), 3, 0, 200))
     wait_for(lambda: sent, CEILING_S, "its packet")

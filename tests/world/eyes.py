@@ -6,13 +6,13 @@ from robots.kit.contract.errors import CameraFault
 from simulators.common.faults import FaultBoard
 from simulators.common.sensor import Sensor, Take
 from tests.world.world import World
-from workers.cameras.source import TIMEOUT_S, decode
+from workers.media.source import TIMEOUT_S, decode
 
 EXPOSURE_S = 0.0067
 
 
 class Eye:
-    """A `workers.cameras.source.Source`."""
+    """A `workers.media.source.Source`."""
 
     def __init__(self, world: World, take: Take, faults: FaultBoard, colour: bool) -> None:
         self._world, self._faults, self._colour = world, faults, colour

@@ -7,7 +7,7 @@ from celery import current_app
 from django.conf import settings
 
 import queueing.tasks
-import workers.tasks
+import workers.process.tasks
 from portal import uptime
 from robots.bus import web_uptime
 from robots.wall_clock import wall_clock
@@ -33,7 +33,7 @@ class Housekeeping:
         self.world = world
         wall_clock.cache_clear()
         queueing.tasks.ticking.cache_clear()
-        workers.tasks.count_from_now()
+        workers.process.tasks.count_from_now()
         self.process = world.process("housekeeping")
         for queue, entries in sorted(by_queue().items()):
             world.spawn(lambda entries=entries: self._run(entries), f"housekeeping {queue}", self.process)

@@ -6,9 +6,9 @@ from django.db import Error
 
 from robots.models import Lease
 from tests.world.world import Killed, World
-from workers.machine import Machine
-from workers.safety.processes import Process, Processes
-from workers.wiring import Owner
+from workers.authority.processes import Process, Processes
+from workers.process.wiring import Owner
+from workers.robot.machine import Machine
 
 HOST = "world"
 

@@ -11,7 +11,7 @@ from tests.world.motions import WIRE_S, Motions
 from tests.world.owner import Worker
 from tests.world.portal import ALL, EACH
 from tests.world.seeds import hunt, seeds
-from workers.safety.gate import TOO_LATE
+from workers.authority.gate import TOO_LATE
 
 MOST_MOMENTS = 8.0  # of an owner while a command of a moment runs: a power of two
 

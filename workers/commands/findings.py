@@ -22,8 +22,8 @@ from robots.kit.files import replaced
 from robots.kit.packets import Changed
 from robots.kit.plain import one_line
 from robots.models import Command, Finding, Frame
-from workers.cameras.pictures import Pictures
-from workers.owned import OwnedRobot
+from workers.media.pictures import Pictures
+from workers.robot.owned import OwnedRobot
 
 log = logging.getLogger(__name__)
 MOST, MOST_PICTURES = 500, 1000  # findings of a command without a picture, and with one

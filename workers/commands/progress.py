@@ -11,7 +11,7 @@ from robots.grants import stage_event
 from robots.kit.contract.session import Progress
 from robots.models import Command
 from robots.states import COMMAND_FINAL
-from workers.owned import OwnedRobot
+from workers.robot.owned import OwnedRobot
 
 log = logging.getLogger(__name__)
 EVERY_S = 0.5

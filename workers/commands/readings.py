@@ -4,7 +4,7 @@ from math import isfinite
 from typing import Any
 
 from robots.kit.contract.capabilities import Statistics
-from workers.owned import OwnedRobot
+from workers.robot.owned import OwnedRobot
 
 
 class Readings:

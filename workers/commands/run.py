@@ -26,19 +26,18 @@ from robots.kit.contract.session import Noted, Permit, Progress
 from robots.kit.contract.spec import CommandKind
 from robots.models import Command
 from robots.states import CommandState
-from workers.calibrate import calibrate_and_keep
-from workers.cameras.look import look
-from workers.cameras.pictures import Pictures
-from workers.commands import finish
+from workers.authority.lane import MOTION, Lane
+from workers.commands import rows
 from workers.commands.findings import Findings
-from workers.commands.motion import held_motion, replaceable
+from workers.commands.held import held_motion, replaceable
 from workers.commands.packages import Packages
 from workers.commands.progress import ProgressReporter
 from workers.commands.readings import Readings
-from workers.owned import OwnedRobot
-from workers.safety.deadman import DeadManTimer
-from workers.safety.lane import MOTION, Lane
-from workers.safety.lease import OwnerLease
+from workers.guard.deadman import DeadManTimer
+from workers.media.pictures import Pictures
+from workers.robot.calibration import calibrate_and_keep
+from workers.robot.look import look
+from workers.robot.owned import OwnedRobot
 
 log = logging.getLogger(__name__)
 LEASE_LOST = (
@@ -58,11 +57,10 @@ class Runner:
     """Runs one command at a time in the thread of its lane."""
 
     def __init__(
-        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
-        pictures: Pictures, findings: Findings, packages: Packages, on_fault: Callable[[HardwareFault, Command], None],
-        note_stop: Callable[[], None],
+        self, owned: OwnedRobot, lane: Lane, deadman: DeadManTimer, pictures: Pictures, findings: Findings,
+        packages: Packages, on_fault: Callable[[HardwareFault, Command], None], note_stop: Callable[[], None],
     ) -> None:  # fmt: skip
-        self._owned, self._lease, self._lane = owned, lease, lane
+        self._owned, self._lease, self._lane = owned, lane.lease, lane
         self._deadman, self._pictures, self._on_fault, self._note_stop = deadman, pictures, on_fault, note_stop
         self._permit: Permit = lane.gate.check  # of the command that runs
         self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
@@ -72,20 +70,14 @@ class Runner:
 
     def run(self, command: Command) -> None:
         """Run a claimed command to a final state."""
-        gate, now = self._lane.gate, self._owned.now
-        gate.open_for(command.grant)
-        gate.expect(command, now())
-        self._permit = gate.bound(command.epoch)
-        if command.grant.ended_at is not None:
-            gate.grants.revoke(command.grant_id)
-        if self._readings.wanted:
-            self._readings.begin()
-        self._lane.current = command  # not earlier: the watch must not judge it by the grant before
-        try:
-            self._run(command)
-        finally:
-            gate.ended()
-            self._lane.current = None
+        with self._lane.gate.command(command, self._owned.now()) as self._permit:
+            if self._readings.wanted:
+                self._readings.begin()
+            self._lane.current = command  # not earlier: the watch must not judge it by the grant before
+            try:
+                self._run(command)
+            finally:
+                self._lane.current = None
         self._packages.end(command)
 
     def _run(self, command: Command) -> None:
@@ -149,8 +141,8 @@ class Runner:
             try:
                 self._note_stop()  # first: who sees the end asks whether it was a stop
                 if self._sent is not None and self._sent[0] == command.pk:
-                    finish.advance(command, CommandState.SENT, self._sent[1])
-                finish.finish(command, state, at, reason, result, step)
+                    rows.advance(command, CommandState.SENT, self._sent[1])
+                rows.finish(command, state, at, reason, result, step)
             except Error as error:
                 if not self._owned.running:
                     raise  # the next owner ends it as unknown
@@ -160,7 +152,7 @@ class Runner:
             else:
                 break
         if has_own_grant(command):
-            self._lane.gate.grants.revoke(command.grant_id)  # the grant ended with the command
+            self._lane.gate.authority.grants.revoke(command.grant_id)  # the grant ended with the command
 
     def _goes_on(self) -> bool:
         """Return whether this owner ends while the motion may go on without it: the row says so to whoever follows."""
@@ -184,7 +176,7 @@ class Runner:
         if stage == "acknowledged":
             self._lane.gate.begun()
         try:
-            finish.advance(command, STAGES[stage], now)
+            rows.advance(command, STAGES[stage], now)
         except Error as error:
             if self._sent is None or self._sent[0] != command.pk:
                 self._sent = command.pk, now
@@ -228,7 +220,7 @@ class Runner:
             outcome, why = held_motion(owned, self._deadman, command, permit, on_stage)
         else:
             if spec.replaceable:
-                permit = replaceable(owned, self._lease, self._lane, permit)
+                permit = replaceable(owned, self._lane, permit)
             package = self._packages.begin(command)
             outcome = owned.driver.execute(command.kind, command.args, permit, on_stage)
         result: dict[str, Any] = {"sent": outcome.sent} | ({"ended": why} if why else {})

@@ -24,9 +24,9 @@ from robots.kit.installed import simulator_module
 from robots.kit.vision.masks import masked, masks_of
 from robots.models import Robot, frame_name
 from robots.services import probes
-from workers.cameras.source import DriverCamera, fitted, open_camera
-from workers.cameras.steps import jpeg
 from workers.door import Door, GuardedSession
+from workers.media.source import DriverCamera, fitted, open_camera
+from workers.media.steps import jpeg
 
 log = logging.getLogger(__name__)
 ASKED_AGAIN = 3  # times

@@ -1,4 +1,4 @@
-"""What a motion may go on with when others are held: pure data, which the owner's gate judges (`workers/safety/gate`).
+"""What a motion may go on with when others are held: pure data, which the owner's gate (`workers/authority`) judges.
 
 A robot is held when its grant ends and when the connection is lost. A kind of command may say otherwise, inside
 a `Bound`; whatever it says, nothing moves past the end of the open grant.

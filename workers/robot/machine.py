@@ -1,0 +1,20 @@
+"""What an owner uses of the machine on which it runs; a test gives it another."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from robots.kit.contract.find import open_session
+from robots.kit.contract.session import JSON, Session, Trace
+from workers.authority.processes import Processes
+from workers.media.source import OpenCamera, open_camera
+
+OpenSession = Callable[[str, str, JSON, Trace | None], Session]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """How a robot's session and its cameras are opened, and the processes that may own robots."""
+
+    session: OpenSession = open_session
+    camera: OpenCamera = open_camera
+    processes: Processes = field(default_factory=Processes)

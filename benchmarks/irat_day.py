@@ -17,7 +17,7 @@ from robots.kit.contract.errors import BadRequest, GaveUp, Held, RobotError
 from robots.kit.contract.session import JSON
 from robots.kit.description import load
 from robots.kit.drivers.irat.brain.messages import Care
-from robots.kit.drivers.irat.places import IN_DOCK, MapCleared, chosen
+from robots.kit.drivers.irat.brain.places import IN_DOCK, MapCleared, chosen
 from simulators.irat.simulator import LIVE_S
 from tests.irat_trial import Trial, place, silent
 

@@ -62,8 +62,8 @@ class Viewers:
 
 
 def _part(pixels: Pixels) -> int:
-    from portal.composites.drawn import compressed
-    from portal.composites.parts import BOUNDARY
+    from portal.web.composites.drawn import compressed
+    from portal.web.composites.parts import BOUNDARY
 
     return len(PART.format(BOUNDARY.decode())) + len(compressed(pixels))
 

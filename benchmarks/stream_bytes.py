@@ -41,7 +41,7 @@ def _luma(picture: Picture) -> Picture:
 
 def framed(packet: bytes) -> int:
     """Return the bytes of a WebSocket message."""
-    from portal.live.direct import binary_frame
+    from portal.edge.direct import binary_frame
 
     return len(binary_frame(packet))
 

@@ -19,7 +19,7 @@ class PortalConfig(AppConfig):
         The movie of the day is not cleaned away.
         """
         from portal.live import changes  # noqa: PLC0415 - models are there only now
-        from portal.recordings import day  # noqa: PLC0415
+        from portal.web.recordings import day  # noqa: PLC0415
         from robots.recordings import cleaning  # noqa: PLC0415
 
         cleaning.needed.append(day.needed)

@@ -15,11 +15,11 @@ from channels.routing import ProtocolTypeRouter, URLRouter
 from channels.sessions import CookieMiddleware
 from django.urls import path, re_path
 
-from portal.limits.pages import FewPages
-from portal.limits.requests import Bounded
+from portal.edge.origins import OwnOrigin, Refused
+from portal.edge.pages import FewPages
+from portal.edge.requests import Bounded
 from portal.live.consumers import RobotConsumer
 from portal.live.operators import OperatorConsumer
-from portal.live.origins import OwnOrigin, Refused
 from portal.live.person import PersonConsumer
 
 nowhere: Any = Refused(404, "There is no socket at this address.\n")

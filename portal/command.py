@@ -13,7 +13,7 @@ def main() -> None:
         sys.stdout.write(f"farhand {version('farhand')}\n")
         return
     if sys.argv[1:2] == ["demo"]:
-        from portal import forks  # noqa: PLC0415 - only the supervisor's
+        from portal.run import forks  # noqa: PLC0415 - only the supervisor's
 
         _note_port(sys.argv[2:])
         forks.prepare()

@@ -15,19 +15,19 @@ import environ
 from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
-from portal import roles
-from portal.consoles.caching import revalidate
-from portal.limits.addresses import proxy_networks
+from portal.edge.addresses import proxy_networks
 from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
 from portal.privacy import keep_private
+from portal.run import roles
 from portal.site import site_address
 from portal.store_urls import check_database, read_url, redis_tls
+from portal.web.consoles.caching import revalidate
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
 VAR = Path(env.str("FARHAND_VAR", str(default_var())))
 keep_private(VAR)
-ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder, broadcast, edge; see portal/roles.py
+ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder, broadcast, edge; see portal/run/roles.py
 
 DEBUG = env.bool("DEBUG", False)
 PUBLIC = env.bool("FARHAND_PUBLIC", False)  # behind TLS, on the open web
@@ -78,14 +78,14 @@ INSTALLED_APPS = [
     "queueing",
     "operatorlog",
     "portal",
-    "portal.classic",
+    "portal.web.classic",
 ]
 MIDDLEWARE = [
-    "portal.pages.hosts.KnownHost",
+    "portal.web.pages.hosts.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
-    "portal.pages.methods.KnownMethods",
-    "portal.pages.static_files.StaticFiles",
+    "portal.web.pages.methods.KnownMethods",
+    "portal.web.pages.static_files.StaticFiles",
     "django.contrib.sessions.middleware.SessionMiddleware",
     "django.middleware.common.CommonMiddleware",
     "django.middleware.csrf.CsrfViewMiddleware",
@@ -94,8 +94,8 @@ MIDDLEWARE = [
     "django.middleware.clickjacking.XFrameOptionsMiddleware",
     "allauth.account.middleware.AccountMiddleware",
     "portal.logs.security.RefusalLog",
-    "portal.pages.plain.PlainText",
-    "portal.pages.private.PrivatePages",
+    "portal.web.pages.plain.PlainText",
+    "portal.web.pages.private.PrivatePages",
 ]
 ROOT_URLCONF = "portal.urls"
 ASGI_APPLICATION = "portal.asgi.application"
@@ -110,7 +110,7 @@ TEMPLATES = [
                     [
                         "django.template.loaders.filesystem.Loader",
                         "django.template.loaders.app_directories.Loader",
-                        "portal.consoles.templates.Loader",
+                        "portal.web.consoles.templates.Loader",
                     ],
                 )
             ],
@@ -118,7 +118,7 @@ TEMPLATES = [
                 "django.template.context_processors.request",
                 "django.contrib.auth.context_processors.auth",
                 "django.contrib.messages.context_processors.messages",
-                "portal.context.site",
+                "portal.web.context.site",
             ],
         },
     }
@@ -222,7 +222,7 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
-# of what guests may send and ask; "key" is the account, of guests the network address (portal/pages/jobs.py)
+# of what guests may send and ask; "key" is the account, of guests the network address (portal/web/jobs/views.py)
 RATE_LIMITS = {
     "survey": "30/m/ip,300/h/ip",
     "statistics": "120/m/ip",
@@ -258,7 +258,7 @@ STATICFILES_DIRS = [("app", FRONTEND_DIST), ("farhand", FRONTEND_DIST / "farhand
 STATICFILES_FINDERS = [
     "django.contrib.staticfiles.finders.FileSystemFinder",
     "django.contrib.staticfiles.finders.AppDirectoriesFinder",
-    "portal.consoles.static.Finder",
+    "portal.web.consoles.static.Finder",
 ]
 DJANGO_VITE = {
     "default": {
@@ -297,7 +297,7 @@ CONTENT_SECURITY_POLICY = {
         "frame-ancestors": [NONE],
     }
 }
-CSRF_FAILURE_VIEW = "portal.pages.errors.csrf_failure"
+CSRF_FAILURE_VIEW = "portal.web.pages.errors.csrf_failure"
 X_FRAME_OPTIONS = "DENY"
 SECURE_CONTENT_TYPE_NOSNIFF = True
 SECURE_REFERRER_POLICY = "same-origin"
@@ -320,11 +320,11 @@ if PUBLIC:
 # shared by all web processes: attempts are counted here
 CACHES = {
     "default": {
-        "BACKEND": "portal.limits.cache.SharedCache",
+        "BACKEND": "portal.edge.cache.SharedCache",
         "LOCATION": REDIS_URL,
         "KEY_PREFIX": "limits",
         "OPTIONS": {
-            "serializer": "portal.limits.cache.Plain",
+            "serializer": "portal.edge.cache.Plain",
             "socket_timeout": REDIS_TIMEOUT_S,
             "socket_connect_timeout": REDIS_TIMEOUT_S,
         },

@@ -11,14 +11,15 @@ from django.views.generic import RedirectView
 from accounts import views as accounts
 from operatorlog import results
 from operatorlog import views as log
-from portal.classic import pictures
-from portal.classic import views as classic
-from portal.composites import views as streams
-from portal.pages import health, jobs, programs, stream_code, views
-from portal.pages.places import my_places
-from portal.recordings import day, exports, listing
-from portal.recordings import views as recordings
-from portal.statistics import views as statistics
+from portal.web.classic import pictures
+from portal.web.classic import views as classic
+from portal.web.composites import views as streams
+from portal.web.jobs import views as jobs
+from portal.web.pages import health, programs, stream_code, views
+from portal.web.pages.places import my_places
+from portal.web.recordings import day, exports, listing
+from portal.web.recordings import views as recordings
+from portal.web.statistics import views as statistics
 from robots.once import once
 
 admin.site.site_header = "Farhand"
@@ -76,8 +77,8 @@ urlpatterns = [
     path("livez", health.livez, name="livez"),
     path("readyz", health.readyz, name="readyz"),
 ]
-handler404 = "portal.pages.errors.not_found"
-handler403 = "portal.pages.errors.forbidden"
-handler429 = "portal.pages.errors.too_many"  # allauth's
-handler400 = "portal.pages.errors.bad_request"
-handler500 = "portal.pages.errors.server_error"
+handler404 = "portal.web.pages.errors.not_found"
+handler403 = "portal.web.pages.errors.forbidden"
+handler429 = "portal.web.pages.errors.too_many"  # allauth's
+handler400 = "portal.web.pages.errors.bad_request"
+handler500 = "portal.web.pages.errors.server_error"

@@ -80,3 +80,11 @@ def announce(queue: Queue, user: Any = None) -> None:
     for robot in robots_of(queue):
         bus.publish_on_commit(robot.slug, Changed("queue"))
     bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))
+
+
+def suspended(robot: Robot, link: QueueRobot | None) -> bool:
+    """Return whether nothing may start by itself: a stop is latched, or staff have not resumed since the last one."""
+    if robot.stop_latched:
+        return True
+    resumed = link.resumed_at if link is not None else None
+    return robot.stopped_at is not None and (resumed is None or resumed < robot.stopped_at)

@@ -5,11 +5,10 @@ from datetime import datetime
 from queueing.idle import need_first, open_idle, open_need, store_watchers, wanted_need
 from queueing.jobs.head import head_of
 from queueing.jobs.running import promote
-from queueing.jobs.suspending import suspended
 from queueing.jobs.tagging import tag_next
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
-from queueing.rows import announce, links_of
+from queueing.rows import announce, links_of, suspended
 from queueing.turns import ALWAYS
 from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot

@@ -10,9 +10,8 @@ from django.db.models import BigAutoField, F, QuerySet
 
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
-from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, locked
+from queueing.rows import QUEUE, announce, locked, suspended
 from robots import bus
 from robots.grants import end_grant
 from robots.kit.packets import StandingChanged

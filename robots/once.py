@@ -74,7 +74,7 @@ def _page_that_closes(answer: HttpResponse) -> str | None:
 
 def _made(request: HttpRequest, key: str) -> str | None:
     """Return where the first press was led to, or the page; nothing if it was refused, or is not answered in time."""
-    getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/limits/pages.py)
+    getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/edge/pages.py)
     until = SYSTEM.awake() + WAIT_S
     while (told := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
         SYSTEM.sleep(POLL_S)

@@ -234,7 +234,7 @@ def worker(slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), 
 
     `doom`: the signal that it sends itself before a motion is sent.
     """
-    from portal.processes import robot_processes
+    from portal.run.processes import robot_processes
     from robots.models import Robot
 
     spec = next(p for p in robot_processes(Robot.objects.get(slug=slug)) if p.name.endswith("worker"))
@@ -246,7 +246,7 @@ def worker(slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), 
 
 def housekeeping() -> Child:
     """Start the housekeeping worker with its scheduler."""
-    from portal.processes import housekeeping_process
+    from portal.run.processes import housekeeping_process
 
     spec = housekeeping_process()
     return Child("housekeeping", list(spec.argv), **spec.env)
@@ -265,7 +265,7 @@ class Web(Child):
     """The web process."""
 
     def __init__(self, port: int | None = None, **env: str) -> None:
-        from portal.processes import web_process
+        from portal.run.processes import web_process
 
         self.port = port or free_port()
         spec = web_process("127.0.0.1", self.port)

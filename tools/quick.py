@@ -22,7 +22,7 @@ OTHERS = ("tests/drivers/", "tests/e2e/", "tests/faults/", "tests/services/test_
 WEB = re.compile(r"\b(client|admin|Client)\b")  # asks for pages, so it uses what answers by address alone
 RULES = (  # what no import leads to, and the modules that stand for it
     (re.compile(r"templates/"), "portal.urls"),
-    (re.compile(r"frontend/"), "portal.consoles.console"),
+    (re.compile(r"frontend/"), "portal.web.consoles.console"),
     (re.compile(r"(robots/kit/drivers|simulators)/(\w+)/"), r"\1.\2"),
     (re.compile(r"pyproject\.toml|Makefile|requirements/|\.ci/"), "tools.setup"),
 )

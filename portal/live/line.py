@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
-from portal.limits.dropped import drop
-from portal.limits.rates import AddressRate, Bucket
+from portal.edge.dropped import drop
+from portal.edge.rates import AddressRate, Bucket
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool

@@ -7,8 +7,8 @@ from typing import NamedTuple, TypeVar
 
 import msgspec
 
+from portal.edge.direct import Connection, binary_frame, text_frames
 from portal.live.audience import Seat, audience
-from portal.live.direct import Connection, binary_frame, text_frames
 from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, LATER, Given, Videos
 from portal.live.watchers import Watchers, together, watchers_text

@@ -7,7 +7,7 @@ is missing if that is short or no more bytes than a key picture, and nothing unt
 from collections.abc import Iterable
 from typing import Protocol
 
-from portal.live.direct import binary_frame
+from portal.edge.direct import binary_frame
 from robots.kit.contract.video import GROUP_S, Group, unpack
 
 LATE_MS = 500  # what a viewer has missed may be so long, whatever its bytes

@@ -9,8 +9,8 @@ import msgspec
 from django.db import Error
 
 from accounts.services import cleared
+from portal.edge.direct import binary_frame, connection_of
 from portal.live.audience import Seat, audience
-from portal.live.direct import binary_frame, connection_of
 from portal.live.hub import hub
 from portal.live.line import Line
 from portal.live.messages import Watch

@@ -5,7 +5,7 @@ from typing import Any
 
 from django import template
 
-from portal.recordings import access, figures, films
+from portal.web.recordings import access, figures, films
 from robots.kit.clock import SYSTEM
 from robots.models import Finding, Movie, Recording, Robot
 from robots.models.recordings import keep_days

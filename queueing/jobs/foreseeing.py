@@ -9,9 +9,8 @@ from django.conf import settings
 from django.db.models import QuerySet
 
 from queueing.jobs.kinds import link_of
-from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket, Turn
-from queueing.rows import QUEUE, links_of
+from queueing.rows import QUEUE, links_of, suspended
 from robots.grants import ROBOT, open_grant
 from robots.kit.contract.find import spec_or_none
 from robots.models import Robot

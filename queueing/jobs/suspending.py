@@ -5,7 +5,7 @@ from typing import Any
 
 from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
-from queueing.rows import announce, queue_of
+from queueing.rows import announce, queue_of, suspended
 from robots.kit.contract.capabilities import Idle, Need
 from robots.kit.contract.errors import NotPermitted
 from robots.kit.contract.find import spec_or_none
@@ -25,14 +25,6 @@ def waits_for_staff(robot: Robot) -> bool:
 def _works_alone(robot: Robot) -> bool:
     spec = spec_or_none(robot.driver)
     return spec is not None and bool(job_kinds(robot) or spec.all_of(Idle) or spec.all_of(Need))
-
-
-def suspended(robot: Robot, link: QueueRobot | None) -> bool:
-    """Return whether nothing may start by itself: a stop is latched, or staff have not resumed since the last one."""
-    if robot.stop_latched:
-        return True
-    resumed = link.resumed_at if link is not None else None
-    return robot.stopped_at is not None and (resumed is None or resumed < robot.stopped_at)
 
 
 def resume(robot: Robot, user: Any, now: datetime) -> None:

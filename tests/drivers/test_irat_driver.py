@@ -16,7 +16,7 @@ from robots.kit.contract.errors import BadRequest, GaveUp, GrantOver, Held
 from robots.kit.contract.session import Progress
 from robots.kit.drivers.irat.brain.messages import Save
 from robots.kit.drivers.irat.brain.mind import IN_DOCK_M
-from robots.kit.drivers.irat.places import MapCleared
+from robots.kit.drivers.irat.brain.places import MapCleared
 from robots.kit.slam.routes import index_of
 from robots.kit.slam.storage import load
 from simulators.irat.plant import docked

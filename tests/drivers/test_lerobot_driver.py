@@ -200,8 +200,8 @@ def test_a_robot_that_was_never_calibrated_is_refused_in_words(servos):
 
 @needs
 def test_it_is_driven_and_stopped_through_the_worker(transactional_db, redis_server, people):
-    from portal.processes import robot_processes
-    from portal.seeding import add_robot
+    from portal.keep.seeding import add_robot
+    from portal.run.processes import robot_processes
     from robots import bus, services
     from robots.kit.clock import SYSTEM
     from robots.models import Command, Lease, Robot

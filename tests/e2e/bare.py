@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 from accounts.models import Clearance, User
 from operatorlog import services as log
 from operatorlog.models import SurveyQuestion, Visibility
-from portal.seeding import SURVEY, add_robot
+from portal.keep.seeding import SURVEY, add_robot
 from queueing import services as queue
 from queueing.models import Queue, Ticket, TicketState
 from queueing.rows import announce

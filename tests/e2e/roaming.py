@@ -5,11 +5,11 @@ import threading
 import time  # noqa: TID251 - stamps of states
 from datetime import timedelta
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from robots import bus
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.session import RobotState
-from robots.kit.drivers.irat.brain.packets import EARLIER
+from robots.kit.drivers.irat.packets import EARLIER
 from robots.kit.packets import state_packet
 from robots.models import Lease, Robot
 from robots.states import Cycle

@@ -55,7 +55,7 @@ def _take_mercury(folder: Path) -> None:
 def _take_arm(folder: Path) -> None:
     """The museum arm's console: a place filled in, the ghost shown."""
     from accounts.models import Clearance, User
-    from portal.seeding import add_robot
+    from portal.keep.seeding import add_robot
     from robots.kit.clock import SYSTEM
 
     robot = add_robot("pa10")
@@ -76,7 +76,7 @@ def _take_irat(folder: Path) -> None:
     """The iRat's console: a map that it has drawn, two strangers' goals."""
     from playwright.sync_api import sync_playwright
 
-    from portal.seeding import add_robot
+    from portal.keep.seeding import add_robot
     from robots.models import Lease
     from tests.conftest import RedisServer, wait_for
     from tests.e2e.small import SmallPortal
@@ -113,7 +113,7 @@ def _take_irat(folder: Path) -> None:
 def _take_rules(folder: Path) -> None:
     """The rover with a mission that is being written; its rules while it patrols, figure 6, one changed, one refused."""
     from accounts.models import Clearance, User
-    from portal.seeding import add_robot
+    from portal.keep.seeding import add_robot
     from robots.kit.clock import SYSTEM
     from tests.conftest import PASSWORD
 
@@ -146,8 +146,8 @@ def _take_hall(folder: Path) -> None:
     """The hall in depth with the rover on a mission (figure 7(b)), and the way that it drove over the way planned (8)."""
     from playwright.sync_api import sync_playwright
 
-    from portal.processes import recorder_process
-    from portal.seeding import add_robot
+    from portal.keep.seeding import add_robot
+    from portal.run.processes import recorder_process
     from queueing.models import Job, JobState
     from robots.models import Movie
     from tests.conftest import RedisServer, wait_for

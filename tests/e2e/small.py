@@ -4,7 +4,7 @@ import shutil
 
 from django.conf import settings
 
-from portal.processes import robot_processes
+from portal.run.processes import robot_processes
 from robots.models import Robot
 from robots.states import Cycle
 from tests.conftest import wait_for

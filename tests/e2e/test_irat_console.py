@@ -138,7 +138,7 @@ def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, vis
 @pytest.fixture
 def alive(transactional_db, redis_server):
     """The robot with its simulator, its owner and its brain, which explores."""
-    from portal.seeding import add_robot
+    from portal.keep.seeding import add_robot
 
     bus.connection().flushall()
     robot = add_robot("irat")

@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from robots.kit.drivers.irat.brain.packets import Why
+from robots.kit.drivers.irat.packets import Why
 from tests.e2e.roaming import MAP, place_on
 from tests.e2e.test_axe import DARK, LIGHT
 

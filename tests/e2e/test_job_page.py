@@ -4,8 +4,8 @@ import pytest
 from playwright.sync_api import expect
 
 from queueing import services as queue
-from queueing.jobs.models import Job, JobRun
 from queueing.models import Account
+from queueing.models.jobs import Job, JobRun
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Grant
 from robots.states import GrantKind

@@ -6,8 +6,8 @@ import pytest
 from playwright.sync_api import expect
 
 from accounts.models import Clearance, User
-from portal.processes import recorder_process
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
+from portal.run.processes import recorder_process
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
 from robots import bus

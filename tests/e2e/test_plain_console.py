@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from robots import bus
 from robots.models import Command, Lease
 from tests.conftest import wait_for

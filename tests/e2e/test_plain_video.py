@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from django.conf import settings
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for

@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from queueing.models import Job
 from robots.models import Finding
 from tests.conftest import wait_for

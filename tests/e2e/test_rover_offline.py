@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from playwright.sync_api import expect
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from queueing.models import Job
 from robots import bus
 from robots.kit.clock import SYSTEM

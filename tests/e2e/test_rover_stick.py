@@ -9,7 +9,7 @@ from datetime import timedelta
 import pytest
 from playwright.sync_api import expect
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState

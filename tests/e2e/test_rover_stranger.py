@@ -6,9 +6,9 @@ import pytest
 from playwright.sync_api import expect
 
 from accounts.bank import load_bank
-from portal.processes import recorder_process
-from portal.recordings.day import movie_of_the_day
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
+from portal.run.processes import recorder_process
+from portal.web.recordings.day import movie_of_the_day
 from queueing.models import Job
 from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording

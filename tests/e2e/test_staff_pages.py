@@ -6,7 +6,7 @@ import pytest
 
 from operatorlog import services as log
 from operatorlog.models import SurveyAnswer, SurveyQuestion
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.e2e.conftest import session

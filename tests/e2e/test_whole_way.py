@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyResponse
-from portal.seeding import SURVEY
+from portal.keep.seeding import SURVEY
 from queueing.models import Turn
 from robots.models import Command, Robot
 from tests.conftest import wait_for

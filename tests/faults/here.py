@@ -12,8 +12,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
-from portal import serve
 from portal.live import previews, sessions, threads
+from portal.run import serve
 from tests.conftest import wait_for
 from tests.rig import free_port
 

@@ -7,7 +7,7 @@ import urllib.request
 
 import pytest
 
-from portal.processes import web_process
+from portal.run.processes import web_process
 from tests.conftest import wait_for
 from tests.rig import ROOT, free_port
 

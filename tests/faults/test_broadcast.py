@@ -12,8 +12,8 @@ import pytest
 
 from portal.broadcast.edge import GONE_NS
 from portal.broadcast.timetable import SECOND
-from portal.processes import broadcast_processes
-from portal.supervisor import Supervisor
+from portal.run.processes import broadcast_processes
+from portal.run.supervisor import Supervisor
 from robots.models import Movie, Recording
 from robots.models.recordings import OfTheDay
 from robots.recordings import keeping

@@ -14,9 +14,9 @@ import pytest
 import redis
 from django.conf import settings
 
-from portal.composites.drawn import drawn
-from portal.composites.parts import HEAD, watchers
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
+from portal.web.composites.drawn import drawn
+from portal.web.composites.parts import HEAD, watchers
 from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Composite

@@ -10,8 +10,8 @@ import pytest
 from django.conf import settings
 from websockets.exceptions import InvalidStatus
 
-from portal.limits import dropped as counting
-from portal.limits.dropped import dropped
+from portal.edge import dropped as counting
+from portal.edge.dropped import dropped
 from portal.live import consumers
 from tests.conftest import wait_for
 from tests.faults.here import closed, handshake, heard, line
@@ -27,7 +27,7 @@ def log(web, caplog, monkeypatch):
     monkeypatch.setattr(counting, "_waits", set())  # a line that waits for longer
     monkeypatch.setattr(counting, "_told", Counter(dropped))  # what earlier tests dropped is not told again
     monkeypatch.setattr(counting, "_told", Counter(dropped))  # of those whom earlier tests dropped nothing is told
-    caplog.set_level(logging.WARNING, "portal.limits.dropped")
+    caplog.set_level(logging.WARNING, "portal.edge.dropped")
     return caplog
 
 
@@ -90,7 +90,7 @@ def test_an_address_that_has_enough(web, owned, log, monkeypatch):
     def none(self, address):
         yield False
 
-    monkeypatch.setattr("portal.limits.counts.AddressCount.one", none)
+    monkeypatch.setattr("portal.edge.counts.AddressCount.one", none)
 
     def act():
         with pytest.raises(InvalidStatus):

@@ -8,8 +8,8 @@ import pytest
 from django.conf import settings
 from django.test import Client
 
-from portal.processes import robot_processes
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
+from portal.run.processes import robot_processes
 from queueing import services as queue
 from queueing.models import Account, Job, JobRun, Queue
 from robots import bus

@@ -14,7 +14,7 @@ import pytest
 from django.conf import settings
 
 from benchmarks.command_round_trip import cookie
-from portal.limits.protocols import PIPELINED
+from portal.edge.protocols import PIPELINED
 from robots import bus
 from tests.conftest import wait_for
 from tests.rig import Web

@@ -12,7 +12,7 @@ import pytest
 
 from portal.logs.lines import MESSAGE, TRACE
 from portal.logs.outlet import ROOM
-from portal.processes import web_process
+from portal.run.processes import web_process
 from tests.conftest import at_length, wait_for
 from tests.rig import ROOT, Web, child_env, free_port
 from tests.waiting import CEILING_S

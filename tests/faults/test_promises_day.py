@@ -13,8 +13,8 @@ import pytest
 from django.db import connections
 from websockets.exceptions import ConnectionClosed
 
-from portal import serve
 from portal.live import audience, hub, person, sessions, viewing
+from portal.run import serve
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState

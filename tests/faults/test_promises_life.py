@@ -15,7 +15,8 @@ from django.core.management import call_command
 from django.db import connection, models
 
 from operatorlog.models import SurveyQuestion
-from portal import archive, restoring
+from portal.keep import archive
+from portal.keep import restore as restoring
 from robots.models import Command, Frame, Robot
 from tests import migrated
 from tests.conftest import wait_for

@@ -8,7 +8,7 @@ import time
 import pytest
 from django.conf import settings
 
-from portal.supervisor import HEARTBEAT_S
+from portal.run.supervisor import HEARTBEAT_S
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL

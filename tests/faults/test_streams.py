@@ -8,8 +8,8 @@ from django.conf import settings
 from websockets.sync.client import connect
 
 from accounts.models import Clearance
-from portal.processes import robot_processes
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
+from portal.run.processes import robot_processes
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.streams import unpack

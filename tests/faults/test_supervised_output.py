@@ -12,7 +12,7 @@ import pytest
 
 from portal.live.previews import Previewer
 from portal.logs.text import PRINTED
-from portal.supervisor import ProcessSpec, Supervisor
+from portal.run.supervisor import ProcessSpec, Supervisor
 from tests.conftest import wait_for
 from tests.rig import ROOT
 from tests.waiting import CEILING_S
@@ -105,7 +105,7 @@ def test_a_child_that_cannot_be_started_is_tried_again(tmp_path, monkeypatch, er
         if failures:
             raise failures.pop()
 
-    monkeypatch.setattr("portal.forks.fork", fork)
+    monkeypatch.setattr("portal.run.forks.fork", fork)
     supervise([child(tmp_path, 'b"up\\n"')], lambda name, text: told.append(text), lambda: "up" in told)
     assert sum(type(error).__name__ in text for text in told) == 2
 
@@ -139,7 +139,7 @@ def test_a_word_that_cannot_be_told_ends_nothing(tmp_path):
 
 ON_A_PIPE = """
 import asyncio, sys
-from portal.supervisor import ProcessSpec, Supervisor, flush
+from portal.run.supervisor import ProcessSpec, Supervisor, flush
 
 async def nobody():
     return []

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from portal.supervisor import ProcessSpec, Supervisor
+from portal.run.supervisor import ProcessSpec, Supervisor
 from tests.conftest import at_length, wait_for
 from tests.rig import ROOT, free_port
 from tests.waiting import CEILING_S
@@ -56,7 +56,7 @@ def test_what_dies_is_started_again_and_one_line_a_process_is_shown():
 
 @pytest.mark.timed
 def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
-    monkeypatch.setattr("portal.supervisor.HEARTBEAT_S", 1.0)
+    monkeypatch.setattr("portal.run.supervisor.HEARTBEAT_S", 1.0)
     beat = tmp_path / "beat"
     lines = []
     script = (
@@ -137,7 +137,7 @@ time.sleep(1000)
 @pytest.mark.parametrize("what", ["the database", "another process"])
 def test_a_stop_of_everything_waits_for_nothing_that_is_looked_after(monkeypatch, what):
     """The supervisor was asking the database for the robots, or ending one that nobody wants: others are held at once."""
-    monkeypatch.setattr("portal.supervisor.STOP_S", 4.0)
+    monkeypatch.setattr("portal.run.supervisor.STOP_S", 4.0)
     wanted, lines, looked = [ProcessSpec("deaf", DEAF)], [], asyncio.Event()
 
     async def robots():
@@ -192,14 +192,14 @@ def test_the_owner_of_a_robot_that_is_switched_off_ends_before_its_simulator():
 
 @pytest.mark.timed
 def test_a_process_that_is_just_being_started_is_asked_to_stop_before_it_is_killed(monkeypatch):
-    monkeypatch.setattr("portal.supervisor.STOP_S", 6.0)
+    monkeypatch.setattr("portal.run.supervisor.STOP_S", 6.0)
     begun, lines = asyncio.Event(), []
 
     async def late(*_):
         begun.set()
         await asyncio.sleep(0.5)
 
-    monkeypatch.setattr("portal.forks.fork", late)
+    monkeypatch.setattr("portal.run.forks.fork", late)
     supervisor = Supervisor([ProcessSpec("robot", CAREFUL)], nothing, lambda *line: lines.append(line))
     run(supervisor, begun.wait)
     assert ("robot", "did not stop in time; killing it") not in lines

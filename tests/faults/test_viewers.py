@@ -14,7 +14,7 @@ from websockets.extensions.permessage_deflate import ClientPerMessageDeflateFact
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
-from portal.limits.dropped import dropped
+from portal.edge.dropped import dropped
 from portal.live import consumers, shared, viewing
 from portal.live.snapshot import snapshot
 from portal.live.viewing import LEAST_S

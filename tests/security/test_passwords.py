@@ -123,7 +123,7 @@ def test_a_mailed_link_resets_a_password_once(ada, client, settings):
 
 @pytest.mark.asvs("6.3.2", "6.4.1", "13.2.3")
 def test_promise_42_the_first_account_has_a_password_that_nobody_knows(django_user_model):
-    from portal.seeding import seed
+    from portal.keep.seeding import seed
 
     with pytest.raises(django_user_model.DoesNotExist):
         django_user_model.objects.get(username="admin")

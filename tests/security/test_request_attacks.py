@@ -15,9 +15,9 @@ from hypothesis import settings as effort
 from hypothesis import strategies as st
 from uvicorn.server import ServerState
 
-from portal.limits import protocols
-from portal.limits.protocols import CHUNKS, FIELDS, HEAD, PIPELINED, Http
-from portal.limits.sockets import Ws
+from portal.edge import protocols
+from portal.edge.protocols import CHUNKS, FIELDS, HEAD, PIPELINED, Http
+from portal.edge.sockets import Ws
 
 CEILING_S = 120
 ENDLESS = 64 * 2**20  # bytes; whoever takes so many has no limit

@@ -10,7 +10,7 @@ import sys
 import pytest
 from django.conf import settings
 
-from portal.processes import housekeeping_process
+from portal.run.processes import housekeeping_process
 from tests import starts
 from tests.conftest import wait_for
 from tests.rig import ROOT, Child, child_env

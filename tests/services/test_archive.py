@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 from django.db import OperationalError, connection
 
-from portal import archive, privacy, restoring
+from portal import privacy
+from portal.keep import archive
+from portal.keep import restore as restoring
 from robots.models import Robot
 
 pytestmark = pytest.mark.django_db(transaction=True)

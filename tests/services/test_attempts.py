@@ -6,7 +6,7 @@ import pytest
 from django.core.cache import cache, caches
 from django.test import RequestFactory
 
-from portal.limits import attempts
+from portal.edge import attempts
 
 pytestmark = pytest.mark.service
 

@@ -12,7 +12,7 @@ from accounts import staff
 from accounts.bank import load_bank
 from accounts.models import Clearance
 from portal.logs.lines import Line
-from portal.pages import plain
+from portal.web.pages import plain
 from robots.kit.plain import storable, whole
 from tests.conftest import at_length
 from tests.services.test_permissions_pages import GET

@@ -11,7 +11,7 @@ from portal.broadcast import answers, multicast, running
 from portal.broadcast.carousel import Carousel
 from portal.broadcast.edge import Edge
 from portal.broadcast.repairs import Repairs
-from portal.serve import config
+from portal.run.serve import config
 from tests.broadcasting import KEY, movie, same
 
 GROUP = "239.8.1.77"

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from portal.seeding import add_robot
+from portal.keep.seeding import add_robot
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Robot
 

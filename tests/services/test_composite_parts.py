@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from django.test import RequestFactory
 
-from portal.composites import views
-from portal.composites.parts import GONE_S, HEAD, ordered, part_of
+from portal.web.composites import views
+from portal.web.composites.parts import GONE_S, HEAD, ordered, part_of
 from robots.kit.clock import SYSTEM
 from robots.models import Frame
 

@@ -11,7 +11,7 @@ from django.db import OperationalError
 from django.http import Http404
 from django.test import Client, RequestFactory
 
-from portal.pages import errors
+from portal.web.pages import errors
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 PLACES = ["/", "/log/", "/admin/", "/static/portal/icon.svg", "/livez", "/nowhere/"]

@@ -5,8 +5,8 @@ from django.test import Client
 
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
-from portal.composites.views import _newest_still
 from portal.live.snapshot import snapshot
+from portal.web.composites.views import _newest_still
 from queueing import services as queue
 from queueing.models import Turn
 from robots.kit.clock import SYSTEM

@@ -10,8 +10,8 @@ from django.test import Client
 
 from queueing.models import Job, QueueRobot
 from robots.kit.contract.streams import StreamPacket, pack
-from robots.kit.drivers.irat.brain.packets import HEAD, UNIT_M, VERSION
 from robots.kit.drivers.irat.choices import APART_M
+from robots.kit.drivers.irat.packets import HEAD, UNIT_M, VERSION
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 ADDRESS = "/robots/irat/jobs/"

@@ -7,9 +7,9 @@ import pytest
 from django.contrib.auth.models import AnonymousUser
 from django.test import Client
 
-from portal.composites.drawn import waiting_jobs
+from portal.keep.seeding import add_robot
 from portal.live.snapshot import snapshot
-from portal.seeding import add_robot
+from portal.web.composites.drawn import waiting_jobs
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.foreseeing import foreseen, in_order

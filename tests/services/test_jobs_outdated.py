@@ -5,7 +5,7 @@ from datetime import timedelta
 import pytest
 from django.test import Client
 
-from portal.statistics import reading
+from portal.web.statistics import reading
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.telling import unseen_jobs
@@ -108,7 +108,7 @@ def test_a_running_job_is_its_drivers_matter(shuttle, clock):
 
 
 def test_it_is_counted_in_the_row_that_the_spec_names_and_was_never_attempted(busy, clock, monkeypatch):
-    monkeypatch.setattr("portal.statistics.views.SYSTEM", clock)
+    monkeypatch.setattr("portal.web.statistics.views.SYSTEM", clock)
     for asker in (GUEST, OTHER):
         go(busy, asker, clock, rail=1)
     tells(clock, ago_s=-5, rail=2.0)

@@ -70,7 +70,7 @@ def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, cloc
     running, behind, beside = asked
     page = Client().get("/robots/mercury/jobs/")
     assert [job.pk for job in page.context["jobs"]] == [running, beside, behind]
-    monkeypatch.setattr("portal.pages.jobs.SHOWN", 1)
+    monkeypatch.setattr("portal.web.jobs.views.SHOWN", 1)
     page = Client().get("/robots/mercury/jobs/")
     assert [job.state for job in page.context["jobs"]] == ["running"], "the one under way is never cut off"
 

@@ -9,7 +9,7 @@ from django.test import Client
 from queueing.models import Job, QueueRobot
 from robots import bus
 from robots.kit.contract.streams import StreamPacket, pack
-from robots.kit.drivers.irat.brain.packets import DOCK, HEAD, PLACE, UNIT_M, VERSION
+from robots.kit.drivers.irat.packets import DOCK, HEAD, PLACE, UNIT_M, VERSION
 from robots.models import Lease, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

@@ -8,7 +8,7 @@ from django.test import Client
 from accounts.models import Clearance
 from portal.live.actions import act
 from portal.live.messages import Command as Asked
-from portal.pages.views import console_facts
+from portal.web.pages.views import console_facts
 from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot

@@ -7,10 +7,10 @@ import pytest
 from django.db.models import F
 from django.test import Client
 
-from portal.classic.pictures import drawn
 from portal.live.actions import act
 from portal.live.messages import Release
 from portal.live.snapshot import status_of
+from portal.web.classic.pictures import drawn
 from queueing.jobs.suspending import resume
 from robots import services
 from robots.kit.contract.errors import NotPermitted

@@ -6,7 +6,7 @@ import pytest
 from django.test import Client
 
 from operatorlog.models import Entry, Visibility
-from portal.recordings.day import may_be_shown, movie_of_the_day
+from portal.web.recordings.day import may_be_shown, movie_of_the_day
 from queueing.models import Job, JobRun, Turn
 from robots import services
 from robots.grants import end_grant, start_grant

@@ -6,7 +6,7 @@ import pytest
 from django.conf import settings
 from django.db import OperationalError
 
-from portal import uptime
+from portal.run import uptime
 from queueing import services as queue
 from queueing.models import Queue, Ticket, Turn
 from queueing.steps import carry
@@ -57,7 +57,7 @@ class Portal:
 @pytest.fixture
 def portal(clock, trusted, redis_server, monkeypatch):
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
-    monkeypatch.setattr("portal.uptime.SYSTEM", clock)
+    monkeypatch.setattr("portal.run.uptime.SYSTEM", clock)
     web_uptime.forget()
     yield Portal(clock, trusted)
     web_uptime.forget()
@@ -112,7 +112,7 @@ def test_nobody_loses_a_place_because_the_scheduler_alone_was_off_but_who_went_a
 
 def test_nobody_loses_a_place_because_the_database_was_away(waiting, portal, monkeypatch):
     with monkeypatch.context() as away:
-        away.setattr("portal.uptime.connection.cursor", lambda: (_ for _ in ()).throw(OperationalError("away")))
+        away.setattr("portal.run.uptime.connection.cursor", lambda: (_ for _ in ()).throw(OperationalError("away")))
         web_uptime.forget()  # Redis's own clock
         uptime.tell()
         assert web_uptime.up_since(portal.clock.now()) == portal.clock.now(), "a page could not be noted"

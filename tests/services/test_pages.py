@@ -8,8 +8,8 @@ from django.contrib.auth.models import Permission
 
 from accounts.bank import load_bank
 from accounts.models import Question, User
-from portal.classic.models import ClassicToken
-from portal.seeding import seed
+from portal.keep.seeding import seed
+from portal.web.classic.models import ClassicToken
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Robot
@@ -189,7 +189,7 @@ def test_classic_page_moves_nothing_by_get(robot, people, client, owned):
 
 
 def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatch):
-    from portal.classic import views
+    from portal.web.classic import views
 
     monkeypatch.setattr(views, "WAIT_S", 0.0)
     client.force_login(people["ada"])

@@ -222,7 +222,15 @@ def functions(module):
 def of_a_person():
     """Every public function of the apps that is told who asks, wherever it stands."""
     found = {}
-    for room in ("robots", "robots.services", "accounts", "queueing", "queueing.jobs", "operatorlog", "portal.classic"):
+    for room in (
+        "robots",
+        "robots.services",
+        "accounts",
+        "queueing",
+        "queueing.jobs",
+        "operatorlog",
+        "portal.web.classic",
+    ):
         for module in pkgutil.iter_modules(import_module(room).__path__):
             if module.ispkg or module.name in ("admin", "views"):
                 continue

@@ -5,7 +5,7 @@ from datetime import timedelta
 import pytest
 from django.db import IntegrityError, transaction
 
-from portal.classic import tokens
+from portal.web.classic import tokens
 from queueing import services as queue
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.estimates import wait_range

@@ -8,8 +8,9 @@ from django.core.cache import cache
 
 from accounts.models import User
 from operatorlog.models import Entry, Visibility
-from portal import archive, restoring
-from portal.recordings import listing, views
+from portal.keep import archive
+from portal.keep import restore as restoring
+from portal.web.recordings import listing, views
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, Turn
 from robots import bus, services

@@ -7,7 +7,7 @@ import pytest
 from django.db import connection
 from django.db.migrations.executor import MigrationExecutor
 
-from portal.pages.views import console_facts
+from portal.web.pages.views import console_facts
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Calibration, ResultRow
 from robots.kit.contract.find import spec_of

@@ -8,7 +8,7 @@ from django.db import connection
 from django.test import Client
 
 from operatorlog.models import SurveyAnswer, SurveyQuestion, SurveyResponse
-from portal.statistics import reading
+from portal.web.statistics import reading
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
@@ -25,7 +25,7 @@ PAGE, DATA = "/robots/mercury/statistics/", "/robots/mercury/statistics.json"
 @pytest.fixture(autouse=True)
 def at_that_time(clock, monkeypatch):
     """Views ask the tests' clock."""
-    monkeypatch.setattr("portal.statistics.views.SYSTEM", clock)
+    monkeypatch.setattr("portal.web.statistics.views.SYSTEM", clock)
 
 
 def trip(robot, clock, person, state=CommandState.COMPLETED, before=0.5, after=0.4, driven=(0.0, 1.0), **result):

@@ -144,7 +144,7 @@ def test_a_socket_is_a_visitor_and_what_it_is_sent_is_counted(robot, redis_serve
 
 
 def test_the_page_of_statistics_tells_them(shuttle, clock, client, monkeypatch):
-    monkeypatch.setattr("portal.statistics.views.SYSTEM", clock)
+    monkeypatch.setattr("portal.web.statistics.views.SYSTEM", clock)
     slot = services.slot_of(clock.now() - timedelta(hours=2))
     services.note_usage(shuttle.pk, slot, online_s=300.0, watching=4, sent_bytes=6_000_000)
     services.note_usage(shuttle.pk, slot + timedelta(minutes=5), online_s=132.0, watching=3, sent_bytes=3_000_000)

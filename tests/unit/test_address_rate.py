@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.limits import rates
-from portal.limits.rates import AddressRate
+from portal.edge import rates
+from portal.edge.rates import AddressRate
 
 
 class Clock:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from portal.consoles.console import PLAIN, console_of
-from portal.consoles.parts import NAMES, parts
+from portal.web.consoles.console import PLAIN, console_of
+from portal.web.consoles.parts import NAMES, parts
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import STAFF, TURN
 

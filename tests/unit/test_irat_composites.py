@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.stream_bytes import ssim
-from portal.composites.drawn import EVERY_S, compressed
+from portal.web.composites.drawn import EVERY_S, compressed
 from robots.kit.contract.channels import IN_PLANE
 from robots.kit.contract.find import function, spec_of
 from robots.kit.contract.session import RobotState
-from robots.kit.drivers.irat.brain.packets import DOCKS, HEAD, ROUTE, VERSION
 from robots.kit.drivers.irat.brain.streams import CellStream
 from robots.kit.drivers.irat.composites.decoding import SHAPE, MapShown, silent, with_cells, with_map
 from robots.kit.drivers.irat.composites.drawing import DOCK, ROBOT, draw_camera, draw_cells, draw_map
 from robots.kit.drivers.irat.composites.scene import Scene, goals_of
+from robots.kit.drivers.irat.packets import DOCKS, HEAD, ROUTE, VERSION
 from robots.kit.packets import picture_packet, read_picture, read_state, state_packet
 from simulators.irat.cameras import RobotCamera, Stage, jpeg
 from simulators.irat.maze import along_corridors

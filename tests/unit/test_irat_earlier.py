@@ -5,8 +5,8 @@ import numpy as np
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.drivers.irat.brain.messages import Clear, Key, Packet
 from robots.kit.drivers.irat.brain.mind import Mind
-from robots.kit.drivers.irat.brain.packets import EARLIER, Why
 from robots.kit.drivers.irat.composites.decoding import MapShown, with_map
+from robots.kit.drivers.irat.packets import EARLIER, Why
 from tests.irat_trial import explore, explored
 from tests.unit.test_irat_brain import walk
 

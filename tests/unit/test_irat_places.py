@@ -13,9 +13,9 @@ from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import function, spec_of
 from robots.kit.drivers.irat.brain.messages import Aim
 from robots.kit.drivers.irat.brain.mind import Mind
-from robots.kit.drivers.irat.brain.packets import HEAD, VERSION
+from robots.kit.drivers.irat.brain.places import CLEARED, IN_DOCK, NO_PLACE, MapCleared, check, chosen
 from robots.kit.drivers.irat.composites.decoding import MapShown, with_map
-from robots.kit.drivers.irat.places import CLEARED, IN_DOCK, NO_PLACE, MapCleared, check, chosen
+from robots.kit.drivers.irat.packets import HEAD, VERSION
 from tests.unit.test_irat_brain import packets as told_of
 from tests.unit.test_irat_brain import walk
 

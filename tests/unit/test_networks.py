@@ -2,7 +2,7 @@
 
 import pytest
 
-from portal.limits.addresses import network_of, proxy_networks
+from portal.edge.addresses import network_of, proxy_networks
 
 
 def test_networks_and_single_addresses_are_taken():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from portal.live.origins import may_open
+from portal.edge.origins import may_open
 
 
 def scope(origin, host="robots.example.org", scheme="wss"):

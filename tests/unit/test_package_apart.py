@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from portal.consoles.console import console_of
-from portal.consoles.static import Finder
+from portal.web.consoles.console import console_of
+from portal.web.consoles.static import Finder
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERIC = (

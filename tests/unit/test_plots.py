@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.recordings.figures import ACROSS, IN_A_ROW, beside
+from portal.web.recordings.figures import ACROSS, IN_A_ROW, beside
 from robots.kit.contract.floor import Floor
 from robots.kit.recording import chart
 from robots.kit.recording.captions import Captions, wrapped

@@ -33,7 +33,7 @@ def test_who_imports_what_changed_comes_before_who_imports_it_at_second_hand():
         ("frontend/src/console.ts", "tests/unit/test_consoles.py"),
         ("robots/kit/drivers/mercury/model.urdf", "tests/unit/test_scara.py"),
         ("queueing/admin.py", "tests/services/test_admin_rights.py"),  # by address alone
-        ("portal/pages/views.py", "tests/services/test_pages.py"),
+        ("portal/web/pages/views.py", "tests/services/test_pages.py"),
     ],
 )
 def test_each_kind_of_file_has_its_tests(path, test):

@@ -5,7 +5,7 @@ from contextlib import closing
 
 import pytest
 
-from portal.roles import database_options
+from portal.run.roles import database_options
 
 SQLITE = "django.db.backends.sqlite3"
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.statistics import plots
-from portal.statistics.counting import (
+from portal.web.statistics import plots
+from portal.web.statistics.counting import (
     ATTEMPTED,
     CANCELLED,
     FAULT,
@@ -30,8 +30,8 @@ from portal.statistics.counting import (
     seconds_of,
     success,
 )
-from portal.statistics.day import BadDate, span_of
-from portal.statistics.reading import outcome_of
+from portal.web.statistics.day import BadDate, span_of
+from portal.web.statistics.reading import outcome_of
 
 NOW = datetime(2026, 3, 31, 18, 30, tzinfo=UTC)
 START = NOW - timedelta(hours=24)

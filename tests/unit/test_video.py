@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.live.direct import binary_frame
+from portal.edge.direct import binary_frame
 from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos

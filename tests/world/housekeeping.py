@@ -8,7 +8,7 @@ from django.conf import settings
 
 import queueing.tasks
 import workers.process.tasks
-from portal import uptime
+from portal.run import uptime
 from robots.bus import web_uptime
 from robots.wall_clock import wall_clock
 from tests.world.world import DatabaseAway, World

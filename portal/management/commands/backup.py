@@ -5,7 +5,7 @@ from typing import Any
 
 from django.core.management.base import BaseCommand, CommandError, CommandParser
 
-from portal.archive import ArchiveError, write
+from portal.keep.archive import ArchiveError, write
 
 
 class Command(BaseCommand):

@@ -9,13 +9,13 @@ from django.conf import settings
 from django.core.management.base import BaseCommand, CommandError, CommandParser
 from django.db import close_old_connections
 
-from portal.beside import beside, listener
 from portal.broadcast import answers, media, multicast, running
 from portal.broadcast.following import Choice, Following
 from portal.broadcast.origin import Origin, words
-from portal.recordings import day
-from portal.recordings.broadcast_key import broadcast_key
-from portal.serve import config
+from portal.run.beside import beside, listener
+from portal.run.serve import config
+from portal.web.recordings import day
+from portal.web.recordings.broadcast_key import broadcast_key
 from robots.kit.clock import SYSTEM
 
 

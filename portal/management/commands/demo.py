@@ -15,8 +15,9 @@ from django.core.management import CommandError, call_command
 from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
+from portal.keep.seeding import seed
 from portal.privacy import tighten
-from portal.processes import (
+from portal.run.processes import (
     broadcast_processes,
     enabled_processes,
     housekeeping_process,
@@ -24,8 +25,7 @@ from portal.processes import (
     redis_process,
     web_process,
 )
-from portal.seeding import seed
-from portal.supervisor import Supervisor, flush, tidy_line
+from portal.run.supervisor import Supervisor, flush, tidy_line
 from robots.kit.clock import SYSTEM
 
 

@@ -8,12 +8,12 @@ from urllib.parse import urlsplit
 from django.conf import settings
 from django.core.management.base import BaseCommand, CommandError, CommandParser
 
-from portal.beside import beside, listener
 from portal.broadcast import answers, multicast, running
 from portal.broadcast.edge import Edge
 from portal.broadcast.serving import Serving
-from portal.recordings.broadcast_key import broadcast_key
-from portal.serve import config
+from portal.run.beside import beside, listener
+from portal.run.serve import config
+from portal.web.recordings.broadcast_key import broadcast_key
 
 MB = 1024 * 1024
 

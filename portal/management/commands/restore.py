@@ -6,8 +6,8 @@ from typing import Any
 from django.core.management import call_command
 from django.core.management.base import BaseCommand, CommandError, CommandParser
 
-from portal.archive import ArchiveError
-from portal.restoring import read
+from portal.keep.archive import ArchiveError
+from portal.keep.restore import read
 
 
 class Command(BaseCommand):

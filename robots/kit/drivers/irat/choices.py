@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterable
 
+from robots.kit.drivers.irat.brain.places import at_dock, shown_by
 from robots.kit.drivers.irat.composites.decoding import Places
-from robots.kit.drivers.irat.places import at_dock, shown_by
 
 APART_M, MOST = 0.42, 26  # between two of them, as on the console; so many
 

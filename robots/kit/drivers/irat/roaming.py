@@ -8,10 +8,10 @@ from robots.kit.contract.session import JSON, OnStage, Permit, Progress
 from robots.kit.contract.values import number
 from robots.kit.description import load
 from robots.kit.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
-from robots.kit.drivers.irat.brain.packets import Why
+from robots.kit.drivers.irat.brain.places import MapCleared
 from robots.kit.drivers.irat.brain.process import ANSWER_S
 from robots.kit.drivers.irat.modes import Mode
-from robots.kit.drivers.irat.places import MapCleared
+from robots.kit.drivers.irat.packets import Why
 from robots.kit.drivers.irat.protocol import Velocity
 from robots.kit.drivers.irat.senses import between
 from robots.kit.drivers.irat.spec import SLICE_S

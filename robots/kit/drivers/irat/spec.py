@@ -87,7 +87,7 @@ def spec() -> Spec:
         capabilities=(
             Reset("Connect again"),
             Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), ON_ITS_MAP, STATISTICS,
-            JobCheck("map", "robots.kit.drivers.irat.places:check"), PLACES,
+            JobCheck("map", "robots.kit.drivers.irat.brain.places:check"), PLACES,
             *COMPOSITES,
         ),
         commands=(

@@ -4,8 +4,8 @@ import logging
 from pathlib import Path
 
 from robots.kit.clock import SYSTEM, ms_of
-from robots.kit.drivers.irat.brain.packets import EARLIER, HEAD, VERSION, Why
 from robots.kit.drivers.irat.brain.streams import MapStream
+from robots.kit.drivers.irat.packets import EARLIER, HEAD, VERSION, Why
 from robots.kit.files import replaced
 from robots.kit.slam.slam import RatSlam
 

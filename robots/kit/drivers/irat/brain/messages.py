@@ -8,7 +8,7 @@ from typing import IO
 
 import msgspec
 
-from robots.kit.drivers.irat.brain.packets import Why
+from robots.kit.drivers.irat.packets import Why
 from robots.kit.rovers.docking import Sighting
 
 HEAD = struct.Struct("<I")

@@ -18,9 +18,9 @@ from robots.kit.drivers.irat import markers as dock
 from robots.kit.drivers.irat.brain import messages
 from robots.kit.drivers.irat.brain.earlier import EarlierMap
 from robots.kit.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
+from robots.kit.drivers.irat.brain.places import NO_PLACE, MapCleared, chosen
 from robots.kit.drivers.irat.brain.streams import CellStream, MapStream
 from robots.kit.drivers.irat.composites.decoding import MapShown
-from robots.kit.drivers.irat.places import NO_PLACE, MapCleared, chosen
 from robots.kit.files import replaced
 from robots.kit.rovers.docking import Sighting
 from robots.kit.slam.routes import Guide, plan

@@ -1,0 +1,47 @@
+"""How often something may come: from one connection, and from all of a network address in this process."""
+
+from collections.abc import Callable
+
+from portal.edge.addresses import network_of
+from robots.kit.clock import SYSTEM
+
+MANY = 1000  # addresses that are remembered before those that are calm are forgotten
+
+
+class Bucket:
+    """Tokens that come back with time: `rate` a second, `burst` at most, which is what there is at the beginning."""
+
+    __slots__ = ("_at", "_burst", "_left", "_rate")
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst, self._left, self._at = rate, burst, burst, 0.0
+
+    def take(self, now: float) -> bool:
+        """Take a token at that time (s). Return False if there is none; what has come back is lost then."""
+        left = self._has(now) - 1.0
+        self._left, self._at = max(0.0, left), now
+        return left >= 0.0
+
+    def full(self, now: float) -> bool:
+        """Return whether nothing was taken for long."""
+        return self._has(now) >= self._burst
+
+    def _has(self, now: float) -> float:
+        return min(self._burst, self._left + (now - self._at) * self._rate)
+
+
+class AddressRate:
+    """A bucket for each network address (IPv6: its /64)."""
+
+    def __init__(self, rate: float, burst: float, clock: Callable[[], float] = SYSTEM.awake) -> None:
+        self._rate, self._burst, self._clock = rate, burst, clock
+        self._buckets: dict[str, Bucket] = {}
+
+    def take(self, address: str) -> bool:
+        """Take a token of the address. Return False if there is none."""
+        network, now = network_of(address), self._clock()
+        if network not in self._buckets:
+            if len(self._buckets) >= MANY:
+                self._buckets = {one: bucket for one, bucket in self._buckets.items() if not bucket.full(now)}
+            self._buckets[network] = Bucket(self._rate, self._burst)
+        return self._buckets[network].take(now)

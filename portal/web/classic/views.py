@@ -1,0 +1,211 @@
+"""The console for browsers without scripts: same robot, same rules; no GET moves anything."""
+
+import re
+import secrets
+from datetime import datetime
+from typing import Any
+
+from django.contrib import messages
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, redirect, render
+from django.views.decorators.cache import never_cache
+
+from accounts.services import cleared
+from operatorlog.models import Entry, Visibility
+from portal.edge.pages import leave_room
+from portal.live.snapshot import shown_still, status_of
+from portal.web.classic import tokens
+from portal.web.classic.pictures import drawn, name_of
+from portal.web.consoles.console import classic
+from queueing import services as queue
+from queueing.end_words import End
+from queueing.endings import end_of_turn, is_news, last_turn
+from queueing.errors import QueueError
+from queueing.estimates import place_and_wait
+from queueing.models import Ticket, Turn
+from queueing.turns import idle_at
+from robots import services
+from robots.bus.web_uptime import up_since
+from robots.grants import grant_of
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.errors import RobotError
+from robots.kit.drivers.panels import Panel, Press, panel_of
+from robots.models import Command, Frame, Robot
+from robots.people import is_person
+from robots.services import newest_still, stop_shown
+
+WAIT_S = 20.0
+POLL_S = 0.1
+REFRESH_S, DRIVING_S = 30, 60  # of who drives: before `CLASSIC_PRESENCE_S` is over
+WARN_S, TOLD_S = 30, 3  # before a turn ends because nothing is done; after it
+PIXEL = re.compile(r"[0-9]{1,5}\Z")
+
+
+@never_cache
+def enter(request: HttpRequest, slug: str) -> HttpResponse:
+    """Redirect to an address with a fresh token."""
+    robot = get_object_or_404(Robot, slug=slug)
+    return redirect(_address(robot, request)) if drawn(robot) else _without(request, robot)
+
+
+def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
+    """Answer that this robot has no classic console, and which one it has."""
+    return render(request, "classic/none.html", {"robot": robot}, status=404)
+
+
+def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) -> str:
+    still = newest_still(robot)
+    if not request.user.is_authenticated:
+        return f"/classic/{robot.slug}/{secrets.token_urlsafe(24)}/"
+    token = tokens.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
+    return f"/classic/{robot.slug}/{token}/"
+
+
+@never_cache
+def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
+    """Show the page for the person's present role; a request counts as presence."""
+    robot = get_object_or_404(Robot, slug=slug)
+    panel = panel_of(robot.driver) if drawn(robot) else None
+    if panel is None:
+        return _without(request, robot)
+    if request.method == "POST":
+        return _act(request, robot, panel, token)
+    now = SYSTEM.now()
+    if request.user.is_authenticated:
+        queue.seen(robot, request.user, now, classic=True)
+    return render(request, "classic/page.html", _context(request, robot, panel, now))
+
+
+def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) -> dict[str, Any]:
+    state, label, why = status_of(robot, now)
+    ticket = queue.open_ticket(robot, request.user)
+    turn = queue.open_turn(robot)
+    still = shown_still(robot, request.user)
+    mine = turn is not None and is_person(request.user, turn.user_id)
+    ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
+    ends = idle_at(turn, now, up_since(now)) if turn is not None and mine else None
+    idle_s = max(0, round((ends - now).total_seconds())) if ends is not None else None
+    unwritten = None
+    if request.user.is_authenticated:
+        unwritten = Turn.objects.filter(user=request.user, robot=robot, entry=None).exclude(ended_at=None).first()
+    address = _address(robot, request, now)
+    return {
+        "robot": robot, "state": state, "label": label, "why": why, "ticket": ticket, "turn": turn, "mine": mine,
+        "ahead": ahead, "wait": wait, "still": still,
+        "over": _over(robot, request.user, now) if ticket is None else None,
+        "address": address, "picture": f"/classic/{robot.slug}/{name_of(robot, still, request.user)}.gif",
+        "cleared": cleared(request.user, robot), "refresh_s": _refresh_s(ticket, idle_s if mine else None, mine),
+        "idle_s": idle_s, "warned": idle_s is not None and idle_s <= WARN_S,
+        "age_s": round((now - still.taken_at).total_seconds()) if still else None,
+        "left_s": round((turn.until - now).total_seconds()) if turn else None,
+        "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
+        "sizes": {"large": (panel.WIDTH * 2, panel.HEIGHT * 2), "small": (panel.WIDTH, panel.HEIGHT)},
+        "buttons": classic(robot.driver), "unwritten": unwritten, "stop": stop_shown(robot, now),
+        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
+    }  # fmt: skip
+
+
+def _over(robot: Robot, user: Any, now: datetime) -> End | None:
+    """Return the words for the person's turn here, if it ended lately."""
+    turn = last_turn(robot, user) if user.is_authenticated else None
+    return end_of_turn(turn) if turn is not None and is_news(turn, now) else None
+
+
+def _refresh_s(ticket: Ticket | None, idle_s: int | None, mine: bool) -> int | None:
+    """Return after how long the page asks again: of who drives in time to warn, where nothing is done."""
+    if ticket is None:
+        return None
+    if not mine:
+        return REFRESH_S
+    if idle_s is None:
+        return DRIVING_S
+    return min(DRIVING_S, idle_s + TOLD_S if idle_s <= WARN_S else max(TOLD_S, idle_s - WARN_S + 1))
+
+
+def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpResponse:
+    """Carry out one press; a token allows at most one motion."""
+    if not request.user.is_authenticated:
+        return redirect(f"/accounts/login/?next=/classic/{robot.slug}/")
+    now = SYSTEM.now()
+    queue.seen(robot, request.user, now, classic=True)
+    try:
+        _perform(request, robot, panel, token, now)
+    except (RobotError, QueueError) as error:
+        messages.warning(request, str(error))
+    return redirect(_address(robot, request))
+
+
+def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
+    user = request.user
+    what = request.POST.get("do", "")
+    if what == "join":
+        queue.join(robot, user, now, classic=True)
+    elif what == "stay":
+        queue.acted(robot, user, now)
+    elif what == "leave":
+        queue.leave(robot, user, now)
+    elif what == "accept":
+        queue.accept(robot, user, now)
+    elif what == "stop":
+        services.stop(robot, user, now)
+        queue.note_act(robot, user, now)
+        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+    elif what == "release":
+        services.release_stop(robot, user, request.POST.get("checked") == "yes")
+        queue.note_act(robot, user, now)
+        messages.success(request, "The stop is released. Nothing moves until you give a command.")
+    else:
+        _press(request, robot, panel, token, now)
+
+
+def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
+    wanted = _wanted(request, robot, panel)
+    if wanted is None:
+        messages.warning(request, "Nothing was pressed. Click in the picture or on a button.")
+        return
+    if wanted.kind == "stop":
+        services.stop(robot, request.user, now)
+        queue.note_act(robot, request.user, now)
+        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+        return
+    spent = tokens.spend_token(robot, request.user, token, now)
+    if spent is None:
+        messages.warning(request, "That page was used before, so nothing moved. This is the current page.")
+        return
+    args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
+    grant = grant_of(robot, request.user, now)
+    seen = Frame.objects.filter(pk=spent.still).first() if spent.still else None
+    command = services.issue(
+        robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now, ms_of(seen.taken_at) if seen else 0
+    ).command
+    leave_room(request)
+    _tell(request, _until_final(command))
+
+
+def _wanted(request: HttpRequest, robot: Robot, panel: Panel) -> Press | None:
+    if (asked := panel.form(request.POST.dict())) is not None:
+        return asked
+    for name, scale in (("small", 1), ("large", 2)):
+        x, y = request.POST.get(f"{name}.x", ""), request.POST.get(f"{name}.y", "")
+        if PIXEL.match(x) and PIXEL.match(y):
+            return panel.press(int(x), int(y), 0, robot.description(), scale)
+    return None
+
+
+def _until_final(command: Command) -> Command:
+    """Wait for the end of the command, as the page of 1994 did, for a limited time."""
+    until = SYSTEM.awake() + WAIT_S
+    while not command.final and SYSTEM.awake() < until:
+        SYSTEM.sleep(POLL_S)
+        command.refresh_from_db()
+    return command
+
+
+def _tell(request: HttpRequest, command: Command) -> None:
+    text = f"{command.kind.capitalize()}: {command.get_state_display().lower()}."
+    if command.reason:
+        text += f" {command.reason}"
+    if command.state == "completed":
+        messages.success(request, text)
+    else:
+        messages.warning(request, text)

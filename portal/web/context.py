@@ -1,0 +1,48 @@
+"""Variables for every template."""
+
+from typing import Any
+
+from django.db import Error
+from django.http import HttpRequest
+from django.utils.functional import SimpleLazyObject
+
+from accounts.adapter import mails_go_to_terminal
+from portal.live.standing import place_info
+from portal.stores import trouble
+from portal.web.jobs.views import asker_of
+from queueing.jobs.telling import unseen_jobs
+from queueing.models import Job
+from queueing.places import standings
+from robots.kit.clock import SYSTEM
+from robots.models import Robot
+from robots.prepared import Prepared
+
+_MENU: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True).only("slug", "name"))
+
+
+def _my_places(user: Any) -> list[dict[str, Any]]:
+    now = SYSTEM.now()
+    return [place_info(one, now) for one in standings(user, now)]
+
+
+def _ended_jobs(request: HttpRequest) -> list[Job]:
+    """Return ended jobs that the person or guest has not looked at; none while the database is away."""
+    try:
+        return unseen_jobs(asker_of(request), SYSTEM.now())
+    except Error:
+        return []
+
+
+def site(request: HttpRequest) -> dict[str, object]:
+    """Return the robots for the menu and the person's places.
+
+    The places are read only on pages that show them, and not again after a slow query.
+    """
+    user = getattr(request, "user", None)
+    return {
+        "menu_robots": SimpleLazyObject(_MENU),
+        "store_trouble": trouble(),
+        "mails_to_terminal": mails_go_to_terminal(),
+        "ended_jobs": SimpleLazyObject(lambda: _ended_jobs(request)),
+        "my_places": SimpleLazyObject(lambda: _my_places(user)),
+    }

@@ -1,0 +1,69 @@
+"""Answers with a file, whole or in part, as players of movies and programs that read an index ask for it."""
+
+import asyncio
+import re
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+
+from django.core.handlers.asgi import ASGIRequest
+from django.http import Http404, HttpResponse, HttpResponseBase, StreamingHttpResponse
+from django.http.request import HttpRequest
+
+from portal.edge.attempts import within
+
+PIECE = 65_536
+TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
+RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})\Z")
+
+
+def limited(request: HttpRequest, action: str = "replay") -> HttpResponse | None:
+    """Return a refusal if this network asks for too much."""
+    if within(request, action):
+        return None
+    return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+
+
+def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpResponseBase:
+    """Return the file, or the one range that is asked for. Raises Http404 if it is gone."""
+    try:
+        size = path.stat().st_size
+    except OSError as error:
+        raise Http404("The file is gone.") from error
+    wanted = RANGE.match(request.headers.get("Range", ""))
+    first, last = _span(wanted, size) if wanted else (0, size - 1)
+    if first > last or first >= size:
+        refused = HttpResponse("There is no such part of the file.\n", status=416, content_type="text/plain")
+        refused["Content-Range"] = f"bytes */{size}"
+        return refused
+    pieces = _pieces(path, first, last)
+    content = awaited(pieces) if isinstance(request, ASGIRequest) else pieces
+    answer = StreamingHttpResponse(content, status=206 if wanted else 200, content_type=media)
+    answer["Accept-Ranges"] = "bytes"
+    answer["Content-Length"] = str(last - first + 1)
+    answer["Content-Disposition"] = f'inline; filename="{name}"'
+    if wanted:
+        answer["Content-Range"] = f"bytes {first}-{last}/{size}"
+    return answer
+
+
+def _span(wanted: re.Match[str], size: int) -> tuple[int, int]:
+    """Return the first and the last byte of a range; the last ones where it names no first."""
+    begin, end = wanted[1], wanted[2]
+    if not begin:
+        return (max(0, size - int(end)), size - 1) if end and int(end) else (size, size - 1)
+    return int(begin), min(int(end), size - 1) if end else size - 1
+
+
+def _pieces(path: Path, first: int, last: int) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        file.seek(first)
+        left = last - first + 1
+        while left > 0 and (piece := file.read(min(PIECE, left))):
+            left -= len(piece)
+            yield piece
+
+
+async def awaited(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
+    """Yield the pieces; the event loop does not wait for the disk."""
+    while piece := await asyncio.to_thread(next, pieces, b""):
+        yield piece

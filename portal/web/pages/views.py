@@ -1,0 +1,187 @@
+"""Pages: landing, story, robot, status, and the person's own."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+from django.contrib.auth.decorators import login_required
+from django.core.exceptions import SuspiciousFileOperation
+from django.http import Http404, HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, render
+from django.utils._os import safe_join
+from django.utils.cache import get_conditional_response
+from django.utils.http import http_date
+from django.views.decorators.cache import never_cache
+
+from accounts.models import Clearance
+from operatorlog.models import Entry, Visibility
+from operatorlog.services import hidden_with, may_see_picture
+from portal.live.snapshot import shown_still, status_of
+from portal.web.classic.pictures import drawn
+from portal.web.consoles.console import console_of
+from portal.web.pages.errors import software_missing
+from queueing.estimates import waiting
+from queueing.jobs.kinds import job_kinds, offers_turns
+from queueing.jobs.suspending import waits_for_staff
+from queueing.models import Turn
+from queueing.services import open_turn
+from robots import bus
+from robots.kit import description
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import ArmModel, Composite
+from robots.kit.contract.compact import Layout
+from robots.kit.contract.procedures import offered
+from robots.kit.contract.spec import STAFF, TURN, CommandKind
+from robots.models import Robot
+from robots.people import is_person
+from robots.services.permissions import reaches
+
+
+def _shown(robot: Robot) -> dict[str, Any]:
+    state, label, why = status_of(robot, SYSTEM.now())
+    return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
+
+
+def _no_camera(robot: Robot) -> bool:
+    """Return whether the robot is known to have no camera; False if its package is not installed."""
+    try:
+        return not description.views(robot.description())
+    except (ImportError, OSError):
+        return False
+
+
+def landing(request: HttpRequest) -> HttpResponse:
+    """Show the robots, live."""
+    robots = [
+        {**_shown(r), "still": shown_still(r, request.user), "blind": _no_camera(r)}
+        for r in Robot.objects.filter(enabled=True)
+    ]
+    entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
+    return render(request, "pages/landing.html", {"robots": robots, "entries": entries[:3]})
+
+
+def story(request: HttpRequest) -> HttpResponse:
+    """Tell what the project is for."""
+    return render(request, "pages/story.html")
+
+
+@never_cache
+def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
+    """Show one robot: everybody watches, the operator drives."""
+    robot = get_object_or_404(Robot, slug=slug)
+    turn = open_turn(robot)
+    try:
+        described, console = robot.description(), console_of(robot.driver)
+        facts = console_facts(robot, request.user)
+    except (LookupError, ImportError, OSError):
+        return software_missing(request, robot.name)
+    context = {
+        **_shown(robot),
+        **asdict(console),
+        "operator": turn.operator_name if turn else "",
+        "drives": turn is not None and is_person(request.user, turn.user_id),
+        "still": shown_still(robot, request.user),
+        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
+        "description_json": facts,
+        "views": description.views(described),
+        "classic": drawn(robot),
+        "takes_jobs": bool(job_kinds(robot)),
+        "suspended": waits_for_staff(robot),
+        "composites": robot.spec().all_of(Composite),
+        "turns": offers_turns(robot),
+    }
+    return render(request, "pages/robot.html", context)
+
+
+def _command(kind: CommandKind) -> dict[str, Any]:
+    """Return the fields of a command for a console; the owner's policies are left out."""
+    told = asdict(kind)
+    del told["policies"]
+    return told | {"asked_by": sorted(kind.asked_by)}
+
+
+def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
+    """Return what the robot's console in the browser needs to know.
+
+    Its commands are those that the person may give in a turn: not above their clearance; to staff, also those of staff.
+    """
+    staff = user is not None and user.has_perm("robots.change_robot")
+    described = robot.description()
+    spec = robot.spec()
+    facts: dict[str, Any] = {name: described[name] for name in described.get("console", {}).get("tables", ())}
+    facts |= {
+        "names": spec.joints,
+        "channels": [asdict(channel) for channel in spec.channels],
+        "pose": [{"name": c.name, "unit": c.unit} for c in spec.packed()[len(spec.channels) :]],
+        "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
+        "streams": [asdict(stream) for stream in spec.streams],
+        "cameras": len(description.views(described)),
+        "video": description.coding(described),
+        "labels": {c.kind: c.label for c in (*spec.commands, *offered(robot.driver))},
+        "set": {s.name: robot.settings[s.name] for s in spec.settings() if s.shown and s.name in robot.settings},
+        "settings": [c.kind for c in spec.commands if c.lane == "config"],
+        "commands": [
+            _command(c)
+            for c in spec.commands
+            if (c.open_to(TURN) or (staff and c.open_to(STAFF))) and reaches(user, robot, c.level)
+        ],
+    }
+    if spec.capability(ArmModel) is not None:
+        from robots.kit.arms.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
+
+        facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
+    return facts
+
+
+def model(request: HttpRequest, slug: str) -> HttpResponse:
+    """Serve the robot's URDF file."""
+    robot = get_object_or_404(Robot, slug=slug)
+    try:
+        text = description.text_of(robot.driver, "model.urdf")
+    except (ImportError, OSError) as error:
+        raise Http404("This robot has no model.") from error
+    response = HttpResponse(text, content_type="application/xml")
+    response["Cache-Control"] = "public, max-age=300"
+    return response
+
+
+@never_cache
+def status(request: HttpRequest) -> HttpResponse:
+    """Show what works."""
+    robots = [_shown(r) for r in Robot.objects.all()]
+    return render(request, "pages/status.html", {"robots": robots, "link": bus.alive(), "now": SYSTEM.now()})
+
+
+@never_cache
+@login_required
+def me(request: HttpRequest) -> HttpResponse:
+    """Show the person's clearances and turns."""
+    context = {
+        "clearances": Clearance.objects.filter(user=request.user.pk, revoked_at=None).select_related("robot"),
+        "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry")[:50],
+    }
+    return render(request, "pages/me.html", context)
+
+
+def media(request: HttpRequest, path: str) -> HttpResponse:
+    """Serve a stored picture, but not one of a turn whose entry is hidden.
+
+    Names are never reused, so caches may keep it: for an hour, for it may be hidden then.
+    """
+    try:
+        root = Path(settings.MEDIA_ROOT).absolute()
+        full = Path(safe_join(str(root / "frames"), path))
+        picture, kept = full.read_bytes(), full.stat()
+    except (OSError, ValueError, SuspiciousFileOperation) as error:
+        raise Http404("There is no such picture.") from error
+    file = full.relative_to(root).as_posix()  # of `a//b` and `./b` too
+    hidden = hidden_with(file)
+    if hidden is not None and not may_see_picture(hidden, file, request.user):
+        raise Http404("There is no such picture.")
+    etag, at = f'"{kept.st_mtime_ns:x}-{kept.st_size:x}"', int(kept.st_mtime)
+    response: HttpResponse = HttpResponse(picture, content_type="image/jpeg")
+    response = get_conditional_response(request, etag=etag, last_modified=at, response=response) or response
+    response["Cache-Control"] = "public, max-age=3600" if hidden is None else "private, no-store"
+    response["ETag"], response["Last-Modified"] = etag, http_date(at)
+    return response

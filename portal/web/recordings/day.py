@@ -1,0 +1,95 @@
+"""The movie of the day: which one it is, by a rule that staff may override, and its page.
+
+Nothing is stored of the choice: it is made again whenever somebody asks, so what is hidden or removed is gone at once.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from django.db.models import F, QuerySet
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import render
+from django.views.decorators.cache import never_cache
+from django.views.decorators.http import require_safe
+
+from portal.web.recordings import access
+from robots.kit.clock import SYSTEM
+from robots.models import Movie, Recording, RecordingState
+from robots.models.recordings import SHOWN, OfTheDay
+from robots.recordings.keeping import movie_path
+
+SHORTEST = timedelta(seconds=10)  # of a recording that the rule chooses
+LOOKED = 60  # movies at which the rule looks; before them stand those of hidden log entries, and of guests
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A movie that everybody may see, and what it is of."""
+
+    movie: Movie
+    recording: Recording
+    about: access.About
+
+    @property
+    def title(self) -> str:
+        """Return where and when it was taken, without a name: edges and caches keep it for a while."""
+        return f"{self.recording.robot.name}, {self.recording.began_at:%-d %B %Y}"
+
+    @property
+    def path(self) -> Path:
+        """Return where its file is."""
+        return movie_path(self.movie)
+
+
+def movie_of_the_day(now: datetime) -> Shown | None:
+    """Return the pinned movie; else the newest of a whole recording that was ready when the day began (UTC).
+
+    Everybody may see it. None if there is none.
+    """
+    midnight = now.replace(hour=0, minute=0, second=0, microsecond=0)
+    whole = _ready().filter(recording__state=RecordingState.READY, ready_at__lt=midnight)
+    by_rule = whole.filter(recording__ended_at__gte=F("recording__began_at") + SHORTEST)
+    pinned = _ready().filter(recording__of_the_day=OfTheDay.PINNED)
+    for movie in (*pinned, *by_rule.order_by("-recording__ended_at", "-pk")[:LOOKED]):
+        found = _shown(movie)
+        if found is not None:
+            return found
+    return None
+
+
+def may_be_shown(key: int) -> bool:
+    """Return whether everybody may still see this movie."""
+    movie = _ready().filter(pk=key).first()
+    return movie is not None and _shown(movie) is not None
+
+
+def needed() -> set[int]:
+    """Return which movies are not removed for their age or size: the one that is shown now."""
+    found = movie_of_the_day(SYSTEM.now())
+    return set() if found is None else {found.movie.pk}
+
+
+def _ready() -> QuerySet[Movie]:
+    found = Movie.objects.filter(kind=Movie.Kind.MP4, state=Movie.State.READY, version=F("recording__version"))
+    found = found.filter(recording__state__in=SHOWN).exclude(recording__of_the_day=OfTheDay.NEVER)
+    return found.select_related("recording__robot", "recording__grant")
+
+
+def _shown(movie: Movie) -> Shown | None:
+    assert movie.recording is not None
+    about = access.about(movie.recording)
+    return None if about is None or about.hidden or about.quiet else Shown(movie, movie.recording, about)
+
+
+@never_cache
+@require_safe
+def page(request: HttpRequest) -> HttpResponse:
+    """Show the movie of the day, or say that there is none."""
+    now = SYSTEM.now()
+    found = movie_of_the_day(now)
+    pinned = found is not None and found.recording.of_the_day == OfTheDay.PINNED
+    yesterday = (now - timedelta(days=1)).date()
+    earlier = found is not None and not pinned and found.recording.began_at.date() < yesterday
+    context = {"found": found, "earlier": earlier, "yesterday": yesterday}
+    return render(request, "recordings/day.html", context)

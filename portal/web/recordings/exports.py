@@ -1,0 +1,124 @@
+"""Movies of recordings, and time-lapses of days: asked for by a form, downloaded when they are made."""
+
+from datetime import date
+from typing import Any
+
+from django.contrib import messages
+from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
+from django.shortcuts import get_object_or_404, redirect
+from django.views.decorators.cache import never_cache
+from django.views.decorators.http import require_POST, require_safe
+
+from operatorlog.services import stills_of
+from portal.edge.attempts import within
+from portal.web.pages.serving import limited, ranged
+from portal.web.recordings import access
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import BadRequest
+from robots.models import Movie, Recording, Robot
+from robots.models.recordings import SHOWN
+from robots.recordings import keeping, movies
+
+MEDIA = {"mp4": "video/mp4", "webm": "video/webm"}
+TOO_OFTEN = "Your network asks for too many movies; ask again in an hour."
+SOON = "The movie is being made. This takes up to some minutes; this page shows how far it is, and then the movie."
+
+
+def _said(request: HttpRequest, movie: Movie) -> None:
+    if movie.state != Movie.State.READY:
+        messages.info(request, SOON)
+
+
+@require_POST
+def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
+    """Have a movie of a recording made."""
+    recording, _ = access.visible(key, request.user)
+    if not within(request, "movie"):
+        messages.warning(request, TOO_OFTEN)
+        return redirect(recording)
+    try:
+        _said(request, movies.ask(recording, request.POST.get("kind", ""), SYSTEM.now()))
+    except BadRequest as error:
+        messages.warning(request, str(error))
+    return redirect(recording)
+
+
+@never_cache
+@require_safe
+def movie(request: HttpRequest, key: str, kind: str) -> HttpResponseBase:
+    """Return the movie of a recording."""
+    refused = limited(request)
+    if refused is not None:
+        return refused
+    recording, _ = access.visible(key, request.user)
+    found = recording.movies.filter(kind=kind, version=recording.version, state=Movie.State.READY).first()
+    return _served(request, found, f"{recording.robot.slug}-{recording.began_at:%Y%m%d-%H%M%S}.{kind}")
+
+
+def _served(request: HttpRequest, found: Movie | None, name: str) -> HttpResponseBase:
+    if found is None:
+        raise Http404("There is no such movie now; ask for it on the page of the recording.")
+    return ranged(request, keeping.movie_path(found), MEDIA[found.kind], name)
+
+
+def of_day(robot: Robot, day: date) -> list[Recording]:
+    """Return the recordings that a time-lapse may show: whose pictures everybody may see."""
+    found = Recording.objects.filter(robot=robot, began_at__date=day, state__in=SHOWN).select_related("grant")
+    about = [(recording, access.about(recording)) for recording in found.order_by("began_at")]
+    return [recording for recording, one in about if one is not None and not one.hidden]
+
+
+def _shown(robot: Robot, day: date) -> set[int | str]:
+    return {*(one.pk for one in of_day(robot, day)), *stills_of(robot, day)}
+
+
+def day_of(text: str) -> date:
+    """Return the day of an address. Raises Http404."""
+    try:
+        return date.fromisoformat(text)
+    except ValueError as error:
+        raise Http404("A day is written like 2026-11-23.") from error
+
+
+@require_POST
+def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
+    """Have a time-lapse of a day made."""
+    robot = get_object_or_404(Robot, slug=slug)
+    back = redirect("recordings", slug)
+    if not within(request, "movie"):
+        messages.warning(request, TOO_OFTEN)
+        return back
+    try:
+        day = date.fromisoformat(request.POST.get("day", ""))
+        shown = of_day(robot, day), stills_of(robot, day)
+        _said(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
+    except ValueError:
+        messages.warning(request, "Choose a day.")
+    except BadRequest as error:
+        messages.warning(request, str(error))
+    return back
+
+
+@never_cache
+@require_safe
+def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseBase:
+    """Return the time-lapse of a day."""
+    refused = limited(request)
+    if refused is not None:
+        return refused
+    robot = get_object_or_404(Robot, slug=slug)
+    found = Movie.objects.filter(robot=robot, day=day_of(day), kind=kind, state=Movie.State.READY).first()
+    if found is not None and not set(found.sources) <= _shown(robot, day_of(day)):
+        found = None  # one of its recordings or pictures was removed or hidden since
+    return _served(request, found, f"{robot.slug}-{day}.{kind}")
+
+
+def offered(recording: Recording) -> list[dict[str, Any]]:
+    """Return each kind of movie with how it stands."""
+    found = {one.kind: one for one in recording.movies.filter(version=recording.version)}
+    return [{"kind": kind, "label": label, "movie": found.get(kind)} for kind, label in Movie.Kind.choices]
+
+
+def arriving(found: list[dict[str, Any]]) -> bool:
+    """Return whether one of the movies that `offered` gives is still to be made."""
+    return any(one["movie"] is not None and one["movie"].open for one in found)

@@ -20,8 +20,8 @@ from accounts import handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.rights import drives_more, may_do_more
+from robots.admin.added import on_added
 from robots.admin.bases import FormFieldsAdmin, Guarded, Kept, NamedInline
-from robots.admin.verbs import on_added
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.models import Robot

@@ -11,9 +11,10 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import bus, grants, services
+from robots.admin.added import ADDED
 from robots.admin.bases import FormFieldsAdmin
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
-from robots.admin.verbs import ADDED, VERBS
+from robots.admin.verbs import VERBS
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures

@@ -15,8 +15,6 @@ from robots.services.permissions import need_staff
 from robots.states import Cycle
 
 Verb = Callable[[Robot, HttpRequest], str]
-Load = Callable[[Robot], str]
-ADDED: list[Load] = []  # what other apps do when staff have added a robot
 STOPPED = "The robot is stopped: look at the newest picture, then release the stop."
 
 
@@ -127,9 +125,3 @@ def add(verb: Verb) -> Verb:
 VERBS: dict[str, Verb] = {
     verb.__name__: verb for verb in (enable, disable, stop, release, lock_out, lift, maintenance, procedure, test)
 }
-
-
-def on_added(load: Load) -> Load:
-    """Call this for each robot that staff add; they are told what it returns, if anything."""
-    ADDED.append(load)
-    return load

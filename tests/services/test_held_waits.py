@@ -116,7 +116,7 @@ class Line:
         monkeypatch.setattr(viewing, "current_user", lambda scope: people["ada"])
         monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
         monkeypatch.setattr(
-            bus, "_publish", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
+            bus.owner, "send", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
         )
         self.heard, self.page, self.said, self.tasks = [], consumers.RobotConsumer(), [], []
         self.page.slug, self.page.scope, self.page.me = robot.slug, {}, people["ada"].pk

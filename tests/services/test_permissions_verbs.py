@@ -24,7 +24,8 @@ from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
-from robots import bus, services, verbs
+from robots import bus, services
+from robots.admin import verbs
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.kit.contract.spec import ANYONE, CommandKind

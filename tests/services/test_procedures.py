@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 from django.test import Client
 
-from robots import services, verbs
+from robots import services
+from robots.admin import verbs
 from robots.kit.contract.capabilities import Reset
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import function, spec_of

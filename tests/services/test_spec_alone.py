@@ -9,7 +9,7 @@ import pytest
 from robots import services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
-from robots.kit.contract.find import open_session
+from robots.kit.contract.find import function, open_session
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.rig import PYTHON, ROOT
@@ -21,6 +21,7 @@ CLICKS = {"mercury": ("move", {"x": 0.0, "y": 0.4}), "pa10": ("ready", {})}
 @pytest.fixture
 def unloadable(monkeypatch):
     """Make each driver's module one that cannot be imported."""
+    function.cache_clear()  # another test may have loaded them
     for name in DRIVERS:
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(ImportError):

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from robots import bus, services, verbs
+from robots import bus, services
+from robots.admin import verbs
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import NotPermitted, RobotError
 from robots.models import Command, Grant, Lease, Robot

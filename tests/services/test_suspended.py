@@ -8,7 +8,7 @@ from portal.live.snapshot import snapshot
 from queueing import services as queue
 from queueing.jobs.asking import ask
 from queueing.jobs.suspending import resume
-from robots import bus, services
+from robots import services
 from robots.kit.packets import Changed
 from robots.models import Command, Robot
 from tests.services.test_jobs import GUEST
@@ -60,7 +60,7 @@ def test_watchers_are_told_when_it_changes(released, people, clock, monkeypatch,
     told, kim = [], people["kim"]
     if change == "lift":
         services.lock_out(released, kim, "cleaning")
-    monkeypatch.setattr(bus, "publish", lambda slug, event: told.append((slug, event)) or True)
+    monkeypatch.setattr("robots.bus.publishing.publish", lambda slug, event: told.append((slug, event)) or True)
     with django_capture_on_commit_callbacks(execute=True):
         {
             "stop": lambda: services.stop(released, kim),

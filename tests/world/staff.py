@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from queueing import staff
 from queueing.jobs.suspending import resume
 from queueing.models import OPEN_TICKET, Ticket, Turn
-from robots import verbs
+from robots.admin import verbs
 from robots.kit.contract.errors import RobotError
 from robots.states import Cycle
 from tests.world.world import DatabaseAway

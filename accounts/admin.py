@@ -20,14 +20,14 @@ from accounts import handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.rights import drives_more, may_do_more
-from robots.admin.added import on_added
-from robots.admin.bases import FormFieldsAdmin, Guarded, Kept, NamedInline
+from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedInline, ReadOnlyAdmin
+from robots.admin.hooks import after_adding
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.models import Robot
 
 
-@on_added
+@after_adding
 def load_questions(robot: Robot) -> str:
     """Load the questions of the clearance test that the robot's package brings. Return what staff should know."""
     try:
@@ -88,7 +88,7 @@ class ClearanceForm(forms.ModelForm):  # type: ignore[type-arg]
 
 
 @admin.register(Clearance)
-class ClearanceAdmin(FormFieldsAdmin, Guarded):
+class ClearanceAdmin(FormFieldsAdmin, GuardedAdmin):
     """Clearances; they are withdrawn and reopened by actions with a note. Nobody decides on their own."""
 
     form = ClearanceForm
@@ -141,7 +141,7 @@ class ClearanceAdmin(FormFieldsAdmin, Guarded):
 
 
 @admin.register(Attempt)
-class AttemptAdmin(Kept):
+class AttemptAdmin(ReadOnlyAdmin):
     """The tests that people took."""
 
     list_display = ("user", "robot", "started_at", "score", "passed")

@@ -11,7 +11,7 @@ from django.utils.safestring import SafeString
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from robots.admin.bases import Guarded, NamedInline, NamedRowsAdmin, thumbnail
+from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, thumbnail
 from robots.kit.clock import SYSTEM
 
 
@@ -46,7 +46,7 @@ class EditedSince(admin.SimpleListFilter):
 
 
 @admin.register(Entry)
-class EntryAdmin(Guarded):
+class EntryAdmin(GuardedAdmin):
     """Publish, feature, or hide entries with a reason."""
 
     list_display = ("written_at", "picture", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")

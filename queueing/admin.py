@@ -10,7 +10,7 @@ from queueing.jobs.asking import Asker
 from queueing.jobs.cancelling import cancel
 from queueing.jobs.suspending import RESUMED, resume
 from queueing.models import Account, Job, Queue, QueueRobot, Ticket, Turn
-from robots.admin.bases import FormFieldsAdmin, Kept, NamedInline, NamedRowsAdmin, NamedValues
+from robots.admin.bases import FormFieldsAdmin, NamedInline, NamedRowsAdmin, NamedValues, ReadOnlyAdmin
 from robots.admin.verbs import add, staff_only
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
@@ -41,7 +41,7 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
 
 
 @admin.register(Ticket)
-class TicketAdmin(Kept):
+class TicketAdmin(ReadOnlyAdmin):
     """Places, in the order in which they are served."""
 
     list_display = ("user", "queue", "state", "start_tag", "joined_at", "last_seen", "end_reason")
@@ -59,7 +59,7 @@ class TicketAdmin(Kept):
 
 
 @admin.register(Turn)
-class TurnAdmin(Kept):
+class TurnAdmin(ReadOnlyAdmin):
     """Turns, running and ended."""
 
     list_display = ("id", "robot", "user", "started_at", "ended_at", "end_reason", "charged_s")
@@ -73,7 +73,7 @@ class TurnAdmin(Kept):
 
 
 @admin.register(Job)
-class JobAdmin(Kept):
+class JobAdmin(ReadOnlyAdmin):
     """Jobs, open and ended."""
 
     list_display = ("id", "robot", "kind", "user", "state", "reason", "start_tag", "asked_at", "ended_at", "charged")

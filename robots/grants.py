@@ -84,10 +84,10 @@ def newest_grant_that_moves(robot: Robot) -> Grant | None:
 
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
     """Return the user's open grant on the robot. Raises GrantOver."""
-    return held(open_grant(robot), user, now)
+    return held_by(open_grant(robot), user, now)
 
 
-def held(grant: Grant | None, user: Any, now: datetime) -> Grant:
+def held_by(grant: Grant | None, user: Any, now: datetime) -> Grant:
     """Return the grant if it belongs to the user and is open. Raises GrantOver."""
     if grant is None or not is_person(user, grant.holder_id):
         raise GrantOver("It is not your turn on this robot.")
@@ -173,7 +173,7 @@ def running_motions(robot: Robot) -> list[str]:
 def rests_within(robot: Robot, kept: dict[str, Any] | None) -> float | None:
     """Return within how many seconds the robot rests that nobody has asked yet, and no word reaches; None: not known.
 
-    What runs by the rows may have been allowed to go on by itself. Until somebody has asked it, it counts as moving.
+    By the rows a motion may run that was allowed to go on by itself. Until the robot was asked, it counts as moving.
     `kept`: as of `Spec.rests_within`.
     """
     try:

@@ -1,4 +1,4 @@
-"""Who somebody is to a row, and how everybody reads it."""
+"""Compares a person with the person of a row, and names the latter for everybody."""
 
 from typing import Any
 

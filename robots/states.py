@@ -31,7 +31,7 @@ COMMAND_NEXT: dict[str, frozenset[str]] = {
 
 
 class Lane(models.TextChoices):
-    """Where a command runs: `motion`, one at a time, or `config`, beside a motion."""
+    """The lane in which a command runs: `motion`, one at a time, or `config`, beside a motion."""
 
     MOTION = "motion", "Motion"
     CONFIG = "config", "Beside a motion"
@@ -50,7 +50,7 @@ class Cycle(models.TextChoices):
 
 
 class GrantKind(models.TextChoices):
-    """What a grant was opened for."""
+    """The purpose of a grant."""
 
     TURN = "turn", "Turn"
     JOB = "job", "Job"

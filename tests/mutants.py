@@ -65,7 +65,7 @@ MUTANTS = (
            "        self._processes.kill_recorded_owner(lease)\n", "",
            f"{WORLD}/test_promises.py::test_promise_04_a_frozen_owner_moves_nothing_and_is_killed[seed1-mercury]"),
     Mutant(4, "its owner believes that a grant never ends", "workers/authority/memory.py",
-           "        if grant_id in self.ended or not grant_id:\n            return -math.inf\n"
+           "        if grant_id in self.ended_ids or not grant_id:\n            return -math.inf\n"
            "        return self._clock.monotonic() + self._left(grant_id)\n", "        return math.inf\n",
            f"{RULES}::test_nothing_begins_to_move_without_a_grant[seed1]"),
     Mutant(5, "the lease is taken from whoever has it", "workers/authority/lease.py",

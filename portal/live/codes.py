@@ -15,7 +15,7 @@ import msgspec
 from redis.exceptions import RedisError
 
 from robots import bus
-from robots.grants import held, open_grant
+from robots.grants import held_by, open_grant
 from robots.kit.contract.errors import GrantOver
 from robots.models import Grant, Robot
 from robots.states import GrantKind
@@ -46,7 +46,7 @@ def grant_driven(robot: Robot, user: Any, now: datetime) -> Grant:
     """Return the open grant under which the person drives the robot. Raises GrantOver."""
     grant = open_grant(robot)
     drives = user.is_authenticated and grant is not None and grant.kind != GrantKind.UPKEEP  # many have no holder
-    return held(grant if drives else None, user, now)
+    return held_by(grant if drives else None, user, now)
 
 
 def give(robot: Robot, user: Any, now: datetime) -> str:

@@ -1,4 +1,4 @@
-"""What depends on a process's role (web, owner, housekeeping, recorder): its waits for the stores, SQLite's log.
+"""Settings that depend on a process's role (web, owner, housekeeping, recorder): waits for stores, SQLite's log.
 
 `portal/settings.py` reads it for the role in the environment. A fork of a process that has read the settings already
 takes its own role with `take`.

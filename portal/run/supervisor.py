@@ -32,7 +32,7 @@ Print = Callable[[str, str], None]
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """How to run a process: name, command, environment, and place in the order of stopping."""
+    """A process to run: name, command, environment, and place in the order of stopping."""
 
     name: str
     argv: tuple[str, ...]

@@ -16,7 +16,7 @@ from robots.kit.contract.errors import RobotError
 from robots.models import Frame
 
 
-class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
+class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     """A list whose actions answer 403 to people without the permission; Django would ignore them silently."""
 
     def changelist_view(self, request: HttpRequest, extra_context: dict[str, Any] | None = None) -> HttpResponse:
@@ -50,7 +50,7 @@ class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
             messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(told))
 
 
-class Kept(Guarded):
+class ReadOnlyAdmin(GuardedAdmin):
     """A record that is only read in the admin."""
 
     def has_act_permission(self, request: HttpRequest) -> bool:

@@ -11,9 +11,9 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import bus, grants, services
-from robots.admin.added import ADDED
 from robots.admin.bases import FormFieldsAdmin
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
+from robots.admin.hooks import AFTER_ADDING
 from robots.admin.verbs import VERBS
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
@@ -123,7 +123,7 @@ class RobotAdmin(FormFieldsAdmin):
     def _load(robot: Robot) -> list[str]:
         """Load what the robot's package brings; return what staff should know."""
         programs.load_gallery(robot, SYSTEM.now())
-        return [told for load in ADDED if (told := load(robot))]
+        return [told for load in AFTER_ADDING if (told := load(robot))]
 
     @admin.action(description="Load what the packages bring: programs, questions", permissions=["change"])
     def load_brought(self, request: HttpRequest, queryset: Any) -> None:

@@ -9,13 +9,13 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import services
-from robots.admin.bases import Kept
+from robots.admin.bases import ReadOnlyAdmin
 from robots.models import Movie, Recording
 from robots.models.recordings import OfTheDay
 
 
 @admin.register(Recording)
-class RecordingAdmin(Kept):
+class RecordingAdmin(ReadOnlyAdmin):
     """Recordings, the newest first; their pages replay them."""
 
     list_display = ("began_at", "robot", "what", "state", "reason", "bytes", "dropped", "of_the_day", "replay")
@@ -72,7 +72,7 @@ class RecordingAdmin(Kept):
 
 
 @admin.register(Movie)
-class MovieAdmin(Kept):
+class MovieAdmin(ReadOnlyAdmin):
     """Movies made of recordings."""
 
     list_display = ("id", "robot", "recording", "day", "kind", "state", "progress", "reason", "asked_at", "ready_at")

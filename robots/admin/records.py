@@ -7,13 +7,13 @@ from django.http import HttpRequest
 from django.utils.safestring import SafeString
 
 from robots import services
-from robots.admin.bases import FormFieldsAdmin, Guarded, Kept, NamedValues, thumbnail
+from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedValues, ReadOnlyAdmin, thumbnail
 from robots.models import Command, Frame, Grant, Incident, Program
 from robots.services import programs
 
 
 @admin.register(Program)
-class ProgramAdmin(FormFieldsAdmin, Guarded):
+class ProgramAdmin(FormFieldsAdmin, GuardedAdmin):
     """People's programs, reviewed for the gallery."""
 
     list_display = ("name", "robot", "author", "shared", "approved", "changed_at")
@@ -43,7 +43,7 @@ class ProgramAdmin(FormFieldsAdmin, Guarded):
 
 
 @admin.register(Command)
-class CommandAdmin(Kept):
+class CommandAdmin(ReadOnlyAdmin):
     """The command history."""
 
     list_display = ("id", "robot", "kind", "state", "reason", "clamped", "issued_by", "created_at", "ended_at")
@@ -63,7 +63,7 @@ class CommandAdmin(Kept):
 
 
 @admin.register(Grant)
-class GrantAdmin(Kept):
+class GrantAdmin(ReadOnlyAdmin):
     """The history of grants."""
 
     list_display = ("robot", "kind", "holder", "opened_at", "ended_at", "end_reason")
@@ -71,7 +71,7 @@ class GrantAdmin(Kept):
 
 
 @admin.register(Incident)
-class IncidentAdmin(Kept):
+class IncidentAdmin(ReadOnlyAdmin):
     """The incidents of robots."""
 
     list_display = ("at", "robot", "code", "text", "remedy", "closed_at")
@@ -87,10 +87,10 @@ class IncidentAdmin(Kept):
 
 
 @admin.register(Frame)
-class FrameAdmin(Kept):
-    """Kept pictures."""
+class FrameAdmin(ReadOnlyAdmin):
+    """Stored pictures."""
 
-    list_display = ("id", "robot", "taken_at", "verdict", "difference", "tries", "shown")
+    list_display = ("id", "robot", "taken_at", "verdict", "difference", "tries", "shown_picture")
     list_filter = ("robot", ("verdict", NamedValues))
     list_select_related = ("robot",)
     actions = ("take_down",)
@@ -109,6 +109,6 @@ class FrameAdmin(Kept):
                 messages.success(request, f"{name} was taken down; recordings changed: {changed}.")
 
     @admin.display(description="Picture")
-    def shown(self, frame: Frame) -> SafeString | str:
+    def shown_picture(self, frame: Frame) -> SafeString | str:
         """Return the picture itself."""
         return thumbnail(frame, f"Picture of {frame.robot}, {frame.taken_at:%-d %B %Y, %H:%M:%S} UTC")

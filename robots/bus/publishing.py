@@ -52,7 +52,7 @@ def lost_events() -> bool:
 def make_up() -> None:
     """Have pages read again where this process lost an event, though it has nothing to tell of that robot now.
 
-    Whatever runs for long calls it every few seconds.
+    Each process that runs for long calls it every few seconds.
     """
     for slug in list(_lost):
         _make_up(slug)

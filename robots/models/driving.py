@@ -1,4 +1,4 @@
-"""Who may move a robot and what it was asked to do: grants, leases, commands, incidents, and how much it is used."""
+"""Rows of the use of robots: grants, leases, commands, incidents, and counters of use."""
 
 from datetime import datetime
 
@@ -34,7 +34,7 @@ class Grant(models.Model):
 
 
 class Lease(models.Model):
-    """Which process owns a robot; the epoch only ever grows."""
+    """The process that owns a robot; the epoch only ever grows."""
 
     robot = models.OneToOneField(Robot, models.CASCADE, related_name="lease")
     epoch = models.BigIntegerField(default=0)

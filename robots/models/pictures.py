@@ -1,4 +1,4 @@
-"""Stored pictures, what commands have found, and programs."""
+"""Rows of stored pictures, findings of commands, and programs."""
 
 import secrets
 
@@ -51,7 +51,7 @@ class Frame(models.Model):
 
 
 class Finding(models.Model):
-    """What a long command has found on its way: words, values, where the robot was, perhaps a picture."""
+    """A finding of a long command: words, values, the robot's place, perhaps a picture."""
 
     command = models.ForeignKey(Command, models.CASCADE, related_name="findings")
     number = models.PositiveSmallIntegerField()  # counted from 1

@@ -9,7 +9,7 @@ from django.db.models import Q
 
 
 class Records(models.TextChoices):
-    """What of a robot is recorded."""
+    """The parts of a robot's work that are recorded."""
 
     OFF = "off", "Nothing"
     WORK = "work", "Turns and jobs"
@@ -28,7 +28,7 @@ SHOWN = (RecordingState.READY, RecordingState.CUT)
 
 
 class OfTheDay(models.TextChoices):
-    """What staff say of a recording's movie as the movie of the day."""
+    """The decision of staff whether a recording's movie is the movie of the day."""
 
     BY_RULE = "", "By the rule"
     PINNED = "pinned", "Until staff say otherwise"
@@ -41,7 +41,7 @@ def new_key() -> str:
 
 
 class Recording(models.Model):
-    """What a robot did under one grant: a file with pictures, states, commands and events on one clock."""
+    """A robot's work under one grant: a file with pictures, states, commands and events on one clock."""
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="recordings")
     grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="recording")

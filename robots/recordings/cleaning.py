@@ -1,4 +1,4 @@
-"""What housekeeping removes of recordings and movies: by the times of rows, never by those of files."""
+"""Housekeeping removes old recordings and movies: by the times of rows, never by those of files."""
 
 import contextlib
 import logging

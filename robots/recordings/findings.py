@@ -1,4 +1,4 @@
-"""What commands have found on their way, for the pages of turns and jobs."""
+"""The findings of commands, for the pages of turns and jobs."""
 
 from collections.abc import Iterable
 from typing import Any

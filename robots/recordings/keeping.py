@@ -107,7 +107,7 @@ def hold(recording: Recording) -> Iterator[Recording]:
 def finish(recording: Recording, state: RecordingState, reason: str, now: datetime, dropped: int = 0) -> None:
     """Note how a recording ended. Its file is in its place by now, or there is none.
 
-    What was taken down meanwhile is taken out before anybody can see the file; if that fails, the file goes.
+    Pictures that were taken down meanwhile are removed before anybody can see the file; if that fails, the file goes.
     """
     path = path_of(recording)
     with hold(recording) as row:
@@ -189,7 +189,7 @@ def forget_lapses(grant: Grant) -> None:
 def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -> int:
     """Take a picture out of the robot's recordings and movies. Return of how many recordings.
 
-    What the camera showed within two seconds of it goes too; for the still of a pose, everything that shows that pose.
+    Pictures of the same camera within two seconds go too; for the still of a pose, all that show that pose.
     """
     at_ms = ms_of(at)
     span = {"from_ms": at_ms - LATE_MS, "to_ms": at_ms + LATE_MS, "camera": camera, "still": still}

@@ -1,4 +1,4 @@
-"""What a movie and a page show of a robot's path: which commands had it planned, and what was found on it."""
+"""The data of a robot's path for a movie and a page: the commands that planned it, and the findings on it."""
 
 from typing import Any
 

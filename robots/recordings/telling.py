@@ -1,4 +1,4 @@
-"""What a recording, which everybody may replay, tells of a command beside its stages."""
+"""The facts of a command that a recording tells beside its stages; everybody may replay them."""
 
 from typing import Any
 

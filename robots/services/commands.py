@@ -9,7 +9,7 @@ from django.db import IntegrityError, connection, transaction
 from django.db.models import BigIntegerField, CharField, Count, Max, OuterRef, QuerySet, Subquery
 
 from robots import bus
-from robots.grants import end_grant, held, lease_of, open_grant, owner_alive, start_grant
+from robots.grants import end_grant, held_by, lease_of, open_grant, owner_alive, start_grant
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest, NotPermitted, RobotError, Stopped
 from robots.kit.contract.find import spec_of
@@ -103,7 +103,7 @@ def issue(
         BadRequest, OutOfWorkspace: the command itself is wrong.
     """
     now = now or SYSTEM.now()
-    grant = held(_OPEN.first(slug=slug, seq=client_seq), user, now)
+    grant = held_by(_OPEN.first(slug=slug, seq=client_seq), user, now)
     if grant.kind == GrantKind.UPKEEP:
         raise NotPermitted(ONE_COMMAND)
     return _issue(grant, grant, user, kind, args, client_seq, now, picture_time(seen_ms, now))

@@ -1,4 +1,4 @@
-"""What staff say of the movie of the day."""
+"""The decision of staff on the movie of the day."""
 
 from typing import Any
 

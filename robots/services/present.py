@@ -1,4 +1,4 @@
-"""Where a robot is now, as far as its owner has stored it: the checks of what people ask for begin there."""
+"""The robot's present state as its owner stored it last; checks of requests begin there."""
 
 from datetime import datetime, timedelta
 

@@ -1,4 +1,4 @@
-"""What staff take off the portal: stored pictures, with all that shows them, and recordings."""
+"""Staff take off the portal: stored pictures, with all that shows them, and recordings."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""How much a robot is used: counters of five minutes each, without a word of who it was."""
+"""Counters of a robot's use, of five minutes each; they name nobody."""
 
 from datetime import datetime, timedelta
 

@@ -90,7 +90,7 @@ def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, 
     expect(page.locator("#place")).to_contain_text("You are next")
     looked_at(one, pages, *both(look))
     portal.end(turn)
-    portal.run.serve()
+    portal.serve()
     expect(page.locator("#turnbar")).to_contain_text("It is your turn on Mercury")
     looked_at(one, pages, *both(look))
     page.get_by_role("button", name="Take control").click()

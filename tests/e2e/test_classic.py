@@ -93,7 +93,7 @@ class TestOnRows:
         token = page.url
         assert re.search(r"/classic/mercury/[\w-]{20,}/$", token)
         page.click("button[value=join]")
-        portal.run.serve()
+        portal.serve()
         page.click("text=Update")
         page.click("main button[value=accept]")
         expect(page.locator("main")).to_contain_text("You drive")

@@ -69,7 +69,7 @@ class TestOnRows:
         new, page = person(one, "has_touch" in look), one.page
         sign_up(new)
         get_cleared(new)
-        take_turn(new, "up", portal.run.serve)
+        take_turn(new, "up", portal.serve)
         command(new, "up")
         wait_for(portal.perform, CEILING_S, "the command's row")
         expect(page.locator("#ladder li").first).to_contain_text("Settled")

@@ -82,7 +82,7 @@ def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     expect(page).to_have_title(re.compile(r"^\(2\) "))
     Ticket.objects.filter(user=bob.user).update(last_seen=SYSTEM.now() - timedelta(seconds=80))
     queue.leave(portal.robot, ada.user, SYSTEM.now())
-    portal.run.serve()
+    portal.serve()
     expect(page.locator(BAR)).to_contain_text("It is your turn on Mercury")
     fresh = SYSTEM.now() - timedelta(seconds=40)
     wait_for(lambda: page.wait_for_timeout(50) or Ticket.objects.get(user=bob.user).last_seen > fresh, 25, "presence")
@@ -104,7 +104,7 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     page.goto("/story/")
     expect(page.locator(BAR)).to_contain_text("You missed your turn")
     page.get_by_role("button", name="Join again").click()
-    portal.run.serve()
+    portal.serve()
     expect(page.locator(BAR)).to_contain_text("It is your turn")
     miss()
     expect(page.locator(BAR)).to_contain_text("You missed your turn")
@@ -124,7 +124,7 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     page = ada.page
     page.goto("/robots/mercury/")
     page.click("[data-do=join]")
-    portal.run.serve()
+    portal.serve()
     page.locator("[data-do=accept]").press("Enter")
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     link = page.locator(".site-head a", has_text="log")
@@ -163,7 +163,7 @@ def test_on_the_robots_own_page_nothing_contradicts_the_offer(portal, cast):
     page.click("[data-do=join]")
     expect(page.locator("#why")).to_have_text("You wait for your turn.")
     queue.leave(portal.robot, ada.user, SYSTEM.now())
-    portal.run.serve()
+    portal.serve()
     expect(page.locator("#why")).to_have_text("It is your turn: take control to begin.")
     assert "not your turn" not in page.inner_text("main").lower()
     take = page.locator(BAR).get_by_role("button", name="Take control")
@@ -200,7 +200,7 @@ def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_
     expect(sound).to_have_attribute("aria-pressed", "false")
     bob.axe("waiting")
     queue.leave(portal.robot, ada.user, SYSTEM.now())
-    portal.run.serve()
+    portal.serve()
     wait_for(lambda: page.wait_for_timeout(50) or page.evaluate("noted"), 15, "the notification")
     assert page.evaluate("noted") == ["It is your turn on Mercury"]
 
@@ -226,7 +226,7 @@ def test_without_the_socket_the_page_asks_by_itself(portal, cast):
 def test_without_scripts_a_line_of_the_page_leads_to_the_robot(portal, cast):
     ada = cast("ada", java_script_enabled=False)
     queue.join(portal.robot, ada.user, SYSTEM.now())
-    portal.run.serve()
+    portal.serve()
     ada.page.goto("/log/")
     expect(ada.page.locator(BAR)).to_contain_text("It is your turn on Mercury.")
     ada.page.get_by_role("button", name="Take control").click()

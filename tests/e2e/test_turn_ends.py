@@ -154,7 +154,7 @@ def test_without_scripts_the_console_says_the_rule_and_the_reason(portal, visito
     ada, bob = visitor(java_script_enabled=False).cleared("ada", None), visitor().cleared("bob", "/log/")
     queue.join(portal.robot, ada.user, SYSTEM.now(), classic=True)
     portal.picture("mercury", 0)
-    portal.run.serve()
+    portal.serve()
     page = ada.page
     page.goto("/classic/mercury/")
     page.locator("main").get_by_role("button", name="Take control").click()

@@ -65,7 +65,7 @@ class World:
         made.owned._open_session = lambda: self.driver
         made.owned.driver, made.owned.running, made.pictures.cameras = self.driver, True, []
         assert made.lease._try()
-        made.link.seen()
+        made.link.note_answer()
         self.owner = made
         made.stopping.begin()
         made.connection.begin()
@@ -84,7 +84,7 @@ class World:
         def round_over(_seconds):
             nonlocal left
             self.clock.go(apart_s)
-            owner.link.seen()
+            owner.link.note_answer()
             owner.lease.renew()
             followed(owner)
             owner.follower.follow_grant()

@@ -77,7 +77,7 @@ def made_owner(robot, people, **options):
     made.owned.age = lambda state: clock.t - state.at  # its drivers stamp their states by the same clock
     made.owned.driver, made.owned.running = Arm(), True
     assert made.lease._try()
-    made.link.seen()
+    made.link.note_answer()
     made.pictures.cameras = []
     services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"], clock.now() + timedelta(seconds=60))
     return made

@@ -36,7 +36,7 @@ def test_an_owner_lets_the_turn_move_the_robot_for_its_time_and_not_longer(owner
     def may():
         owner.lease._until = clock.monotonic() + 3  # renewed
         owner.lease._lapsed = False
-        owner.link.seen()
+        owner.link.note_answer()
         owner.follower.follow_grant()
         return not gate.forbidden and Grant.objects.get().ended_at is None
 
@@ -85,7 +85,7 @@ def test_an_owner_that_sees_a_turn_for_the_first_time_after_a_step_ends_it_neith
     Grant.objects.update(until=F("until") + timedelta(seconds=by), opened_at=F("opened_at") + timedelta(seconds=by))
     owner.follower.follow_grant()
     owner.clock.go(59)
-    owner.link.seen()
+    owner.link.note_answer()
     owner.follower.follow_grant()
     assert not owner.grants.over(Grant.objects.get().pk)
     owner.clock.go(1.5)

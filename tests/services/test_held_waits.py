@@ -61,7 +61,7 @@ def wait(owner, seconds):
     while seconds > 0:
         owner.clock.go(min(seconds, 1.0))
         owner.lease.renew()
-        owner.link.seen()
+        owner.link.note_answer()
         seconds -= 1.0
 
 
@@ -82,7 +82,7 @@ def test_a_held_motion_that_waited_unheard_moves_nothing(owner, people, kind, ar
     assert owner.done == [], "the driver was asked for nothing"
     assert command.state == "cancelled"
     assert command.reason == ("Nothing was heard from your controls while this motion waited, so it did not begin.")
-    assert owner.deadman.ended == ""
+    assert owner.deadman.end_reason == ""
 
 
 @EACH

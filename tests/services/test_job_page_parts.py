@@ -89,7 +89,7 @@ def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job,
     assert b'<progress max="1" value="0.2" aria-label="How much of it is done">' in answer.content
     settle(clock)
     answer = page(job)
-    assert [row[1:] for row in rows(answer)][-2:] == [("Under way", "12 s of at most 60 s (20 %)"), ("Settled", "")]
+    assert [row[1:] for row in table(answer)][-2:] == [("Under way", "12 s of at most 60 s (20 %)"), ("Settled", "")]
     assert b"<progress" not in answer.content, "it is over"
 
 
@@ -119,7 +119,7 @@ def test_what_gave_way_to_somebody_else_is_told_calmly(shuttle, job, clock):
 def test_progress_without_a_share_or_a_time_is_shown_too(shuttle, job, told):
     Command.objects.update(progress=told)
     answer = page(job)
-    assert (1, "Under way", "on its way") in rows(answer)
+    assert (1, "Under way", "on its way") in table(answer)
     assert b"<progress" not in answer.content
 
 
@@ -154,5 +154,5 @@ def test_a_guests_page_has_all_of_it_too(shuttle, clock):
     settle(clock, sent={"x": 1.0})
     answer = page(found)
     assert answer.context["result"] == [("x", "1 m")]
-    assert [words for _, words, _ in rows(answer)] == ["Queued", "Settled"]
+    assert [words for _, words, _ in table(answer)] == ["Queued", "Settled"]
     assert timedelta(0) < clock.now() - found.asked_at

@@ -128,7 +128,7 @@ class MotionMachine(RuleBasedStateMachine):
         Lease.objects.get_or_create(robot=self.robot)
         if owner.lease._try():
             owner.owned.running = True
-            owner.link.seen()
+            owner.link.note_answer()
             rows.abandon(owner.owned.robot, owner.owned.now())
             self.owners.append(owner)
         else:
@@ -154,7 +154,7 @@ class MotionMachine(RuleBasedStateMachine):
         if not renewed or seconds < 1:
             self.clock.go(seconds)
         for owner in self.owners:
-            owner.link.seen()
+            owner.link.note_answer()
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))

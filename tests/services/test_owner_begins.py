@@ -63,7 +63,7 @@ def owner(robot, people, monkeypatch):
 def mended(owner):
     owner.clock.go(5.0)
     assert owner.lease._try()
-    owner.link.seen()
+    owner.link.note_answer()
     owner.connection.mend()
     return owner.owned.driver.recovered
 

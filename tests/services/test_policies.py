@@ -85,7 +85,7 @@ def watched(owner, seconds, link):
         owner.clock.go(STEP_S)
         owner.lease.renew()
         if link:
-            owner.link.seen()
+            owner.link.note_answer()
         owner.watch._hold_what_is_forbidden(owner.lane)
         if owner.owned.driver.holds:
             return owner.clock.t - begun
@@ -142,7 +142,7 @@ def test_a_grant_that_is_ended_early_is_the_end_whatever_was_declared(owner, sta
     assert watched(owner, gone_s(owner) + 1.0, link=False) is None
     services.end_grant(services.open_grant(owner.owned.robot), "holder", "test", owner.owned.now())
     owner.follower.follow_grant()
-    assert command.grant_id in owner.grants.ended
+    assert command.grant_id in owner.grants.ended_ids
     assert watched(owner, 5.0, link=False) == pytest.approx(STEP_S)
 
 

@@ -63,13 +63,13 @@ def run(owner, command):
 
 def lapse(owner):
     owner.clock.go(3.1)
-    owner.link.seen()
+    owner.link.note_answer()
 
 
 @pytest.mark.asvs("16.5.3")
 def test_an_earlier_permit_refuses_for_good(owner):
     owner.lane.gate.open_for(Grant.objects.get())
-    permits = [owner.lane.gate.bound(owner.lease.epoch)]
+    permits = [owner.lane.gate.permit(owner.lease.epoch)]
     permits[0]()
     for _ in range(3):
         lapse(owner)
@@ -80,7 +80,7 @@ def test_an_earlier_permit_refuses_for_good(owner):
         for permit in permits:
             with pytest.raises(StaleEpoch):
                 permit()
-        permits.append(owner.lane.gate.bound(owner.lease.epoch))
+        permits.append(owner.lane.gate.permit(owner.lease.epoch))
         permits[-1]()
 
 

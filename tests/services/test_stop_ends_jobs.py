@@ -40,7 +40,7 @@ def ticked(owner):
     """Let time go by, and the queue and the owner do what is due."""
     owner.clock.go(1.0)
     owner.lease.renew()
-    owner.link.seen()
+    owner.link.note_answer()
     owner.follower.follow_grant()
     queue.tick(owner.owned.now())
     owner.motion.run_due()

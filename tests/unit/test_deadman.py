@@ -37,7 +37,7 @@ def test_a_keep_alive_that_comes_too_late_brings_nothing_back(pauses):
         if abs(pause - SILENT_S) < 1e-6:
             return  # at the very edge either is right
         timer.hear(SEQ, True)
-        assert timer.ended == ("lost" if lost else "")
+        assert timer.end_reason == ("lost" if lost else "")
     if lost:
         with pytest.raises(ControlsReleased):
             timer.check()
@@ -59,9 +59,11 @@ def test_a_motion_that_waited_begins_only_if_its_controls_were_heard_a_moment_ag
     if abs(silence - SILENT_S) < 1e-6:
         return
     timer.start(command())
-    assert timer.ended == ("" if silence < SILENT_S else "lost")
+    assert timer.end_reason == ("" if silence < SILENT_S else "lost")
     timer.hear(SEQ, True)
-    assert timer.ended == ("" if silence < SILENT_S else "lost"), "a keep-alive that comes later brings nothing back"
+    assert timer.end_reason == ("" if silence < SILENT_S else "lost"), (
+        "a keep-alive that comes later brings nothing back"
+    )
 
 
 def test_the_press_may_come_a_little_later_than_its_command():
@@ -77,12 +79,12 @@ def test_the_press_may_come_a_little_later_than_its_command():
 
     clock.sleep = heard_meanwhile
     timer.start(command())
-    assert (timer.ended, len(slept)) == ("", 3)
+    assert (timer.end_reason, len(slept)) == ("", 3)
     timer.end()
     clock.sleep = sleep
     begun = clock.monotonic()
     timer.start(command(SEQ + 1))
-    assert timer.ended == "lost", "nobody holds it"
+    assert timer.end_reason == "lost", "nobody holds it"
     assert clock.monotonic() - begun < SILENT_S + 0.05
 
 
@@ -97,9 +99,9 @@ def test_a_press_and_its_release_that_a_stalled_line_delivers_together_move_noth
         timer.hear(seq, False)
     for seq in (SEQ, SEQ + 1, SEQ + 2):
         timer.start(command(seq))
-        assert timer.ended == "released", seq
+        assert timer.end_reason == "released", seq
         timer.hear(seq, True)
-        assert timer.ended == "released", seq
+        assert timer.end_reason == "released", seq
         timer.end()
         clock.sleep(1.0)
 
@@ -108,30 +110,30 @@ def test_controls_of_other_commands_neither_keep_nor_release_it():
     clock, timer = taken()
     timer.hear(SEQ + 5, False)
     timer.hear(SEQ - 1, False)
-    assert not timer.ended
+    assert not timer.end_reason
     clock.sleep(SILENT_S + 0.01)
     timer.hear(SEQ + 5, True)
-    assert timer.ended == "lost"
+    assert timer.end_reason == "lost"
     timer.end()
     timer.hear(SEQ + 6, True)
     timer.start(command(SEQ + 1))
-    assert timer.ended == "lost"
+    assert timer.end_reason == "lost"
 
 
 def test_it_ends_when_released_and_when_it_has_lasted_long_enough():
     clock, timer = taken()
     timer.hear(SEQ, False)
-    assert timer.ended == "released"
+    assert timer.end_reason == "released"
     clock.sleep(START_S + 1.0)
     timer.hear(SEQ, True)
-    assert timer.ended == "released", "for as long as it runs"
+    assert timer.end_reason == "released", "for as long as it runs"
     clock, timer = taken(limit_s=1.0)
     for _ in range(9):
         clock.sleep(0.1)
         timer.hear(SEQ, True)
-        assert not timer.ended
+        assert not timer.end_reason
     clock.sleep(0.11)
-    assert timer.ended == "long"
+    assert timer.end_reason == "long"
 
 
 def test_a_tap_that_was_released_before_its_motion_begins_ends_it_a_second_later():
@@ -140,7 +142,7 @@ def test_a_tap_that_was_released_before_its_motion_begins_ends_it_a_second_later
     timer.end()
     clock.sleep(1.0)
     timer.start(command(SEQ + 1))
-    assert timer.ended == "released"
+    assert timer.end_reason == "released"
 
 
 def test_words_of_controls_are_forgotten():
@@ -178,7 +180,7 @@ def test_the_latest_value_wins_and_one_that_is_refused_counts_for_nothing(told):
         if which == SEQ and abs(value) <= 1 and not lost:
             newest[name], heard = value, now
         assert timer.steered == newest
-        assert timer.ended == ("lost" if lost else "")
+        assert timer.end_reason == ("lost" if lost else "")
 
 
 def test_values_of_a_motion_that_is_not_steered_count_for_nothing():
@@ -187,7 +189,7 @@ def test_values_of_a_motion_that_is_not_steered_count_for_nothing():
     timer.hear(SEQ, True, {"x": 0.5})
     assert timer.steered == {}
     clock.sleep(0.02)
-    assert timer.ended == "lost"
+    assert timer.end_reason == "lost"
 
 
 def test_the_next_motion_begins_at_its_own_values():

@@ -89,6 +89,6 @@ def test_the_watch_feels_how_late_it_wakes(tmp_path):
         sound=False, busy=False, current=None, name="motion", lease=SimpleNamespace(lost=False, valid=True),
         pace=Paced(), gate=SimpleNamespace(authority=authority, forbidden=False),
     )  # fmt: skip
-    watch = Watch(owned, (lane,), SimpleNamespace(ended=False), brownout, tmp_path / "beat", lambda: None)
+    watch = Watch(owned, (lane,), SimpleNamespace(end_reason=""), brownout, tmp_path / "beat", lambda: None)
     watch.loop()
     assert brownout.level == ONLY_STILLS

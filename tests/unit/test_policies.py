@@ -11,7 +11,7 @@ from robots.kit.contract.channels import IN_PLANE, IN_SPACE
 from robots.kit.contract.policies import HOLD, Bound, Policies, Range
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
-from workers.authority.gate import Known, inside, why_held
+from workers.authority.gate import KnownState, inside, why_held
 
 SECONDS = st.floats(0.0, 1e6, exclude_min=True)
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
@@ -19,7 +19,7 @@ RANGES = st.builds(Range, st.sampled_from("xyz"), NUMBERS, NUMBERS)
 BOUNDS = st.builds(Bound, SECONDS, st.lists(RANGES, max_size=3).map(tuple), st.none() | NUMBERS, st.none() | NUMBERS)
 POLICIES = st.builds(Policies, st.none() | BOUNDS, st.none() | BOUNDS)
 KNOWN = st.none() | st.builds(
-    Known,
+    KnownState,
     st.dictionaries(st.sampled_from("xyz"), NUMBERS),
     st.lists(NUMBERS, max_size=3).map(tuple),
     st.none() | NUMBERS,
@@ -61,14 +61,14 @@ PLACE = Bound(5.0, (Range("x", 0.0, 2.0),), 0.3)
 @pytest.mark.parametrize(
     ("known", "is_inside"),
     [
-        (Known({"x": 1.0}, (0.1, -0.3)), True),
-        (Known({"x": 0.0}, (0.3,)), True),
-        (Known({"x": 2.1}, (0.1,)), False),
-        (Known({"x": nan}, (0.1,)), False),
-        (Known({"y": 1.0}, (0.1,)), False),
-        (Known({"x": 1.0}, ()), False),
-        (Known({"x": 1.0}, (0.1, -0.31)), False),
-        (Known({"x": 1.0}, (nan,)), False),
+        (KnownState({"x": 1.0}, (0.1, -0.3)), True),
+        (KnownState({"x": 0.0}, (0.3,)), True),
+        (KnownState({"x": 2.1}, (0.1,)), False),
+        (KnownState({"x": nan}, (0.1,)), False),
+        (KnownState({"y": 1.0}, (0.1,)), False),
+        (KnownState({"x": 1.0}, ()), False),
+        (KnownState({"x": 1.0}, (0.1, -0.31)), False),
+        (KnownState({"x": 1.0}, (nan,)), False),
         (None, False),
     ],
 )
@@ -80,7 +80,7 @@ def test_what_is_not_known_counts_as_outside(known, is_inside):
     ("turn", "is_inside"), [(0.5, True), (-0.5, True), (0.51, False), (nan, False), (inf, False), (None, False)]
 )
 def test_how_fast_a_body_turns_is_bounded_too(turn, is_inside):
-    assert inside(Bound(5.0, turn=0.5), Known({}, (9.0,), turn)) is is_inside
+    assert inside(Bound(5.0, turn=0.5), KnownState({}, (9.0,), turn)) is is_inside
     assert not inside(Bound(5.0, turn=0.5), None)
 
 
@@ -105,12 +105,12 @@ def test_a_state_tells_the_speeds_of_joints_and_body(spec, velocities, twist, sp
     told, turn = spec.speeds(state)
     assert (told, turn) == (pytest.approx(speeds[0]), speeds[1] if speeds[1] is None else pytest.approx(speeds[1]))
     slow = Bound(5.0, speed=1.0)
-    assert inside(slow, Known({}, told, turn)) is bool(speeds[0]), "a speed that is not told is outside"
+    assert inside(slow, KnownState({}, told, turn)) is bool(speeds[0]), "a speed that is not told is outside"
 
 
 def test_a_motion_that_draws_near_the_end_of_its_grant_has_to_be_inside():
     policies = Policies(on_grant_end=PLACE)
-    fast, slow = Known({"x": 1.0}, (1.0,)), Known({"x": 1.0}, (0.1,))
+    fast, slow = KnownState({"x": 1.0}, (1.0,)), KnownState({"x": 1.0}, (0.1,))
     assert [why_held(policies, now, None, 60.0, fast) for now in (54.9, 55.0, 60.0)] == ["", "grant", "grant"]
     assert [why_held(policies, now, None, 60.0, slow) for now in (54.9, 55.0, 60.0)] == ["", "", "grant"]
 

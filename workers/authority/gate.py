@@ -31,15 +31,15 @@ class LinkDown(NotPermitted):
 
 
 @dataclass(frozen=True)
-class Known:
-    """What is known of the robot now: values by name, velocities (rad/s, m/s), and how fast it turns (rad/s)."""
+class KnownState:
+    """The robot's present values by name, its velocities (rad/s, m/s) and its rate of turn (rad/s), as far as known."""
 
     values: Mapping[str, float]
     velocities: tuple[float, ...] = ()
     turn: float | None = None
 
 
-def inside(bound: Bound, known: Known | None) -> bool:
+def inside(bound: Bound, known: KnownState | None) -> bool:
     """Tell whether the robot is known to be inside the bound's area and speed."""
     if known is None:
         return not bound.area and bound.speed is None and bound.turn is None
@@ -51,7 +51,7 @@ def inside(bound: Bound, known: Known | None) -> bool:
     return turn is None or (known.turn is not None and abs(known.turn) <= turn)
 
 
-def why_held(policies: Policies, now: float, lost_at: float | None, until: float, known: Known | None) -> Why:
+def why_held(policies: Policies, now: float, lost_at: float | None, until: float, known: KnownState | None) -> Why:
     """Return why a motion has to be held now: for its grant, for the connection; empty while it may go on.
 
     Times are monotonic (s): `lost_at` since when the connection is lost (None: it is not), `until` when the
@@ -85,7 +85,7 @@ class Gate:
     """Checks lease, latch, link, grant and deadline from memory; each lane has one, for the command that it runs."""
 
     authority: Authority
-    known: Callable[[], Known | None]  # the robot's present values
+    known_state: Callable[[], KnownState | None]  # the robot's present values
     grant_id: int = 0
     over: str = TURN_OVER  # what a command of that grant is told after its end
     begin_by: float | None = None
@@ -102,7 +102,7 @@ class Gate:
         left = min(command.deadline - now, command.deadline - command.created_at)
         self.begin_by = self.authority.clock.monotonic() + left.total_seconds() - BEFORE_S
 
-    def begun(self) -> None:
+    def note_begun(self) -> None:
         """Note that the robot has acknowledged the command, or that none is to start any more."""
         self.begin_by = None
 
@@ -153,7 +153,7 @@ class Gate:
     def _why(self) -> Why:
         """Return why a running command has to be held; without a link nothing starts, whatever its policies allow."""
         policies = self.policies if self.has_begun else HOLD
-        known = None if policies == HOLD else self.known()
+        known = None if policies == HOLD else self.known_state()
         until = self.authority.grants.until(self.grant_id)
         return why_held(policies, self._now, self.authority.link.lost_at, until, known)
 

@@ -50,7 +50,7 @@ class Pace:
 
 
 class Lane:
-    """What one lane does, readable from every thread. Times are monotonic (s)."""
+    """The state of one lane, readable from every thread. Times are monotonic (s)."""
 
     def __init__(self, name: str, gate: Gate, clock: Clock, pace: Pace) -> None:
         self.name, self.gate, self._clock, self.pace = name, gate, clock, pace

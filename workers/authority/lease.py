@@ -36,7 +36,7 @@ class DatabaseClock:
 
 
 class OwnerLease:
-    """Whether the robot is ours.
+    """The lease of one robot, which tells whether the robot is ours.
 
     If the lease lapses: hold, then take it again under a new epoch. If another has taken it: hold, and end.
     """

@@ -1,4 +1,4 @@
-"""What the gate judges by, in memory: the latch of a stop, when Redis last answered, and which grants have ended.
+"""The facts by which the gate judges, in memory: the latch of a stop, Redis's last answer, the end of each grant.
 
 Other loops write it, so that no store can delay an answer.
 """
@@ -70,7 +70,7 @@ class Link:
         self._clock, self._gone_s = clock, gone_s
         self._seen_at = 0.0
 
-    def seen(self, asked: float | None = None) -> None:
+    def note_answer(self, asked: float | None = None) -> None:
         """Note that Redis answered what was asked at `asked` (monotonic, s); None: now.
 
         The answer says nothing of the time after the question: it may have waited for this process to run.
@@ -100,14 +100,14 @@ def stops(grant_id: int, newest: int, ended: Container[int]) -> bool:
 class KnownGrants:
     """Shared by all lanes; written by the loops that read rows.
 
-    How long a grant lasts is measured by a clock that is never set, and that stands still while the machine sleeps.
+    The length of a grant is measured by a clock that is never set, and that stands still while the machine sleeps.
     `now` returns the time by which the rows are written, as it is at this moment.
     """
 
     def __init__(self, clock: Clock, now: Callable[[], datetime]) -> None:
         self._clock, self._now = clock, now
         self.newest = 0  # the newest known grant of this robot
-        self.ended: set[int] = set()
+        self.ended_ids: set[int] = set()
         self._told: dict[int, datetime] = {}  # the end that the row of a grant told last
         self._until: dict[int, float] = {}  # the same by `awake` (s)
 
@@ -138,11 +138,11 @@ class KnownGrants:
 
     def revoke(self, grant_id: int) -> None:
         """Let no command of that grant pass any more."""
-        self.ended.add(grant_id)
+        self.ended_ids.add(grant_id)
 
     def until(self, grant_id: int) -> float:
         """Return when that grant ends by the monotonic clock (s); minus infinity if it has ended, or is none (0)."""
-        if grant_id in self.ended or not grant_id:
+        if grant_id in self.ended_ids or not grant_id:
             return -math.inf
         return self._clock.monotonic() + self._left(grant_id)
 
@@ -159,4 +159,4 @@ class KnownGrants:
 
     def stop_counts(self, grant_id: int) -> bool:
         """Return whether a stop that names this grant (0: none) counts: not if the grant is known to have ended."""
-        return stops(grant_id, self.newest, self.ended)
+        return stops(grant_id, self.newest, self.ended_ids)

@@ -1,4 +1,4 @@
-"""What commands find on their way, stored first on this machine, then in the database: each exactly once.
+"""The findings of commands, stored first on this machine, then in the database: each exactly once.
 
 A finding is a small file until its row is committed, so a database that is away, or a process that is killed, loses
 none. The row's number is unique for its command: a file that is read again after its row was committed adds nothing.

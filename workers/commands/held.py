@@ -77,7 +77,7 @@ def held_motion(
         return owned.driver.execute(command.kind, command.args, permit, on_stage), "edge"
     except (ControlsReleased, Held):
         claimed()  # if a stop or a lost grant ended it, that is the reason
-        why = deadman.ended
+        why = deadman.end_reason
         if why in ("", "lost"):
             raise Held(LOST if begun else UNHEARD) from None
         return Outcome({}, owned.driver.state()), why

@@ -174,7 +174,7 @@ class Runner:
             return
         self._said, now = command.pk, self._owned.now()
         if stage == "acknowledged":
-            self._lane.gate.begun()
+            self._lane.gate.note_begun()
         try:
             rows.advance(command, STAGES[stage], now)
         except Error as error:
@@ -198,7 +198,7 @@ class Runner:
             self._owned.driver.hold()
             raise Held(UNHEARD) from error
         finally:
-            self._lane.gate.begun()
+            self._lane.gate.note_begun()
 
     def _perform(self, command: Command) -> dict[str, Any]:
         owned, permit = self._owned, self._permit
@@ -232,7 +232,7 @@ class Runner:
     def _procedure(self, command: Command, wanted: CommandKind) -> dict[str, Any]:
         owned, pictures, permit = self._owned, self._pictures, self._permit
         permit()
-        self._lane.gate.begun()
+        self._lane.gate.note_begun()
         if wanted.moves:
             self._said = command.pk
             pictures.still_id = 0

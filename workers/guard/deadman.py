@@ -29,7 +29,7 @@ LOOK_S = 0.005  # between two looks for the first keep-alive
 
 @dataclass
 class DeadManTimer:
-    """Which held motion runs, by the key of its command, and when its last keep-alive came. Thread safe."""
+    """The timer of the held motion that runs: the key of its command, the time of its last keep-alive. Thread safe."""
 
     clock: Clock
     _runs: int | None = None
@@ -99,7 +99,7 @@ class DeadManTimer:
             return dict(self._steered) if self._runs is not None else {}
 
     @property
-    def ended(self) -> str:
+    def end_reason(self) -> str:
         """Return why the held motion has to end: released, lost or long; empty while it may go on."""
         with self._lock:
             if self._runs is None:
@@ -113,5 +113,5 @@ class DeadManTimer:
 
     def check(self) -> None:
         """Return if the held motion may go on. Raises ControlsReleased."""
-        if self.ended:
+        if self.end_reason:
             raise ControlsReleased("The controls were released.")

@@ -27,7 +27,7 @@ class Follower:
         while self._owned.running:
             asked = self._owned.clock.monotonic()
             if bus.alive():
-                self._link.seen(asked)
+                self._link.note_answer(asked)
             self._pace.sleep(FOLLOW_S, IDLE_LINK_S)
 
     def rows(self) -> None:
@@ -47,7 +47,7 @@ class Follower:
         """Learn which grant is open and until when; end it if nobody else does so when its time is up."""
         grants, robot, now = self._grants, self._owned.robot, self._owned.now
         # read before the query: a lane may open for the next grant meanwhile, which the answer does not contain
-        known = {grants.newest, *(lane.gate.grant_id for lane in self._lanes)} - {0} - grants.ended
+        known = {grants.newest, *(lane.gate.grant_id for lane in self._lanes)} - {0} - grants.ended_ids
         grant = open_grant(robot)
         for ended in known - {grant.pk if grant else 0}:  # only one is open at a time
             grants.revoke(ended)

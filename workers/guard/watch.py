@@ -61,7 +61,7 @@ class Watch:
         moving = motion and state is not None and state.moving
         if moving or lane.busy or lane.gate.authority.latch.latched:
             self._pace.stir()
-        if (lane.gate.forbidden or (motion and self._deadman.ended)) and (running or moving):
+        if (lane.gate.forbidden or (motion and self._deadman.end_reason)) and (running or moving):
             if command is not None:
                 self._held[lane.name] = command.pk
             with contextlib.suppress(RobotError):

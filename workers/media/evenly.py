@@ -1,4 +1,4 @@
-"""How fast pieces of sound may follow each other: as fast as they are heard, whatever the microphone sends.
+"""Paces pieces of sound: they follow each other as fast as they are heard, whatever the microphone sends.
 
 After a pause on the way what was missed comes at once, and some servers begin with the last seconds: that is left out,
 because whoever listens wants the present. What comes faster all the time, as a file does, is slowed down.

@@ -43,7 +43,7 @@ class Login:
         self._user, self._password = unquote(parts.username or ""), unquote(parts.password or "")
         if not f"{self._user}{self._password}".isprintable() or '"' in self._user:
             raise CameraFault("The user or the password in the camera's address has a character that cannot be sent.")
-        self.known = parts.username is not None
+        self.has_user = parts.username is not None
         self._made: Callable[[str], str | None] = lambda target: None
 
     def header(self, target: str) -> dict[str, bytes]:
@@ -53,7 +53,7 @@ class Login:
 
     def challenged(self, challenges: Iterable[str]) -> bool:
         """Answer the headers `WWW-Authenticate` of a 401 from now on. Return False where there is nothing to answer."""
-        if not self.known:
+        if not self.has_user:
             return False
         schemes = _schemes(", ".join(challenges))
         for digest in [_read(values) for scheme, values in schemes if scheme == "digest"]:

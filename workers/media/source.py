@@ -89,7 +89,7 @@ class SnapshotCamera:
         if status == 401 and self._login.challenged(challenges):
             status, _, body = self._ask(target)
         if status == 401:
-            raise CameraFault(REFUSED if self._login.known else UNKNOWN)
+            raise CameraFault(REFUSED if self._login.has_user else UNKNOWN)
         if status != 200:
             raise CameraFault(f"The camera answered with status {status}.")
         return body

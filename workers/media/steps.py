@@ -23,7 +23,7 @@ def jpeg(picture: Picture, quality: int = 88) -> bytes:
 
 
 class Due(NamedTuple):
-    """What has to be made of the next picture; `keys`: which video has to begin anew."""
+    """The forms in which the next picture has to be made; `keys`: the video that has to begin anew."""
 
     jpeg: bool
     video: bool
@@ -34,7 +34,7 @@ class Due(NamedTuple):
 
 
 class Steps:
-    """What is sent of one camera. Times are those of one clock (s)."""
+    """The forms in which one camera's pictures are sent. Times are those of one clock (s)."""
 
     def __init__(
         self, slug: str, camera: int, quantizer: int | None, coding: str = CODING, clock: Timer = SYSTEM

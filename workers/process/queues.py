@@ -1,4 +1,4 @@
-"""What the Celery queues of a robot's earlier owners have left in Redis, where it would stay for ever."""
+"""Removes from Redis the Celery queues of a robot's earlier owners, which would stay there for ever."""
 
 import contextlib
 

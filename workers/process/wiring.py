@@ -100,7 +100,7 @@ class Owner:
         self._wire_commands()
 
     def _lane(self, name: str) -> Lane:
-        gate = Gate(self.authority, self.owned.known)
+        gate = Gate(self.authority, self.owned.known_state)
         return Lane(name, gate, self.clock, self.pace)
 
     def _wire_safety(self, on_lost: Callable[[], None]) -> None:
@@ -120,7 +120,7 @@ class Owner:
         runner_beside = Runner(owned, beside, deadman, pictures, findings, packages, connection.config_faulted, note)
         self.config = Commands(owned, beside, runner_beside.run, pictures)
         restoring = Restoring(owned, connection, beside, self.config.run_due)
-        self.motion = Commands(owned, self.lane, self.runner.run, pictures, restoring.settled)
+        self.motion = Commands(owned, self.lane, self.runner.run, pictures, restoring.settle)
         handover = Handover(owned, self.lane.gate, pictures, connection, restoring)
         self.control = Control(owned, self.motion, self.config, connection, self.regain, handover, pictures, findings)
 
@@ -140,7 +140,7 @@ class Owner:
         """Connect to the hardware, end interrupted commands, then start the threads."""
         owned, robot, begin = self.owned, self.owned.robot, self.threads.begin
         owned.running = True
-        self.link.seen()
+        self.link.note_answer()
         self.grants.know_newest(newest_grant(robot))
         begin("renew", self._renew)  # a line that opens slowly must not cost the lease
         self.stopping.begin()

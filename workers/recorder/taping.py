@@ -33,7 +33,7 @@ FAILED = "It could not be written: {}."
 
 @dataclass
 class End:
-    """How a recording ended: whole, or why it was cut short; how much was left out."""
+    """The end of a recording: whole, or cut short for a reason; and how much was left out."""
 
     whole: bool = True
     reason: str = ""
@@ -42,7 +42,7 @@ class End:
 
 @dataclass
 class _Queue:
-    """What waits for the disk."""
+    """The messages that wait for the disk."""
 
     items: deque[tuple[str, int, bytes]] = field(default_factory=deque)
     size: int = 0

@@ -24,7 +24,7 @@ NEXT = "The robot is not ready. Your next command resets it, and is not carried 
 
 
 class Connection:
-    """Whether the robot answers, and the attempts to reconnect until it does."""
+    """The connection to the robot, and the attempts to reconnect until the robot answers."""
 
     def __init__(self, owned: OwnedRobot, lane: Lane, recovery: Recovery) -> None:
         self._owned, self._lane, self._recovery = owned, lane, recovery
@@ -156,7 +156,7 @@ class Connection:
                 self._lane.gate.open_for(grant)
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.permit())
-                told = self._recovery.told
+                told = self._recovery.words
         except NotPermitted as error:
             self._unready(str(error))
             self.later(AGAIN_S, answers=True)  # a stop that is latched is confirmed over the open line

@@ -1,4 +1,4 @@
-"""What an owner uses of the machine on which it runs; a test gives it another."""
+"""The parts of the machine that an owner uses; a test gives it others."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ OpenSession = Callable[[str, str, JSON, Trace | None], Session]
 
 @dataclass(frozen=True)
 class Machine:
-    """How a robot's session and its cameras are opened, and the processes that may own robots."""
+    """Opens a robot's session and its cameras, and knows the processes that may own robots."""
 
     session: OpenSession = open_session
     camera: OpenCamera = open_camera

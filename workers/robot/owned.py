@@ -14,7 +14,7 @@ from robots.kit.packets import Changed
 from robots.models import Lease, Robot
 from robots.prepared import Prepared
 from robots.states import Cycle
-from workers.authority.gate import Known
+from workers.authority.gate import KnownState
 from workers.authority.lease import OwnerLease
 from workers.door import GuardedSession
 from workers.media.streams import Streams
@@ -85,13 +85,13 @@ class OwnedRobot:
         """Return the age of a state (s). Only here is the clock of drivers' states compared with the present."""
         return self.driver.clock.monotonic() - state.at
 
-    def known(self) -> Known | None:
+    def known_state(self) -> KnownState | None:
         """Return the values of a fresh state by name; None if there is none."""
         state = self.driver.latest()
         if state is None or self.age(state) > FRESH_S:
             return None
         spec = self.robot.spec()
-        return Known(spec.named(state), *spec.speeds(state))
+        return KnownState(spec.named(state), *spec.speeds(state))
 
     def remember(self, state: RobotState) -> None:
         """Store the state in the lease row, by which needs are judged; one that is older than the last is dropped."""

@@ -33,7 +33,7 @@ class Recovery:
         return self._owned.robot.spec().capability(Reset) is not None
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """Return what the operator is told after a recovery that worked."""
         return BACK if self._resets else ANSWERS
 
@@ -64,5 +64,5 @@ class Recovery:
             return False
         remedy(MENDED if resets else ANEW)
         look(owned, self._pictures, state, command)
-        bus.publish(slug, Notice(self.told, "info"))
+        bus.publish(slug, Notice(self.words, "info"))
         return True

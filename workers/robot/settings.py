@@ -1,6 +1,6 @@
-"""Settings are set back before anything moves the robot, confirmed by its state.
+"""Sets settings back before anything moves the robot, confirmed by its state.
 
-That is what the last turn changed, and what the robot has forgotten, as when it loses its power.
+These are settings that the last turn changed, and those that the robot has forgotten, as when it loses its power.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,10 +21,9 @@ POLL_S = 0.1
 
 
 class Restoring:
-    """Sets back the settings of one robot: at a handover, and after whatever else leaves something to be set back.
+    """Sets back the settings of one robot: at a handover, after the release of a stop, and after each connection.
 
-    That is the release of a stop that kept a handover from it, and each connection. `run_beside` runs the commands that
-    wait in the lane `beside`, in which settings are set.
+    `run_beside` runs the commands that wait in the lane `beside`, in which settings are set.
     """
 
     def __init__(self, owned: OwnedRobot, connection: Connection, beside: Lane, run_beside: Callable[[], bool]) -> None:
@@ -57,7 +56,7 @@ class Restoring:
         state = self._owned.driver.latest()
         return state.values if state is not None else {}
 
-    def settled(self) -> bool:
+    def settle(self) -> bool:
         """Set back what is still to be set back. Return whether motions may run.
 
         It runs under the open turn, or under a grant of its own where there is none. What cannot be set back keeps
@@ -71,9 +70,9 @@ class Restoring:
         if self._owed is None or self._at != times:
             kinds = owned.robot.spec().commands
             self._owed, self._at = bool(to_restore(owned.robot, kinds, open_grant(owned.robot), self._values)), times
-        return not self._owed or (not self._latch.latched and self._settle())
+        return not self._owed or (not self._latch.latched and self._restore_now())
 
-    def _settle(self) -> bool:
+    def _restore_now(self) -> bool:
         owned, grant = self._owned, open_grant(self._owned.robot)
         if grant is not None and grant.kind == GrantKind.UPKEEP:  # it ends with the one command of staff
             return True

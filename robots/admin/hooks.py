@@ -1,14 +1,14 @@
-"""What other apps do when staff have added a robot on the admin page."""
+"""Functions of other apps that run after staff have added a robot on the admin page."""
 
 from collections.abc import Callable
 
 from robots.models import Robot
 
 Load = Callable[[Robot], str]
-ADDED: list[Load] = []
+AFTER_ADDING: list[Load] = []
 
 
-def on_added(load: Load) -> Load:
+def after_adding(load: Load) -> Load:
     """Call this for each robot that staff add; they are told what it returns, if anything."""
-    ADDED.append(load)
+    AFTER_ADDING.append(load)
     return load

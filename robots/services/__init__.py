@@ -8,11 +8,10 @@ from robots.grants import end_grant, open_grant, start_grant
 from robots.services.clicks import newest_still, resolve
 from robots.services.commands import START_S, Issued, RobotOffline, issue, need_worker, next_seq, staff_command
 from robots.services.configuring import configure, restore, to_restore
-from robots.services.lockout import lift_lock_out, lock_out, set_enabled
-from robots.services.maintenance import close_incident, start_maintenance
-from robots.services.of_the_day import choose_of_the_day
+from robots.services.incidents import close_incident
+from robots.services.lockout import lift_lock_out, lock_out, set_enabled, start_maintenance
+from robots.services.recordings import choose_of_the_day, remove_recording, take_down
 from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
-from robots.services.takedown import remove_recording, take_down
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
 __all__ = (  # noqa: RUF022 - in the order of the rooms
@@ -24,10 +23,8 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     "configure", "restore", "to_restore",
     # the stop
     "StopShown", "asked_since_stop", "may_stop", "release_stop", "stop", "stop_shown",
-    # the lock-out and the switch
-    "lift_lock_out", "lock_out", "set_enabled",
-    # maintenance
-    "close_incident", "start_maintenance",
+    # the lock-out, the switch, the maintenance turn, incidents
+    "lift_lock_out", "lock_out", "set_enabled", "start_maintenance", "close_incident",
     # what is taken off the portal, and what it shows first
     "choose_of_the_day", "remove_recording", "take_down",
     # how much a robot is used

@@ -1,8 +1,11 @@
 """Incidents: faults of a robot, kept for staff."""
 
 from datetime import datetime
+from typing import Any
 
+from robots.kit.clock import SYSTEM
 from robots.models import Command, Incident, Robot
+from robots.services.permissions import need_staff
 
 
 def incident(
@@ -12,3 +15,9 @@ def incident(
     return Incident.objects.create(
         robot=robot, command=command, at=now, code=code, text=text[:300], remedy=remedy[:300]
     )
+
+
+def close_incident(incident: Incident, user: Any) -> bool:
+    """Mark an incident as dealt with. Return False if it was before."""
+    need_staff(user)
+    return bool(Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now()))

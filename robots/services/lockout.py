@@ -1,17 +1,19 @@
-"""Closing a robot to the public and opening it again: the lock-out, and the switch."""
+"""Closing a robot to the public and opening it again: the lock-out with its maintenance turns, and the switch."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from typing import Any
 
 from django.db import transaction
 
 from robots import bus
-from robots.grants import cancel_queued, end_grant, open_grant
+from robots.grants import cancel_queued, end_grant, open_grant, start_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.kit.packets import Changed
-from robots.models import Robot
+from robots.models import Grant, Robot
+from robots.services.commands import need_worker
 from robots.services.permissions import need_staff
 from robots.services.stopping import stop
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -87,3 +89,17 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
         cancel_queued(robot, "the robot was switched", now)
         bus.publish_on_commit(robot.slug, Changed("robot"))
     robot.refresh_from_db()
+
+
+def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
+    """Open a maintenance turn, in which staff drive under lock-out. Raises NotPermitted, RobotOffline."""
+    need_staff(user)
+    robot.refresh_from_db()
+    if robot.cycle != Cycle.LOCKED_OUT:
+        raise NotPermitted("Lock the robot out first; a maintenance turn runs under lock-out.")
+    now = SYSTEM.now()
+    need_worker(robot, now)
+    grant = open_grant(robot)
+    if grant is not None and grant.kind == GrantKind.STAFF and grant.holder_id == user.pk:
+        return grant
+    return start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=minutes))

@@ -12,7 +12,7 @@ from portal.live import rooms
 from portal.live.messages import Watch
 from portal.live.rooms import SOUNDS, Room, Viewer
 from robots.kit.contract.sound import HEAD, LARGEST, LONGEST_MS, TYPE, SoundPacket, pack, sentence, unpack
-from workers.media.evenly import DEPTH, MOST, Evenly
+from workers.media.pacing import DEPTH, MOST, Pacer
 
 VECTORS = json.loads((Path(__file__).resolve().parents[1] / "vectors" / "sound_packets.json").read_text())
 EVERY_S = 0.06
@@ -68,12 +68,12 @@ def test_a_sentence_that_is_too_long_is_cut_between_two_letters(text):
     assert len(text.encode()) - len(said.encode()) <= max(0, len(text.encode()) - LARGEST + 3)
 
 
-def sent(evenly, arrivals):
+def sent(pacer, arrivals):
     """Return when the pieces that arrive at these times are sent (s); a wait delays all that follow."""
     now, found = 0.0, []
     for at in arrivals:
         now = max(now, at)
-        if (wait_s := evenly.wait_s(now)) is not None:
+        if (wait_s := pacer.wait_s(now)) is not None:
             now += wait_s
             found.append(now)
     return found
@@ -81,18 +81,18 @@ def sent(evenly, arrivals):
 
 def test_pieces_that_come_as_they_are_heard_all_pass_at_once():
     arrivals = [n * EVERY_S + (0.05 if n % 7 == 0 else 0.0) for n in range(2000)]
-    assert sent(Evenly(EVERY_S, 0.0), arrivals) == arrivals
+    assert sent(Pacer(EVERY_S, 0.0), arrivals) == arrivals
 
 
 def test_after_a_pause_what_was_missed_is_left_out():
     before, after = [n * EVERY_S for n in range(50)], [5.0 + n * EVERY_S for n in range(50)]
-    passed = sent(Evenly(EVERY_S, 0.0), [*before, *[5.0] * 40, *after])
+    passed = sent(Pacer(EVERY_S, 0.0), [*before, *[5.0] * 40, *after])
     assert len(before) + len(after) <= len(passed) <= len(before) + len(after) + DEPTH
     assert passed[-40:] == after[-40:], "what is heard is of now"
 
 
 def test_a_file_that_comes_at_once_is_slowed_down():
-    passed = sent(Evenly(EVERY_S, 0.0), [0.0] * 1000)
+    passed = sent(Pacer(EVERY_S, 0.0), [0.0] * 1000)
     assert len(passed) > 800
     assert passed[-1] > (len(passed) - MOST) * EVERY_S
     assert sum(at < 1.0 for at in passed) <= DEPTH + 1 / EVERY_S + 1

@@ -18,8 +18,8 @@ from robots.kit.clock import Clock
 from robots.kit.contract.sound import SoundPacket, pack, sentence
 from robots.models import Robot
 from robots.services.incidents import incident
-from workers.media.evenly import Evenly
 from workers.media.microphone import PIECE_MS, Encoder, Microphone, MicrophoneFault
+from workers.media.pacing import Pacer
 
 log = logging.getLogger(__name__)
 LINGER_S = 1.0  # after the last time that somebody was found to listen
@@ -98,12 +98,12 @@ class Sound:
         self._run = (self._run + 1) & 0xFF
         encoder = Encoder()
         with closing(Microphone(robot.microphone, robot.rig_dir)) as microphone:
-            evenly = Evenly(PIECE_MS / 1000, self._clock.monotonic())
+            pacer = Pacer(PIECE_MS / 1000, self._clock.monotonic())
             for piece in microphone.pieces():
                 if not self._goes_on(robot.microphone):
                     return
                 self._number += 1
-                wait_s = evenly.wait_s(self._clock.monotonic())
+                wait_s = pacer.wait_s(self._clock.monotonic())
                 if wait_s is None:
                     continue
                 self._clock.sleep(wait_s)

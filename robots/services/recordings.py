@@ -1,4 +1,4 @@
-"""Staff take off the portal: stored pictures, with all that shows them, and recordings."""
+"""Verbs of staff on pictures and recordings: taken off the portal, and chosen as the movie of the day."""
 
 from pathlib import Path
 from typing import Any
@@ -7,10 +7,11 @@ from django.conf import settings
 from django.db import transaction
 
 from robots import bus
-from robots.kit.clock import ms_of
+from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.packets import TAKEN_DOWN, Changed
-from robots.models import Frame, Recording
-from robots.recordings import keeping
+from robots.models import Frame, Movie, Recording
+from robots.models.recordings import OfTheDay
+from robots.recordings import keeping, movies
 from robots.services.permissions import need_staff
 
 
@@ -37,3 +38,19 @@ def remove_recording(recording: Recording, user: Any) -> bool:
     """Remove a recording's file and its movies. Return False if that was done before. Raises NotStaff."""
     need_staff(user)
     return keeping.remove(recording, "Staff removed it.")
+
+
+def choose_of_the_day(recording: Recording, choice: OfTheDay, user: Any) -> bool:
+    """Say whether a recording's movie is the movie of the day, never is, or is by the rule.
+
+    At most one is pinned; an MP4 movie of it is made where there is none. Return False if that was said before.
+    Raises NotStaff; BadRequest where there is nothing to pin.
+    """
+    need_staff(user)
+    with transaction.atomic():
+        if choice == OfTheDay.PINNED:
+            movies.ask(recording, Movie.Kind.MP4, SYSTEM.now())
+            others = Recording.objects.filter(of_the_day=OfTheDay.PINNED).exclude(pk=recording.pk)
+            others.update(of_the_day=OfTheDay.BY_RULE)
+        changed = Recording.objects.filter(pk=recording.pk).exclude(of_the_day=choice).update(of_the_day=choice)
+    return bool(changed)

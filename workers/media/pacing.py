@@ -9,7 +9,7 @@ MOST = 100.0  # pieces left out one after another, before their source is slowed
 FORGET = 0.01  # of a piece left out, with each that was due
 
 
-class Evenly:
+class Pacer:
     """Judges pieces that last `every_s` (s); `now` is monotonic (s)."""
 
     def __init__(self, every_s: float, now: float) -> None:

@@ -195,7 +195,7 @@ OWN = {
     "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.present",
     "queueing.standings", "queueing.acted", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.made_by", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
-    "queueing.note_answered", "robots.put", "robots.held", "robots.issue_under",
+    "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",
     "robots.need_staff", "robots.need_level", "robots.reaches",
 }  # fmt: skip
 

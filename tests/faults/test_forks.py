@@ -17,7 +17,7 @@ SHOW = ("-m", "django", "diffsettings", "--all")
 IN_FORKS = """
 import asyncio, json, os, sys, tempfile
 from pathlib import Path
-from portal import forks
+from portal.run import forks
 
 async def main():
     told = {}
@@ -39,7 +39,7 @@ asyncio.run(main())
 FAILS = """
 import asyncio, os, sys
 from pathlib import Path
-from portal import forks
+from portal.run import forks
 
 fork, forked = os.fork, 0
 
@@ -64,7 +64,7 @@ asyncio.run(main())
 STANDS_STILL = """
 import asyncio, os, signal, sys, time
 from pathlib import Path
-from portal import forks
+from portal.run import forks
 
 async def main():
     argv = (sys.executable, "-m", "this")
@@ -89,7 +89,8 @@ DEMO = """
 import asyncio, os, sys
 from pathlib import Path
 from django.core import management
-from portal import command, forks
+from portal import command
+from portal.run import forks
 
 def run(arguments):
     from django.conf import settings
@@ -103,7 +104,7 @@ command.main()
 """
 BEYOND = """
 import ctypes, os, sys
-from portal import forks, gaps
+from portal.run import forks, gaps
 
 libc = ctypes.CDLL(None)
 libc.malloc.restype = libc.sbrk.restype = ctypes.c_void_p

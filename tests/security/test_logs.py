@@ -122,7 +122,7 @@ HANDLERS = """
 import logging, os, sys
 os.environ["DJANGO_SETTINGS_MODULE"] = "portal.settings"
 if sys.argv[1] == "web":
-    from portal import serve
+    from portal.run import serve
     serve.config("127.0.0.1", 0).load()
 else:
     import django
@@ -223,7 +223,7 @@ def test_a_descriptor_that_another_process_has_made_non_blocking_loses_nothing()
 @pytest.mark.asvs("16.3.4")
 def test_the_last_words_of_an_owner_are_written():
     """It ends without Python's own end, whatever its threads do."""
-    script = "import django; django.setup(); import logging; from workers import wiring; logging.error('the last word'); wiring.end_at_once()"
+    script = "import django; django.setup(); import logging; from workers.process import wiring; logging.error('the last word'); wiring.end_at_once()"
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, env=child_env(DJANGO_SETTINGS_MODULE="portal.settings"),
         capture_output=True, text=True, timeout=CEILING_S,

@@ -52,7 +52,7 @@ def to_redis(line, secure):
 CLIENTS = """
 import asyncio, json, os
 os.environ["DJANGO_SETTINGS_MODULE"] = "portal.settings"
-from portal import roles
+from portal.run import roles
 roles.REDIS_TIMEOUT_S = 60.0  # nothing here is judged by time
 import django
 django.setup()

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { isToken, pairs, pauseAfter } from "../src/arrives.ts";
+import { isToken, pairs, pauseAfter } from "../src/page/arrives.ts";
 
 const kinds = { alike: (a: string, b: string) => a[0] === b[0], weight: (one: string) => (one.includes("!") ? 100 : 1) };
 const stays = (old: string[], fresh: string[]): string[] => [...pairs(old, fresh, kinds)].map(([now, was]) => `${was}>${now}`);

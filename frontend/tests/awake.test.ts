@@ -15,7 +15,7 @@ const wakeLock = {
 };
 const stubs = { document: { hidden: false, addEventListener: (_: string, heard: () => void) => (seen = heard) }, navigator: { wakeLock } };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
-const { Awake } = await import("../src/awake.ts");
+const { Awake } = await import("../src/kit/wake_lock.ts");
 const done = (): Promise<void> => new Promise((resolve) => setImmediate(resolve));
 const held = (): number => locks.filter((lock) => !lock.released).length;
 

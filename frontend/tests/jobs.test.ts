@@ -1,7 +1,7 @@
 /** One's own jobs: read until an answer has come, and never put back to what they were before a request. */
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { Jobs } from "../src/jobs.ts";
+import { Jobs } from "../src/queue/jobs.ts";
 
 interface Asked { method: string; press: string | null; text: string | null; answer(body: object, ok?: boolean): void; fail(): void }
 let asked: Asked[] = [];

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { parse, print } from "../../robots/drivers/pa10/console/program_text.ts";
 import { understood } from "../../robots/drivers/pa10/console/terminal_lines.ts";
-import { type Pad, Pads, stick, twist } from "../src/gamepad.ts";
+import { type Pad, Pads, stick, twist } from "../src/widgets/gamepad.ts";
 
 const pad = (axes: number[], pressed: number[] = [], connected = true) => ({
   axes, connected, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),

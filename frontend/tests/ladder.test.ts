@@ -1,7 +1,7 @@
 /** The list of commands. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { latest } from "../src/words.ts";
+import { latest } from "../src/socket/stages.ts";
 
 /** As much of an element as the list writes. */
 class Element {
@@ -20,7 +20,7 @@ class Element {
   removeAttribute(): void {}
 }
 Object.defineProperty(globalThis, "document", { value: { createElement: () => new Element() }, configurable: true });
-const { Ladder } = await import("../src/ladder.ts");
+const { Ladder } = await import("../src/page/command_list.ts");
 
 function ladder(): { list: InstanceType<typeof Ladder>; rows: Element; said: Element } {
   const said = new Element(), rows = new Element();

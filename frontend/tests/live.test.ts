@@ -58,8 +58,8 @@ const stubs = {
   addEventListener: heard, WebSocket: Socket, performance: { now: () => now },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
-const { HeldMotion } = await import("../src/held_motion.ts");
-const { Live } = await import("../src/live.ts");
+const { HeldMotion } = await import("../src/socket/held_motion.ts");
+const { Live } = await import("../src/socket/robot_socket.ts");
 
 /** Let time go on. */
 function pass(ms: number): void {

@@ -1,7 +1,7 @@
 /** How much a page asks for, by what its line can carry. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { LineJudge, type Pace, quick } from "../src/pace.ts";
+import { LineJudge, type Pace, quick } from "../src/media/pace.ts";
 
 const STEP_MS = 250;
 

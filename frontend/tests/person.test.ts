@@ -1,7 +1,7 @@
 /** The signed-in person's connection: which answer belongs to which request. */
 import assert from "node:assert/strict";
 import { test, type TestContext } from "node:test";
-import type { PersonLine as Line, Standing } from "../src/person.ts";
+import type { PersonLine as Line, Standing } from "../src/queue/person_socket.ts";
 
 class Socket {
   static CONNECTING = 0;
@@ -37,7 +37,7 @@ const stubs = {
   fetch: async () => ({ ok: true, type: "basic", json: async () => ({ t: "places", now_ms: Date.now(), places: [], text: "by request" }) }),
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
-const { PersonLine, UNSENT } = await import("../src/person.ts");
+const { PersonLine, UNSENT } = await import("../src/queue/person_socket.ts");
 
 const place = (robot: string): Standing => ({ robot, ticket: 1, name: robot, state: "offered" }) as Standing;
 

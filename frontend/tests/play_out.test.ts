@@ -1,7 +1,7 @@
 /** When pieces of sound are played. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { AHEAD_S, MOST_S, PlayOut } from "../src/play_out.ts";
+import { AHEAD_S, MOST_S, PlayOut } from "../src/media/playout.ts";
 
 const SECONDS = 0.06;
 

@@ -1,7 +1,7 @@
 /** What is large is loaded beforehand, while the page has nothing else to do. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { prefetch } from "../src/prefetch.ts";
+import { prefetch } from "../src/kit/prefetch.ts";
 
 const settled = async (): Promise<void> => {
   for (let i = 0; i < 20; i++) await Promise.resolve();

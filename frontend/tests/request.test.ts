@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
-import { FILE_MS, request } from "../src/request.ts";
+import { FILE_MS, request } from "../src/kit/request.ts";
 
 const ROOT = new URL("../../", import.meta.url);
 
@@ -14,9 +14,9 @@ function sources(folder: string): string[] {
 
 test("nothing in the pages asks the portal without a limit", () => {
   const names = [...sources("frontend/src/"), ...sources("robots/drivers/")];
-  assert.ok(names.includes("frontend/src/person.ts") && names.includes("robots/drivers/pa10/console/programs.ts"));
+  assert.ok(names.includes("frontend/src/queue/person_socket.ts") && names.includes("robots/drivers/pa10/console/programs.ts"));
   const asking = names.filter((name) => /(?<![.\w])fetch\(|XMLHttpRequest|sendBeacon/.test(readFileSync(new URL(name, ROOT), "utf8")));
-  assert.deepEqual(asking, ["frontend/src/request.ts"]);
+  assert.deepEqual(asking, ["frontend/src/kit/request.ts"]);
 });
 
 test("a request that lasts too long fails, also while its answer comes", async (t) => {

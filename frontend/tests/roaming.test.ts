@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { fitted, landmarks, nearest, Scale, whereabouts } from "../src/widgets/plane.ts";
-import { standing, waitWords } from "../src/words.ts";
+import { standing, waitWords } from "../src/queue/waits.ts";
 
 const row = (count: number, step = 0.05): Map<number, { x: number; y: number }> => new Map(Array.from({ length: count }, (_, i) => [i, { x: i * step, y: 0 }]));
 

@@ -1,7 +1,7 @@
 /** The robot's sound while the browser pauses it: a telephone call, a page that nobody sees. */
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
-import type { Sound as Heard } from "../src/sound.ts";
+import type { Sound as Heard } from "../src/media/sound.ts";
 
 let now = 0;
 let contexts: Context[] = [];
@@ -56,7 +56,7 @@ const stubs = {
   },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
-const { Sound } = await import("../src/sound.ts");
+const { Sound } = await import("../src/media/sound.ts");
 const PAUSED = "Sound paused. Press to hear again.";
 
 function listening(): { sound: Heard; button: Element; words: Element } {

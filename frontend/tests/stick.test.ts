@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Pad } from "../src/gamepad.ts";
+import type { Pad } from "../src/widgets/gamepad.ts";
 import { byKeys, byPad, byPointer, resisted, type Push } from "../src/widgets/stick_rules.ts";
 
 const pad = (axes: number[], pressed: number[] = [], connected = true): Pad => ({

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bannerWords, unconfirmed, type Known } from "../src/banner.ts";
-import type { Snapshot } from "../src/protocol.ts";
-import { StopPress, UNSENT } from "../src/stop.ts";
+import { bannerWords, unconfirmed, type Known } from "../src/page/banner.ts";
+import type { Snapshot } from "../src/socket/protocol.ts";
+import { StopPress, UNSENT } from "../src/page/stop_press.ts";
 
 const snapshot = (grant: number | null, may_stop = true): Snapshot =>
   ({ turn: grant === null ? null : { grant }, me: { can: { drive: may_stop, stop: may_stop } }, link: true }) as unknown as Snapshot;

@@ -1,8 +1,8 @@
 /** Messages for a person who looks elsewhere: what is said, with which urgency, and what sounds. */
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
-import type { Standing } from "../src/person.ts";
-import type { Teller as Told } from "../src/tell.ts";
+import type { Standing } from "../src/queue/person_socket.ts";
+import type { Teller as Told } from "../src/queue/announcer.ts";
 
 const NOW = 1_000_000;
 const storage = new Map<string, string>();
@@ -37,7 +37,7 @@ const stubs = {
   localStorage: { getItem: (key: string) => storage.get(key) ?? null, setItem: (key: string, value: string) => storage.set(key, value) },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
-const { Teller } = await import("../src/tell.ts");
+const { Teller } = await import("../src/queue/announcer.ts");
 
 beforeEach(() => {
   storage.clear();

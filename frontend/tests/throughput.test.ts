@@ -1,8 +1,8 @@
 /** What a line carries against what is asked for, and what a page makes of it. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { LineJudge, type Pace } from "../src/pace.ts";
-import { type Carried, lineWords, Meter, quality, short } from "../src/throughput.ts";
+import { LineJudge, type Pace } from "../src/media/pace.ts";
+import { type Carried, lineWords, Meter, quality, short } from "../src/media/throughput.ts";
 
 const BYTES: Record<Pace, number> = { live: 6000, coarse: 2000, stills: 6000, states: 0 }; // of a picture
 const EVERY_MS: Record<Pace, number> = { live: 100, coarse: 200, stills: 5000, states: Infinity };

@@ -1,8 +1,8 @@
 /** The bar on every page: its buttons are for the place that it shows. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { idling, type Standing } from "../src/person.ts";
-import { current, shownOf } from "../src/shown.ts";
+import { idling, type Standing } from "../src/queue/person_socket.ts";
+import { current, shownOf } from "../src/queue/places.ts";
 
 const NOW = Date.now();
 const place = (robot: string, ticket: number, more: Partial<Standing>): Standing =>
@@ -114,7 +114,7 @@ test("the robot's own page hides how a turn there ended, which it tells itself, 
 
 test("a button is for the place that the bar shows, also when an offer before it has run out", async () => {
   mock.timers.enable({ apis: ["setTimeout", "setInterval", "Date"], now: NOW });
-  await import("../src/turnbar.ts");
+  await import("../src/queue/turn_bar.ts");
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: NOW, places: [offer, missed] }) });
   const press = (wanted: string): void => {
     const [, buttons] = shown.children;

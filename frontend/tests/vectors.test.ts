@@ -7,13 +7,13 @@ import { type Description, forward, type Map2, onSand, reach, target } from "../
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
 import { understood } from "../../robots/drivers/pa10/console/terminal_lines.ts";
 import { numbersOf } from "../src/arm/pose.ts";
-import type { CompactLayout } from "../src/compact.ts";
-import { type Box, objectsAfter, type Placed } from "../src/objects.ts";
-import { decode, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
+import type { CompactLayout } from "../src/socket/compact_state.ts";
+import { type Box, objectsAfter, type Placed } from "../src/socket/objects.ts";
+import { decode, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/socket/protocol.ts";
 import { momentOf, unpack } from "../src/replay/slices.ts";
-import { Streams } from "../src/streams.ts";
-import { Chain } from "../src/video_chain.ts";
-import { FINAL, STAGES } from "../src/words.ts";
+import { Streams } from "../src/socket/byte_streams.ts";
+import { Chain } from "../src/media/video_chain.ts";
+import { FINAL, STAGES } from "../src/socket/stages.ts";
 
 const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
 const near = (found: readonly number[], wanted: readonly number[]): void =>

@@ -1,7 +1,7 @@
 /** What a page asks of the next socket after one that has failed. */
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { Watching } from "../src/watching.ts";
+import { Watching } from "../src/media/subscription.ts";
 
 let now = 0; // ms
 Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });

@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { pictureAge, shownLive, waitingSaid, waitSaid, waitWords, watcherWords } from "../src/words.ts";
+import { pictureAge, shownLive } from "../src/media/picture_age.ts";
+import { waitingSaid, waitSaid, waitWords, watcherWords } from "../src/queue/waits.ts";
 
 test("a picture's age is said, and marked from 2 s and 5 s on", () => {
   assert.deepEqual(pictureAge(300, ", 10 a second"), ["Picture 0.3 s old, 10 a second", "fresh"]);

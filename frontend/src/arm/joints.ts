@@ -1,10 +1,10 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
-import { Jog, named } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import type { StatePacket } from "../protocol.ts";
-import { byId } from "../svg.ts";
-import { Edited } from "./edited.ts";
+import { Jog, named } from "../widgets/jog.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { byId } from "../kit/dom.ts";
+import { allow } from "../kit/parts.ts";
+import type { StatePacket } from "../socket/protocol.ts";
+import { Edited } from "./target_edit.ts";
 import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 
 export class Joints {

@@ -1,11 +1,11 @@
 /** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
-import { facts } from "../facts.ts";
-import { twist } from "../gamepad.ts";
-import { Jog, named } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import { byId } from "../svg.ts";
-import { Edited } from "./edited.ts";
+import { facts } from "../page/facts.ts";
+import { twist } from "../widgets/gamepad.ts";
+import { Jog, named } from "../widgets/jog.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { byId } from "../kit/dom.ts";
+import { allow } from "../kit/parts.ts";
+import { Edited } from "./target_edit.ts";
 import { held } from "./joints.ts";
 import { deg, type Judge, outside, rad, type Target } from "./types.ts";
 

@@ -1,5 +1,5 @@
 /** Types that the parts of the arm's console share. */
-import type { Facts } from "../controls.ts";
+import type { Facts } from "../page/controls.ts";
 import type { ForbiddenBox } from "./view.ts";
 
 export interface JointInfo { name: string; low: number; high: number; velocity: number }

@@ -4,7 +4,7 @@ import {
   MeshBasicMaterial, MeshLambertMaterial, type Object3D, Vector3,
 } from "three";
 import URDFLoader, { type URDFRobot } from "urdf-loader";
-import { empty, redraw, View3D } from "../view_3d.ts";
+import { empty, redraw, View3D } from "../kit/view_3d.ts";
 import { numbersOf } from "./pose.ts";
 
 export interface ForbiddenBox { name: string; low: number[]; high: number[] }

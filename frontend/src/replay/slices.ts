@@ -1,6 +1,6 @@
 /** The packets of a recording, read in slices of a few seconds when they are needed. */
-import { decode, type PicturePacket, type StatePacket, type StreamPacket } from "../protocol.ts";
-import { FILE_MS, request } from "../request.ts";
+import { decode, type PicturePacket, type StatePacket, type StreamPacket } from "../socket/protocol.ts";
+import { FILE_MS, request } from "../kit/request.ts";
 
 export const SLICE_MS = 5000;
 const HEAD = 8;

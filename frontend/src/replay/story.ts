@@ -1,6 +1,6 @@
 /** What a recording tells of commands and events: what was known of them at a moment, and the moments to jump to. */
-import type { CommandInfo, JobInfo, Snapshot } from "../protocol.ts";
-import { FINAL, KINDS, stageOf } from "../words.ts";
+import type { CommandInfo, JobInfo, Snapshot } from "../socket/protocol.ts";
+import { FINAL, KINDS, stageOf } from "../socket/stages.ts";
 
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };
 interface Told { after_ms: number; what: string; text: string; level: string }

@@ -1,7 +1,7 @@
 /** A command as a form: a field for each of its values with unit and range, and a button. */
-import type { RobotPage } from "../page.ts";
-import { allow, refusal } from "../parts.ts";
-import type { ArgumentInfo, CommandSpec } from "../protocol.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { allow, refusal } from "../kit/parts.ts";
+import type { ArgumentInfo, CommandSpec } from "../socket/protocol.ts";
 
 export class CommandForm {
   readonly element = document.createElement("form");

@@ -3,7 +3,7 @@ import {
   BoxGeometry, BufferGeometry, CanvasTexture, CircleGeometry, CylinderGeometry, EdgesGeometry, Group, Line, LineBasicMaterial, LineSegments, Mesh,
   MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, RingGeometry, Sprite, SpriteMaterial, Vector3,
 } from "three";
-import { empty, redraw, View3D } from "../view_3d.ts";
+import { empty, redraw, View3D } from "../kit/view_3d.ts";
 
 /** What stands on the floor (m): a cuboid by its half sides, or something round by its radius. */
 export interface Standing { name: string; at: readonly [number, number]; high: number; half?: readonly [number, number]; radius?: number; dark?: boolean }

@@ -1,10 +1,10 @@
 /** Everybody's jobs of one kind: ask for one, one's own place and wait, how it ended, and the list of those that wait. */
-import { Jobs, type OwnJob } from "../jobs.ts";
-import type { RobotPage } from "../page.ts";
-import { arrange, type Part, say, show } from "../parts.ts";
-import type { JobInfo } from "../protocol.ts";
-import { byId } from "../svg.ts";
-import { standing, SUSPENDED, waitWords } from "../words.ts";
+import { Jobs, type OwnJob } from "../queue/jobs.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { say, byId } from "../kit/dom.ts";
+import { arrange, type Part, show } from "../kit/parts.ts";
+import type { JobInfo } from "../socket/protocol.ts";
+import { standing, SUSPENDED, waitWords } from "../queue/waits.ts";
 
 /** What a kind of job is called, and what it is when it is done, without it "reached". */
 export interface Named { noun: string; done?: string }

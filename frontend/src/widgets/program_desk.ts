@@ -1,10 +1,10 @@
 /** Programs of a robot's own language: as text and as blocks, saved, shared, fetched from the gallery. */
-import { kept } from "../kept.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import type { Judgement } from "../protocol.ts";
-import { request } from "../request.ts";
-import { byId } from "../svg.ts";
+import { kept } from "../kit/storage.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { byId } from "../kit/dom.ts";
+import { allow } from "../kit/parts.ts";
+import type { Judgement } from "../socket/protocol.ts";
+import { request } from "../kit/request.ts";
 
 /** A robot's language: `parse` throws a sentence that names the line. */
 export interface Language<Step> { parse(text: string): Step[]; print(steps: readonly Step[]): string }

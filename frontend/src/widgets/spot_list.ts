@@ -1,5 +1,6 @@
 /** Places as a list of buttons, so that the keyboard alone suffices to choose one. */
-import { allow, arrange, say } from "../parts.ts";
+import { say } from "../kit/dom.ts";
+import { allow, arrange } from "../kit/parts.ts";
 
 export interface ListedSpot { letter: string; id: number; words: string }
 

@@ -1,5 +1,5 @@
 /** What a stick is pushed to: x to the right and y up, each from -1 to 1. */
-import type { Pad } from "../gamepad.ts";
+import type { Pad } from "./gamepad.ts";
 
 export type Push = readonly [number, number];
 export const REST: Push = [0, 0];

@@ -1,0 +1,28 @@
+/** The admin's robot page: live status without a reload. */
+import "./admin.css";
+import { adopt } from "../page/arrives.ts";
+import { request } from "../kit/request.ts";
+
+const box = document.querySelector<HTMLElement>("[data-status-url]");
+async function refresh(): Promise<void> {
+  if (!box || document.hidden) return;
+  try {
+    const answer = await request(box.dataset["statusUrl"] ?? "", { headers: { Accept: "text/html" } });
+    if (answer.ok) {
+      const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+      const next = box.cloneNode() as HTMLElement;
+      next.replaceChildren(...fresh.body.childNodes);
+      delete next.dataset["stale"];
+      adopt(box, next);
+    }
+  } catch {
+    box.dataset["stale"] = "true";
+  }
+}
+if (box) setInterval(() => void refresh(), 2000);
+
+const facts = document.getElementById("model-facts");
+interface Editor { edit(field: HTMLTextAreaElement, facts: unknown): Promise<void> }
+const editors = import.meta.glob<Editor>("./editors/*.ts"); // by the names that settings give
+for (const field of facts ? document.querySelectorAll<HTMLTextAreaElement>("textarea[data-editor]") : [])
+  void editors[`./editors/${field.dataset["editor"]}.ts`]?.().then(({ edit }) => edit(field, JSON.parse(facts?.textContent ?? "{}")));

@@ -2,7 +2,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { forward, nozzlePixel, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { type SandFacts as Facts, whyNot } from "../../robots/drivers/mercury/console/rules.ts";
-import { blocked, tooLively } from "../src/page/controls.ts";
+import { blocked } from "../src/page/controls.ts";
+import { skipsForReducedMotion } from "../src/media/reduced_motion.ts";
 import { decode } from "../src/socket/protocol.ts";
 import { ago, clock } from "../src/kit/times.ts";
 
@@ -100,8 +101,8 @@ test("times in words", () => {
 
 test("a person who prefers reduced motion gets new stills, and one live picture in ten seconds", () => {
   const shown = { atMs: 50_000, stillId: 7 };
-  assert.equal(tooLively({ atMs: 50_250, still: 7 }, shown), true, "the arm rests: the same picture again");
-  assert.equal(tooLively({ atMs: 50_250, still: 0 }, shown), true, "it moves");
-  assert.equal(tooLively({ atMs: 50_250, still: 8 }, shown), false, "a new still");
-  assert.equal(tooLively({ atMs: 60_000, still: 0 }, shown), false, "ten seconds later");
+  assert.equal(skipsForReducedMotion({ atMs: 50_250, still: 7 }, shown), true, "the arm rests: the same picture again");
+  assert.equal(skipsForReducedMotion({ atMs: 50_250, still: 0 }, shown), true, "it moves");
+  assert.equal(skipsForReducedMotion({ atMs: 50_250, still: 8 }, shown), false, "a new still");
+  assert.equal(skipsForReducedMotion({ atMs: 60_000, still: 0 }, shown), false, "ten seconds later");
 });

@@ -1,7 +1,7 @@
 /** How much a page asks for, by what its line can carry. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { LineJudge, type Pace, quick } from "../src/media/pace.ts";
+import { LineJudge, type Pace, isQuick } from "../src/media/pace.ts";
 
 const STEP_MS = 250;
 
@@ -17,7 +17,7 @@ function run(judge: LineJudge, from: number, seconds: number, line: Slowness): P
       judge.arrived(age);
       next = now + (judge.pace === "stills" ? 5000 : 100);
     }
-    judge.judge(now, true, quick(line.latency(judge.pace), 50));
+    judge.judge(now, true, isQuick(line.latency(judge.pace), 50));
     while (seen.length <= (now - from) / 1000) seen.push(judge.pace);
   }
   return seen;
@@ -70,8 +70,8 @@ test("when the line is good again, pictures come back, live at last, or as far a
 });
 
 test("an answer is quick by the line's own best, within limits", () => {
-  assert.ok(quick(690, 20) && !quick(800, 20), "an ordinary line");
-  assert.ok(quick(900, 600) && !quick(1400, 600), "by satellite");
-  assert.ok(!quick(1600, 3000), "a line that was never quick");
-  assert.ok(!quick(null, 20), "no answer");
+  assert.ok(isQuick(690, 20) && !isQuick(800, 20), "an ordinary line");
+  assert.ok(isQuick(900, 600) && !isQuick(1400, 600), "by satellite");
+  assert.ok(!isQuick(1600, 3000), "a line that was never quick");
+  assert.ok(!isQuick(null, 20), "no answer");
 });

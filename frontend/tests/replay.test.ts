@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { momentOf, Slices, unpack } from "../src/replay/slices.ts";
+import { momentOf, Slices, unpackSlice } from "../src/replay/slices.ts";
 import { type Index, Story } from "../src/replay/story.ts";
 
 // of tests/vectors, as Python writes it: key 1, state 1, delta 2, picture 1, key 3, state 2, what nobody knows, picture 2
@@ -17,13 +17,13 @@ function state(at: number): ArrayBuffer {
 }
 
 test("a slice is taken apart; what is not understood is left out, and a part that is cut off too", () => {
-  assert.deepEqual(unpack(DATA).map(({ at }) => at), [0, 100, 200, 300, 900, 950, 990]);
-  assert.equal(unpack(DATA.slice(0, DATA.byteLength - 1)).length, 6);
-  assert.deepEqual(unpack(new ArrayBuffer(0)), []);
+  assert.deepEqual(unpackSlice(DATA).map(({ at }) => at), [0, 100, 200, 300, 900, 950, 990]);
+  assert.equal(unpackSlice(DATA.slice(0, DATA.byteLength - 1)).length, 6);
+  assert.deepEqual(unpackSlice(new ArrayBuffer(0)), []);
 });
 
 test("a moment is the newest of everything, and a stream since its key packet", () => {
-  const items = unpack(DATA);
+  const items = unpackSlice(DATA);
   const numbers = (at: number): unknown[] => {
     const { state: told, pictures, chains } = momentOf(items, at);
     const of = (item: { packet: { number: number } } | undefined | null): number | undefined => item?.packet.number;

@@ -10,9 +10,9 @@ import { numbersOf } from "../src/arm/pose.ts";
 import type { CompactLayout } from "../src/socket/compact_state.ts";
 import { type Box, objectsAfter, type Placed } from "../src/socket/objects.ts";
 import { decode, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/socket/protocol.ts";
-import { momentOf, unpack } from "../src/replay/slices.ts";
-import { Streams } from "../src/socket/byte_streams.ts";
-import { Chain } from "../src/media/video_chain.ts";
+import { momentOf, unpackSlice } from "../src/replay/slices.ts";
+import { ByteStreams } from "../src/socket/byte_streams.ts";
+import { VideoChain } from "../src/media/video_chain.ts";
 import { FINAL, STAGES } from "../src/socket/stages.ts";
 
 const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
@@ -95,7 +95,7 @@ test("slices of a recording are taken apart as Python writes them; a packet that
   const { slices, messages } = read("recording_slices") as {
     slices: string[]; messages: { after_ms: number; topic: string; hex: string }[];
   };
-  const items = slices.flatMap((hex) => unpack(Uint8Array.from(Buffer.from(hex, "hex")).buffer));
+  const items = slices.flatMap((hex) => unpackSlice(Uint8Array.from(Buffer.from(hex, "hex")).buffer));
   const known = messages.filter(({ hex }) => !hex.startsWith("63"));
   assert.equal(known.length, messages.length - 1);
   assert.deepEqual(items.map(({ at }) => at), known.map(({ after_ms }) => after_ms));
@@ -163,7 +163,7 @@ interface Streamed {
 test("packets of byte streams are read as Python packs them, and deltas follow their key packet alone", () => {
   const hex = (data: Uint8Array): string => Buffer.from(data).toString("hex");
   for (const one of read("stream_packets") as Streamed[]) {
-    const streams = new Streams(["first", "second", "third"]);
+    const streams = new ByteStreams(["first", "second", "third"]);
     for (const packet of one.packets) {
       const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
       const found = decode(bytes.buffer) as StreamPacket;
@@ -186,7 +186,7 @@ interface Filmed {
 
 test("packets of video are read as Python packs them, and each is decoded only after the one that it changes", () => {
   for (const one of read("video_packets") as Filmed[]) {
-    const chains = new Map<number, Chain>();
+    const chains = new Map<number, VideoChain>();
     for (const packet of one.packets) {
       const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
       const found = decode(bytes.buffer) as VideoPacket;
@@ -195,7 +195,7 @@ test("packets of video are read as Python packs them, and each is decoded only a
         [packet.camera, packet.run, packet.number, packet.follows, packet.at_ms, packet.still, packet.data], one.what,
       );
       for (let length = 0; length <= 20; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
-      const chain = chains.get(packet.camera) ?? new Chain();
+      const chain = chains.get(packet.camera) ?? new VideoChain();
       chains.set(packet.camera, chain);
       assert.equal(chain.take(found), packet.taken, one.what);
     }

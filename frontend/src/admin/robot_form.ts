@@ -1,6 +1,6 @@
 /** The admin's robot page: live status without a reload. */
 import "./admin.css";
-import { adopt } from "../page/arrives.ts";
+import { morph } from "../kit/morph.ts";
 import { request } from "../kit/request.ts";
 
 const box = document.querySelector<HTMLElement>("[data-status-url]");
@@ -13,7 +13,7 @@ async function refresh(): Promise<void> {
       const next = box.cloneNode() as HTMLElement;
       next.replaceChildren(...fresh.body.childNodes);
       delete next.dataset["stale"];
-      adopt(box, next);
+      morph(box, next);
     }
   } catch {
     box.dataset["stale"] = "true";

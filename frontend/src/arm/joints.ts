@@ -4,14 +4,14 @@ import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/parts.ts";
 import type { StatePacket } from "../socket/protocol.ts";
-import { Edited } from "./target_edit.ts";
+import { TargetEdit } from "./target_edit.ts";
 import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 
 export class Joints {
   private sliders: HTMLInputElement[] = [];
   private numbers: HTMLInputElement[] = [];
   private marks: HTMLElement[] = [];
-  private edited = new Edited();
+  private edited = new TargetEdit();
   private box = byId("joints");
 
   constructor(private page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number, kind: string) {
@@ -55,7 +55,7 @@ export class Joints {
       if (number.value !== "") slider.value = number.value;
       this.console.ask();
     });
-    row.append(label, held(`${info.name},-1`, "−", `Turn ${info.name} back while held`), track, held(`${info.name},1`, "+", `Turn ${info.name} on while held`), number);
+    row.append(label, jogButton(`${info.name},-1`, "−", `Turn ${info.name} back while held`), track, jogButton(`${info.name},1`, "+", `Turn ${info.name} on while held`), number);
     this.sliders.push(slider);
     this.numbers.push(number);
     this.marks.push(mark);
@@ -114,7 +114,7 @@ function input(type: string, low: number, high: number, id: string): HTMLInputEl
   return made;
 }
 
-export function held(jog: string, sign: string, label: string): HTMLButtonElement {
+export function jogButton(jog: string, sign: string, label: string): HTMLButtonElement {
   const button = document.createElement("button");
   button.type = "button";
   button.className = "button";

@@ -5,9 +5,9 @@ import { Jog, named } from "../widgets/jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/parts.ts";
-import { Edited } from "./target_edit.ts";
-import { held } from "./joints.ts";
-import { deg, type Judge, outside, rad, type Target } from "./types.ts";
+import { TargetEdit } from "./target_edit.ts";
+import { jogButton } from "./joints.ts";
+import { deg, type Judge, rangeError, rad, type Target } from "./types.ts";
 
 type Twist = Record<string, number>;
 
@@ -27,7 +27,7 @@ const OVER_M = 0.15;
 
 export class Position {
   private inputs: HTMLInputElement[] = [];
-  private edited = new Edited();
+  private edited = new TargetEdit();
   private straight = byId<HTMLInputElement>("straight");
   private pad = byId("tool-jog");
 
@@ -38,7 +38,7 @@ export class Position {
     this.straight.addEventListener("change", () => console.ask());
     document.querySelector('[data-fill="pose"]')?.addEventListener("click", () => this.take());
     document.querySelector('[data-fill="down"]')?.addEventListener("click", () => this.down());
-    this.pad.prepend(...ARROWS.map(([jog, sign, label]) => held(jog, sign, label)));
+    this.pad.prepend(...ARROWS.map(([jog, sign, label]) => jogButton(jog, sign, label)));
     new Jog<Twist>(this.pad, {
       read: named,
       arrows: {
@@ -117,7 +117,7 @@ export class Position {
     const kind = this.target()?.kind, given = facts.commands.find((c) => c.kind === kind)?.arguments ?? [];
     const why = PLACE.map(([name, unit], i) => {
       const argument = given.find((a) => a.name === name);
-      return argument ? outside(name, this.inputs[i]?.valueAsNumber ?? NaN, unit, i < 3 ? 1000 : deg(1), argument) : "";
+      return argument ? rangeError(name, this.inputs[i]?.valueAsNumber ?? NaN, unit, i < 3 ? 1000 : deg(1), argument) : "";
     });
     return why.find(Boolean) ?? "";
   }

@@ -1,6 +1,6 @@
 /** Whether somebody has filled in a target: fields without one show where the arm is. */
 
-export class Edited {
+export class TargetEdit {
   private after = -1; // the number of the newest command at the last edit; -1: nothing is filled in
 
   get now(): boolean {

@@ -18,7 +18,7 @@ export function rad(degrees: number): number {
 }
 
 /** Why a field's value cannot be given, in the field's own unit, of which the argument's has so many; empty if it can. */
-export function outside(name: string, value: number, unit: string, per: number, { low, high }: { low: number; high: number }): string {
+export function rangeError(name: string, value: number, unit: string, per: number, { low, high }: { low: number; high: number }): string {
   const bound = (told: number): string => String(Math.round(told * per * 10) / 10);
   const inside = value >= low * per && value <= high * per;
   return inside ? "" : `${name} must lie between ${bound(low)} and ${bound(high)} ${unit}.`;

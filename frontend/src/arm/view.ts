@@ -4,7 +4,7 @@ import {
   MeshBasicMaterial, MeshLambertMaterial, type Object3D, Vector3,
 } from "three";
 import URDFLoader, { type URDFRobot } from "urdf-loader";
-import { empty, redraw, View3D } from "../kit/view_3d.ts";
+import { disposeContent, setPoints, View3D } from "../kit/view_3d.ts";
 import { numbersOf } from "./pose.ts";
 
 export interface ForbiddenBox { name: string; low: number[]; high: number[] }
@@ -57,7 +57,7 @@ export class ArmView extends View3D {
 
   /** Draw these forbidden boxes. */
   boxes(boxes: ForbiddenBox[]): void {
-    empty(this.forbidden);
+    disposeContent(this.forbidden);
     this.forbidden.add(...boxes.map(boxOf));
     this.ask();
   }
@@ -77,7 +77,7 @@ export class ArmView extends View3D {
     this.ghost.visible = q !== null;
     if (q) this.pose(this.ghost, q);
     this.path.visible = q !== null && path.length > 1;
-    redraw(this.path, path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
+    setPoints(this.path, path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
     this.ask();
   }
 

@@ -3,7 +3,7 @@
 const ASKED_MS = 8000; // how long the question is shown
 const DOUBLE_MS = 400; // a double click is one press
 
-export class Twice {
+export class Confirmation {
   private asked = -Infinity;
 
   /** Whether the question is shown. */

@@ -1,5 +1,5 @@
 /** The browser's storage, if it allows any. */
-export const kept = {
+export const storage = {
   get(key: string): string | null {
     try {
       return localStorage.getItem(`farhand-${key}`);

@@ -10,7 +10,7 @@ const FAST_MS = 25, SLOW_MS = 300; // between two frames
 const SOON_MS = 20; // a pause so short is not waited for
 const DRAG_PX = 5; // a press that moved farther turns the view
 
-export interface Look {
+export interface ViewSettings {
   /** The camera's field of view (degrees); nearer and farther than these (m) nothing is drawn. */
   field: number; near: number; far: number;
   /** Where the camera is at first and what it looks at (m; x to the right, y up, z to the viewer). */
@@ -34,7 +34,7 @@ export class View3D {
   private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
 
   /** `onPick` gets the place on the floor of the world that was clicked on. Throws where the browser draws nothing in 3D. */
-  constructor(private holder: HTMLElement, { field, near, far, from, to, ambient, lamp, lampAt }: Look, onPick: (x: number, y: number) => void) {
+  constructor(private holder: HTMLElement, { field, near, far, from, to, ambient, lamp, lampAt }: ViewSettings, onPick: (x: number, y: number) => void) {
     this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
     this.renderer.setPixelRatio(Math.min(this.slow ? 1 : 2, devicePixelRatio));
     this.canvas = this.renderer.domElement;
@@ -109,13 +109,13 @@ export class View3D {
 }
 
 /** Draw a line through these points (m) in the place of what it was. */
-export function redraw(line: Line, points: readonly Vector3[]): void {
+export function setPoints(line: Line, points: readonly Vector3[]): void {
   line.geometry.dispose();
   line.geometry = new BufferGeometry().setFromPoints([...points]);
 }
 
 /** Take everything out of a group, and free what the graphics card keeps of it. */
-export function empty(group: Object3D): void {
+export function disposeContent(group: Object3D): void {
   group.traverse((part) => {
     const { geometry, material } = part as { geometry?: BufferGeometry; material?: Material & { map?: Texture | null } };
     geometry?.dispose();

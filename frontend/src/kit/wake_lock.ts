@@ -1,6 +1,6 @@
 /** Keeps the screen on, where the browser can; without that all else works. */
 
-export class Awake {
+export class ScreenWakeLock {
   private wanted = false;
   private lock: WakeLockSentinel | null = null;
   private asking = false;

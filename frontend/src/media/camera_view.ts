@@ -1,5 +1,5 @@
 /** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
-import { Order } from "./picture_order.ts";
+import { PictureOrder } from "./picture_order.ts";
 import type { PicturePacket, Still } from "../socket/protocol.ts";
 import { set } from "../kit/dom.ts";
 import { shape } from "../kit/svg.ts";
@@ -12,7 +12,7 @@ export class CameraView {
   /** Where the robot was then: coordinates of its spec; empty if not known. */
   pose: readonly number[] = [];
   private context: CanvasRenderingContext2D;
-  private order = new Order();
+  private order = new PictureOrder();
   private views = 0;
   private cross: SVGGElement | null = null;
   private tool: SVGCircleElement | null = null;

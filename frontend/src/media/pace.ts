@@ -11,7 +11,7 @@ const SHORT_WINDOWS = 2; // in a row, in which too little came of what was asked
 const FIRST_HOLD_MS = 20_000, LONGEST_HOLD_MS = 320_000;
 
 /** Whether an answer after `latency` (null: it is overdue) says that the line may carry more; `best` is its best. */
-export function quick(latency: number | null, best: number): boolean {
+export function isQuick(latency: number | null, best: number): boolean {
   return latency !== null && latency < Math.min(SLOW_MS, Math.max(QUICK_MS, 2 * best));
 }
 

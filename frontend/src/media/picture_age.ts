@@ -11,6 +11,6 @@ export function pictureAge(ms: number, often = ""): [words: string, mark: "fresh
 }
 
 /** Whether a picture of that age shows what is there now; `lost`: the server is not reached. */
-export function shownLive(ms: number, lost: boolean): boolean {
+export function isLive(ms: number, lost: boolean): boolean {
   return !lost && ms < LIVE_MS && ms >= -AHEAD_MS;
 }

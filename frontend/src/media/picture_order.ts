@@ -2,7 +2,7 @@
 const BACK_MS = 5000; // a picture that was taken so much earlier comes after the server's clock was set back
 
 /** The order of a camera's pictures, by when they were taken: numbers begin again when the robot's process does. */
-export class Order {
+export class PictureOrder {
   private newest: { atMs: number; number: number } | null = null;
 
   /** Whether this picture is newer than all before it, and the newest from now on. */

@@ -1,7 +1,7 @@
 /** The robot's sound: a button, the browser's decoder (WebCodecs), and what is heard now. Off until it is pressed. */
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/parts.ts";
-import { PlayOut } from "./playout.ts";
+import { PlayoutBuffer } from "./playout.ts";
 import type { SoundPacket } from "../socket/protocol.ts";
 
 const RATE = 48_000;
@@ -19,7 +19,7 @@ class Playing {
   readonly context = new AudioContext({ sampleRate: RATE, latencyHint: "interactive" });
   private analyser = this.context.createAnalyser();
   private decoder: AudioDecoder;
-  private line = new PlayOut();
+  private line = new PlayoutBuffer();
   private waiting: SoundPacket[] = []; // in the decoder, which gives one piece for each, in their order
   private sources = new Map<AudioBufferSourceNode, number>(); // when each begins, s
   private run = -1;

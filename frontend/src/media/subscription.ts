@@ -1,8 +1,8 @@
 /** What this page wants to see: which cameras, and how much of it, as the person chose or as the line allows. */
-import { kept } from "../kit/storage.ts";
-import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
+import { storage } from "../kit/storage.ts";
+import { LineJudge, type Pace, PACES, isQuick } from "./pace.ts";
 import type { Coding } from "../socket/packets.ts";
-import { lineWords, Meter, quality, short } from "./throughput.ts";
+import { lineWords, ThroughputMeter, quality, isShort } from "./throughput.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
@@ -24,11 +24,11 @@ const SAID: Record<Pace, string> = {
   states: "Very slow connection: only measured values, no new pictures.",
 };
 
-export class Watching {
+export class Subscription {
   private cameras: number[] = [0];
   private chosen: Pace | null; // null: as the line allows
   private judge: LineJudge;
-  private meter = new Meter(performance.now());
+  private meter = new ThroughputMeter(performance.now());
   private arrivals: number[] = []; // of the first wanted camera's pictures, performance.now
   private told = "";
   private expected = false;
@@ -48,7 +48,7 @@ export class Watching {
   /** `whole`: everything is wanted, whatever was chosen for live pictures. */
   constructor(line: () => Line, coding: Coding, saveData: boolean, whole = false) {
     [this.line, this.coding, this.saveData] = [line, coding, saveData];
-    this.chosen = whole ? "live" : PACES.find((pace) => pace === kept.get("pace")) ?? null;
+    this.chosen = whole ? "live" : PACES.find((pace) => pace === storage.get("pace")) ?? null;
     this.judge = this.begin();
   }
 
@@ -67,7 +67,7 @@ export class Watching {
 
   choose(choice: string): void {
     this.chosen = PACES.find((pace) => pace === choice) ?? null;
-    kept.set("pace", this.choice);
+    storage.set("pace", this.choice);
     this.judge = this.begin();
     this.arrivals = [];
     this.tell();
@@ -167,12 +167,12 @@ export class Watching {
     if (!line.lost) {
       const now = performance.now();
       if (expected && this.judge.doubts) line.check();
-      const fast = quick(line.overdue ? null : line.latency, line.best);
+      const fast = isQuick(line.overdue ? null : line.latency, line.best);
       if (this.filmedSince && now - this.saidAt > TICK_MS) this.filmedSince = now;
       if (now - this.saidAt > TICK_MS) this.meter.begin(now); // the page did not run
       this.saidAt = now;
       if (expected && fast && this.filmedSince && now - this.filmedSince > NO_VIDEO_MS) this.rest(now);
-      this.judge.judge(now, expected, fast, short(this.carried(now)));
+      this.judge.judge(now, expected, fast, isShort(this.carried(now)));
       this.tell();
     }
     return this.chosen === null ? SAID[this.judge.pace] : "";

@@ -1,5 +1,5 @@
 /** What a line carries: how many bytes a second come, and how many would if all that was asked for came. */
-import { quick } from "./pace.ts";
+import { isQuick } from "./pace.ts";
 
 /** Bytes a second. */
 export interface Carried { arrives: number; needs: number }
@@ -10,14 +10,14 @@ const FARTHEST = 200; // a greater gap between two pictures' numbers is of anoth
 const ENOUGH = 0.6, ALL = 0.9; // of what is needed
 
 /** Whether so little arrives that less has to be asked for. */
-export function short({ arrives, needs }: Carried): boolean {
+export function isShort({ arrives, needs }: Carried): boolean {
   return arrives < ENOUGH * needs;
 }
 
 /** The line in a word; `latency` of the last ping (null: its answer is overdue) and the `best` one so far are in ms. */
 export function quality(carried: Carried, latency: number | null, best: number): Quality {
-  if (short(carried) || latency === null) return "poor";
-  return carried.arrives >= ALL * carried.needs && quick(latency, best) ? "good" : "fair";
+  if (isShort(carried) || latency === null) return "poor";
+  return carried.arrives >= ALL * carried.needs && isQuick(latency, best) ? "good" : "fair";
 }
 
 /** The same for the person who watches, with what comes. */
@@ -32,7 +32,7 @@ function kilobytes(bytes: number): string {
 }
 
 /** Counts what comes, over the last seconds; times are of one clock, in ms. */
-export class Meter {
+export class ThroughputMeter {
   private taken: { at: number; bytes: number }[] = [];
   private pictures: { at: number; bytes: number; missed: number }[] = [];
   private last = new Map<number, number>(); // the number of each camera's newest picture

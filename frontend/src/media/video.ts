@@ -1,7 +1,7 @@
 /** Video of cameras, decoded by the browser (WebCodecs) where it can; where it cannot, pictures come as JPEG. */
 import type { Coding } from "../socket/packets.ts";
 import type { PicturePacket, VideoPacket } from "../socket/protocol.ts";
-import { Chain } from "./video_chain.ts";
+import { VideoChain } from "./video_chain.ts";
 
 /** The codings of live video, as WebCodecs names them: VP9 of profile 0 and level 1, with 8 bits. */
 const CODECS: Record<Coding, string> = { vp8: "vp8", vp9: "vp09.00.10.08" };
@@ -18,8 +18,8 @@ const SHOWN_MS = 200; // while newer ones wait, a picture is shown only so often
 const NONE = new Blob();
 
 /** The decoder of one camera. */
-class Reel {
-  private chain = new Chain();
+class CameraDecoder {
+  private chain = new VideoChain();
   private decoder: VideoDecoder | null = null;
   private waiting = new Map<number, { packet: VideoPacket; since: number }>(); // in the decoder, by number
   private shownAt = 0;
@@ -81,8 +81,8 @@ class Reel {
   }
 }
 
-export class Film {
-  private reels = new Map<number, Reel>();
+export class VideoPlayer {
+  private reels = new Map<number, CameraDecoder>();
   private broken = false;
   private failures = 0;
   private checkedAt = performance.now();
@@ -118,8 +118,8 @@ export class Film {
     for (const reel of this.reels.values()) reel.close();
   }
 
-  private reel(camera: number): Reel {
-    const reel = this.reels.get(camera) ?? new Reel(this.coding, (picture) => this.show(picture), () => this.fail());
+  private reel(camera: number): CameraDecoder {
+    const reel = this.reels.get(camera) ?? new CameraDecoder(this.coding, (picture) => this.show(picture), () => this.fail());
     this.reels.set(camera, reel);
     return reel;
   }

@@ -2,7 +2,7 @@
 import type { VideoPacket } from "../socket/protocol.ts";
 
 /** Which packets of a camera's video can be decoded: a key picture, then each that changes the one before it. */
-export class Chain {
+export class VideoChain {
   private run = 0;
   private newest: number | null = null;
 

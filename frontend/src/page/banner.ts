@@ -1,7 +1,7 @@
 /** The text of the banner on a robot's page: the connection first, because without it nothing else is known. */
 import type { Snapshot, StopShown } from "../socket/protocol.ts";
 
-export interface Known {
+export interface BannerFacts {
   /** Whether the portal is not reached, and for how long (ms). */
   lost: boolean;
   lostMs: number;
@@ -21,7 +21,7 @@ const AT_ONCE_MS = 1000; // shorter gaps are not shown
 const CONFIRMED_MS = 1000; // a missing confirmation is shown after this time
 
 /** The text for a stop that the robot has not confirmed; empty if there is none, or only for a short time. */
-export function unconfirmed(stop: StopShown | null, now: number): string {
+export function unconfirmedStop(stop: StopShown | null, now: number): string {
   if (!stop || stop.confirmed || (stop.rests_by_ms === null && now - (stop.since_ms ?? 0) < CONFIRMED_MS)) return "";
   const said = "Stop is pressed, but the robot has not confirmed that it rests.";
   if (stop.rests_by_ms === null) return `${said} When it will is not known: do not rely on it.`;
@@ -30,7 +30,7 @@ export function unconfirmed(stop: StopShown | null, now: number): string {
   return `${said} Without a connection it stops by itself, at ${at} at the latest.`;
 }
 
-export function bannerWords(k: Known): string {
+export function bannerWords(k: BannerFacts): string {
   if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
     const why = k.offline ? "this device is offline" : "the portal is not reached";
     const turn = k.snapshot?.me.can.drive ? " Your turn is kept for 20 s." : "";
@@ -38,7 +38,7 @@ export function bannerWords(k: Known): string {
   }
   if (k.lost) return "";
   if (k.stopPending) return k.stopPending;
-  const still = unconfirmed(k.snapshot?.stop ?? null, k.now);
+  const still = unconfirmedStop(k.snapshot?.stop ?? null, k.now);
   if (still) return still;
   if (k.snapshot && !k.snapshot.link) return "The live link to the robots is down. Pages work; nothing moves until it is back.";
   if (k.storeDown) return k.storeDown;

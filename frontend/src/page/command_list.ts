@@ -2,14 +2,14 @@
 import type { CommandInfo } from "../socket/protocol.ts";
 import { say as write } from "../kit/dom.ts";
 import { arrange } from "../kit/parts.ts";
-import { FINAL, KINDS, latest, SETTINGS, stageOf } from "../socket/stages.ts";
+import { FINAL, COMMAND_LABELS, laterStage, SETTING_KINDS, stageOf } from "../socket/stages.ts";
 
 const LOST_MS = 3000; // for what an earlier socket's process still carries out
 const NOT_ARRIVED = "This did not arrive: the connection broke off. Try it again.";
 const GAVE_WAY = ["Replaced", "Interrupted"]; // to a newer target, to somebody else: no fault
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
-export class Ladder {
+export class CommandList {
   private rows = new Map<string, CommandInfo>();
   private items = new Map<string, HTMLElement>();
   private sent = new Map<string, number>(); // what this page has sent comes after that id, until the server gives it one
@@ -33,7 +33,7 @@ export class Ladder {
     const ended: CommandInfo[] = [];
     for (const c of commands) {
       const key = `${c.grant}/${c.seq}`;
-      const known = this.rows.get(key), now = latest(known, c);
+      const known = this.rows.get(key), now = laterStage(known, c);
       this.rows.set(key, now);
       if (known && !FINAL.has(known.state) && FINAL.has(now.state)) ended.push(now);
     }
@@ -129,7 +129,7 @@ function draw(item: HTMLElement, c: CommandInfo): void {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
   item.className = `command ${FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state}`;
   item.dataset["state"] = c.state;
-  write(name, KINDS[c.kind] ?? c.kind);
+  write(name, COMMAND_LABELS[c.kind] ?? c.kind);
   const reached = GOOD.indexOf(c.state);
   [...steps.children].forEach((dot, i) => dot.classList.toggle("on", i <= reached));
   write(stage, gaveWay ?? stageOf(c.kind, c.state));
@@ -152,8 +152,8 @@ function tellProgress(far: HTMLElement, c: CommandInfo): void {
 }
 
 function say(c: CommandInfo): string {
-  const name = KINDS[c.kind] ?? c.kind;
-  if (c.state === "completed" && SETTINGS.has(c.kind)) return `${name}: done.`;
+  const name = COMMAND_LABELS[c.kind] ?? c.kind;
+  if (c.state === "completed" && SETTING_KINDS.has(c.kind)) return `${name}: done.`;
   if (c.state === "completed") return `${name}: done, the picture is ${c.result?.verdict ?? "there"}.`;
   return c.reason.startsWith("Interrupted") ? `${name}: ${c.reason}` : `${name}: ${stageOf(c.kind, c.state)}. ${c.reason}`;
 }

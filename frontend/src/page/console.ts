@@ -1,5 +1,6 @@
 /** What a robot's console consists of. */
-import type { Facts, Shown } from "./controls.ts";
+import type { Facts } from "./controls.ts";
+import type { ShownPicture } from "../media/reduced_motion.ts";
 import type { CommandInfo, PicturePacket, StatePacket, Still, StreamPacket } from "../socket/protocol.ts";
 
 /** The part that differs between robots: the middle of the page. */
@@ -20,7 +21,7 @@ export interface Console {
   /** The line above the controls if nothing general prevents commands. */
   advice(facts: Facts): string;
   /** The picture of that camera that is shown now. */
-  shown(camera: number): Shown | undefined;
+  shown(camera: number): ShownPicture | undefined;
   /** When the picture on screen was taken, server ms; 0 for none. */
   pictureAt(): number;
   /** Why this kind of command does not work now; empty if it does. */
@@ -28,6 +29,6 @@ export interface Console {
 }
 
 /** What the defaults of a console ask of its page. */
-export interface Redrawn {
+export interface ConsolePage {
   draw(): void;
 }

@@ -1,6 +1,6 @@
 /** Whether anything can be commanded now, on any robot. */
-import { unconfirmed } from "./banner.ts";
-import type { PicturePacket, Snapshot, StatePacket } from "../socket/protocol.ts";
+import { unconfirmedStop } from "./banner.ts";
+import type { Snapshot, StatePacket } from "../socket/protocol.ts";
 
 export interface Facts {
   snapshot: Snapshot | null; state: StatePacket | null; lineUp: boolean; now: number; latency: number | null;
@@ -16,7 +16,7 @@ export function blocked(f: Facts): string {
   if (!s.me.can.drive) return s.robot.turns === false ? "Nobody drives this robot; everybody can ask it for a job." : notOperating(s.me);
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
   if (s.robot.state === "offline") return s.robot.why;
-  if (s.stopped || f.state?.stopped) return `${unconfirmed(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;
+  if (s.stopped || f.state?.stopped) return `${unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;
   const limit = Math.min(3000, 1000 + 2 * (f.latency ?? 0));
   if (!f.state || f.now - f.state.atMs > limit) return "The robot's state is not known right now; waiting for it.";
   return "";
@@ -26,14 +26,4 @@ function notOperating(me: Snapshot["me"]): string {
   if (me.ticket?.state === "offered") return "It is your turn: take control to begin.";
   if (me.ticket?.state === "waiting") return "You wait for your turn.";
   return me.cleared ? "Join the queue to operate the robot." : "You can watch. To operate, read the orientation and pass the test.";
-}
-
-/** When a camera's picture on the page was taken (server ms), and the stored picture to which it belongs. */
-export interface Shown { atMs: number; stillId: number }
-const CALM_MS = 10_000;
-
-/** Whether a live picture is skipped because the person prefers reduced motion: one was shown a short time ago. */
-export function tooLively(packet: Pick<PicturePacket, "atMs" | "still">, shown: Shown): boolean {
-  const fresh = packet.still !== 0 && packet.still !== shown.stillId;
-  return !fresh && packet.atMs - shown.atMs < CALM_MS;
 }

@@ -1,12 +1,12 @@
 /** The defaults of a console: the first camera is shown, one command at a time. */
 import { CameraView } from "../media/camera_view.ts";
-import type { Console, Redrawn } from "./console.ts";
+import type { Console, ConsolePage } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
-import { settings } from "./facts.ts";
+import { configKinds } from "./facts.ts";
 import type { CommandInfo, PicturePacket, StatePacket, Still } from "../socket/protocol.ts";
 import { byId, say } from "../kit/dom.ts";
 
-export class Basics<Page extends Redrawn = Redrawn> implements Console {
+export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
   readonly video = true;
   protected camera: CameraView;
 
@@ -48,7 +48,7 @@ export class Basics<Page extends Redrawn = Redrawn> implements Console {
   }
 
   whyNot(kind: string, f: Facts): string {
-    return blocked(f) || (f.busy && !settings.has(kind) ? "One command at a time: the robot is still busy." : "");
+    return blocked(f) || (f.busy && !configKinds.has(kind) ? "One command at a time: the robot is still busy." : "");
   }
 }
 
@@ -57,7 +57,7 @@ const PARTS = [
 ] as const satisfies readonly (keyof Console)[];
 
 /** A complete console: the members of `own`, and defaults for the rest. */
-export function complete(own: Partial<Console>, page: Redrawn): Console {
+export function completeConsole(own: Partial<Console>, page: ConsolePage): Console {
   const whole: Record<string, unknown> = {};
   const basics: Partial<Console> = PARTS.every((part) => own[part]) ? {} : new Basics(page);
   for (const part of PARTS) {

@@ -1,7 +1,7 @@
 /** The landing page: each robot's thumbnail follows its newest picture, and says where that is not live. */
-import { Live } from "../socket/robot_socket.ts";
+import { RobotSocket } from "../socket/robot_socket.ts";
 import type { Message, PicturePacket } from "../socket/protocol.ts";
-import { LIVE_MS, shownLive } from "../media/picture_age.ts";
+import { LIVE_MS, isLive } from "../media/picture_age.ts";
 
 for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
   let picture = card.querySelector<HTMLImageElement>("img");
@@ -22,7 +22,7 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
     }
     return picture;
   };
-  const live = new Live(
+  const live = new RobotSocket(
     card.dataset["live"] ?? "",
     {
       message(m: Message) {
@@ -53,7 +53,7 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
   /** Mark a picture that is old, or of which nobody knows, because the server is not reached. */
   const judge = (): void => {
     if (!picture) return;
-    const now = performance.now() - came < LIVE_MS && shownLive(live.now() - taken, live.lost);
+    const now = performance.now() - came < LIVE_MS && isLive(live.now() - taken, live.lost);
     card.dataset["picture"] = now ? "live" : "old";
     const alt = `What ${name}'s camera ${now ? "sees now" : "saw last"}`;
     if (picture.alt !== alt) picture.alt = alt;

@@ -1,51 +1,52 @@
 /** The part of every robot's page: socket, turn panel, command list, stop and release, log. */
-import { Awake } from "../kit/wake_lock.ts";
-import { bannerWords, unconfirmed } from "./banner.ts";
+import { ScreenWakeLock } from "../kit/wake_lock.ts";
+import { bannerWords, unconfirmedStop } from "./banner.ts";
 import type { Console } from "./console.ts";
-import { blocked, type Facts, tooLively } from "./controls.ts";
-import { facts, settings } from "./facts.ts";
-import { Film } from "../media/video.ts";
+import { blocked, type Facts } from "./controls.ts";
+import { skipsForReducedMotion } from "../media/reduced_motion.ts";
+import { facts, configKinds } from "./facts.ts";
+import { VideoPlayer } from "../media/video.ts";
 import { HeldMotion } from "../socket/held_motion.ts";
 import "./key_card.ts";
-import { Ladder } from "./command_list.ts";
-import { guard } from "../queue/leave_guard.ts";
-import { type Line, openLine, replaying } from "../socket/connection.ts";
+import { CommandList } from "./command_list.ts";
+import { guardTurn } from "../queue/leave_guard.ts";
+import { type Connection, openConnection, isReplay } from "../socket/connection.ts";
 import { LogList } from "./log_list.ts";
 import { Notice } from "./notice.ts";
 import { byId, say } from "../kit/dom.ts";
 import { refusal } from "../kit/parts.ts";
-import { Place } from "../queue/turn_panel.ts";
-import { type Apart, left, pictured, stated } from "../socket/poses.ts";
+import { TurnPanel } from "../queue/turn_panel.ts";
+import { type Tolerance, hasLeft, splitPicture, splitState } from "../socket/poses.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, StreamPacket, VideoPacket } from "../socket/protocol.ts";
 import { Sound } from "../media/sound.ts";
 import "./sticky_stop.ts";
 import { StopPress } from "./stop_press.ts";
-import { Streams } from "../socket/byte_streams.ts";
-import { Suspended } from "../queue/suspension.ts";
+import { ByteStreams } from "../socket/byte_streams.ts";
+import { Suspension } from "../queue/suspension.ts";
 import { WireTrace } from "./wire_trace.ts";
-import { Watching } from "../media/subscription.ts";
-import { complete } from "./default_console.ts";
+import { Subscription } from "../media/subscription.ts";
+import { completeConsole } from "./default_console.ts";
 import { pictureAge } from "../media/picture_age.ts";
 import { watcherWords } from "../queue/waits.ts";
-import { KINDS, latest, SETTINGS } from "../socket/stages.ts";
+import { COMMAND_LABELS, laterStage, SETTING_KINDS } from "../socket/stages.ts";
 
 const SILENT_MS = 3000;
 const AWAY_MS = 20_000; // so long a turn is kept without a connection
 const ALONE_MS = 1500; // messages sent together with the robot's last one do not count
-Object.assign(KINDS, facts.labels);
-for (const kind of facts.settings) SETTINGS.add(kind);
+Object.assign(COMMAND_LABELS, facts.labels);
+for (const kind of facts.settings) SETTING_KINDS.add(kind);
 
 export class RobotPage {
   snapshot: Snapshot | null = null;
   state: StatePacket | null = null;
   readonly slug: string;
-  readonly live: Line;
-  readonly ladder: Ladder;
+  readonly live: Connection;
+  readonly ladder: CommandList;
   /** Called with the answer of a preview, on pages that ask for one. */
   onPlan: ((answer: PlanAnswer) => void) | null = null;
   private page = byId("robot");
-  private place: Place;
-  private watching: Watching;
+  private place: TurnPanel;
+  private watching: Subscription;
   private trace: WireTrace | null;
   private seq = 0;
   private seqGrant = 0;
@@ -53,24 +54,24 @@ export class RobotPage {
   private toldOver = 0; // the socket over which the last snapshot came
   private stateHeardAt = 0;
   private stopPress: StopPress;
-  private suspended = new Suspended((words, level) => this.notice(words, level));
+  private suspended = new Suspension((words, level) => this.notice(words, level));
   private storeDown = "";
   private watchers: number | null = null; // the driver apart
   private notices = new Notice(byId("notice"));
-  private awake = new Awake();
+  private awake = new ScreenWakeLock();
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private log = new LogList(byId("log"));
   private console: Console | null = null;
-  private film = new Film(facts.video, (packet) => this.showPicture(packet), (on) => this.watching.video(on));
+  private film = new VideoPlayer(facts.video, (packet) => this.showPicture(packet), (on) => this.watching.video(on));
   private sound: Sound | null = null;
-  private streams = new Streams(facts.streams.map(({ name }) => name));
+  private streams = new ByteStreams(facts.streams.map(({ name }) => name));
 
   constructor() {
     const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
-    this.watching = new Watching(() => this.live, facts.video, saving, replaying());
+    this.watching = new Subscription(() => this.live, facts.video, saving, isReplay());
     this.slug = this.page.dataset["slug"] ?? "";
-    this.ladder = new Ladder(byId("ladder"), byId("say"));
-    this.live = openLine(
+    this.ladder = new CommandList(byId("ladder"), byId("say"));
+    this.live = openConnection(
       this.slug,
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
@@ -86,23 +87,23 @@ export class RobotPage {
     if (document.getElementById("sound"))
       this.sound = new Sound(byId("sound"), byId("sound-said"), byId<HTMLMeterElement>("loudness"), (on) => this.watching.listen(on));
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
-    this.place = new Place(byId("place"), (m) => this.live.send(m), (why) => this.refuse(why));
+    this.place = new TurnPanel(byId("place"), (m) => this.live.send(m), (why) => this.refuse(why));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
     this.on("stop", () => this.stop());
     this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
     byId("stage").addEventListener("keydown", (event) => this.stopKey(event));
-    guard(() => this.operating && !this.snapshot?.turn?.staff);
+    guardTurn(() => this.operating && !this.snapshot?.turn?.staff);
     document.addEventListener("visibilitychange", () => document.hidden || this.watching.again());
     setInterval(() => this.draw(), 250);
   }
 
   /** Install the console, with defaults for missing members; it is called now with everything that came before. */
   begin(own: Partial<Console>): void {
-    const console = (this.console = complete(own, this));
+    const console = (this.console = completeConsole(own, this));
     if (this.live.up) console.watch?.();
-    if (console.video) void Film.possible(facts.video).then((can) => can && this.watching.video(true));
+    if (console.video) void VideoPlayer.possible(facts.video).then((can) => can && this.watching.video(true));
     if (this.snapshot?.still) console.still(this.snapshot.still);
     if (this.state) console.state(this.state);
     for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
@@ -128,8 +129,8 @@ export class RobotPage {
   }
 
   /** Whether the robot is no longer where it was at a picture or still, by its pose; no if either is not known. */
-  moved(since: { pose?: readonly number[] }, near?: Apart): boolean {
-    return left(since.pose ?? [], this.pose, facts.pose.map(({ unit }) => unit), near);
+  moved(since: { pose?: readonly number[] }, near?: Tolerance): boolean {
+    return hasLeft(since.pose ?? [], this.pose, facts.pose.map(({ unit }) => unit), near);
   }
 
   /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */
@@ -177,7 +178,7 @@ export class RobotPage {
   facts(): Facts {
     return {
       snapshot: this.snapshot, state: this.state, lineUp: !this.live.lost, now: this.live.now(), latency: this.live.latency,
-      busy: this.keepAlive.held || (this.seqGrant !== 0 && this.ladder.busy(this.seqGrant, settings)),
+      busy: this.keepAlive.held || (this.seqGrant !== 0 && this.ladder.busy(this.seqGrant, configKinds)),
     };
   }
 
@@ -254,7 +255,7 @@ export class RobotPage {
 
   private gotPicture(packet: PicturePacket): void {
     this.watching.arrived(packet, packet.jpeg.size);
-    this.showPicture(pictured(packet, facts.names.length, facts.pose.length));
+    this.showPicture(splitPicture(packet, facts.names.length, facts.pose.length));
   }
 
   /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
@@ -262,13 +263,13 @@ export class RobotPage {
     const shown = this.console?.shown(packet.camera);
     const still = this.snapshot?.still;
     const placed = packet.pose?.length || !still || still.id !== packet.still ? packet : { ...packet, pose: still.pose };
-    if (this.calm.matches && !this.operating && !replaying() && shown && tooLively(packet, shown)) return;
+    if (this.calm.matches && !this.operating && !isReplay() && shown && skipsForReducedMotion(packet, shown)) return;
     this.console?.picture(placed);
   }
 
   /** Compact states lack velocities and torques; a whole one between them must not show them for a moment. */
   private gotState(whole: StatePacket): void {
-    const told = stated(whole, facts.channels.length + facts.pose.length);
+    const told = splitState(whole, facts.channels.length + facts.pose.length);
     const packet = this.watching.pace === "live" ? told : { ...told, velocities: [], torques: [], twist: [] };
     this.state = packet;
     this.stateHeardAt = performance.now();
@@ -303,7 +304,7 @@ export class RobotPage {
     const wasOperating = this.operating;
     const hadStill = this.snapshot?.still?.id;
     const before = new Map(this.snapshot?.commands.map((c) => [c.id, c]));
-    if (!s.replay) s.commands = s.commands.map((c) => latest(before.get(c.id), c)); // it may have been read earlier
+    if (!s.replay) s.commands = s.commands.map((c) => laterStage(before.get(c.id), c)); // it may have been read earlier
     this.snapshot = s;
     this.toldOver = this.live.opened;
     this.storeDown = s.store;
@@ -336,7 +337,7 @@ export class RobotPage {
     this.drawBanner(f);
     this.drawAge(f);
     this.notices.draw();
-    this.awake.keep(this.operating && !replaying() && this.live.lostMs < AWAY_MS);
+    this.awake.keep(this.operating && !isReplay() && this.live.lostMs < AWAY_MS);
     const s = this.snapshot;
     this.ladder.lost(this.toldOver, this.live.now());
     if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
@@ -356,7 +357,7 @@ export class RobotPage {
     this.suspended.draw(s, f.lineUp);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
-    say(byId("stop-said"), unconfirmed(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
+    say(byId("stop-said"), unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
     say(byId("why"), blocked(f) || (this.console?.advice(f) ?? ""));
     byId("why").title = byId("why").textContent ?? "";
     this.console?.draw(f);

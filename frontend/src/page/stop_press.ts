@@ -1,5 +1,5 @@
 /** A press of Stop, until it is known to have arrived at the portal, and the texts meanwhile. */
-import type { Live } from "../socket/robot_socket.ts";
+import type { RobotSocket } from "../socket/robot_socket.ts";
 import type { Snapshot } from "../socket/protocol.ts";
 
 const ANSWER_MS = 1500;
@@ -16,10 +16,10 @@ export class StopPress {
   private again = 0; // so often it went into another socket before an answer had come
   private snapshot: Snapshot | null = null;
 
-  private live: Pick<Live, "send" | "lost" | "opened">;
+  private live: Pick<RobotSocket, "send" | "lost" | "opened">;
   private notice: (words: string, level: string) => void;
 
-  constructor(live: Pick<Live, "send" | "lost" | "opened">, notice: (words: string, level: string) => void) {
+  constructor(live: Pick<RobotSocket, "send" | "lost" | "opened">, notice: (words: string, level: string) => void) {
     this.live = live;
     this.notice = notice;
   }

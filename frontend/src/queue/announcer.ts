@@ -1,14 +1,14 @@
 /** Messages for a person who looks elsewhere: title, icon, sound, vibration, notification, screen reader. */
-import { kept } from "../kit/storage.ts";
-import type { Standing } from "./person_socket.ts";
+import { storage } from "../kit/storage.ts";
+import type { QueuePlace } from "./person_socket.ts";
 import { say } from "../kit/dom.ts";
 
 const MOMENTS_S = [60, 20, 10];
 /** What the bar's button for the sound does, as its `data-do` says. */
-export const SOUND = "ask-sound";
+export const SOUND_ACTION = "ask-sound";
 const READY_MS = 400; // in which a browser begins to play, if it does
 
-export class Teller {
+export class Announcer {
   private title = document.title;
   private icon = document.querySelector<HTMLLinkElement>("link[rel=icon]");
   private calmIcon = this.icon?.href ?? "";
@@ -22,9 +22,9 @@ export class Teller {
   private polite: HTMLElement;
   private assertive: HTMLElement;
   private chimes = 0; // a later chime takes the place of one that still waits
-  private open: (place: Standing) => void;
+  private open: (place: QueuePlace) => void;
 
-  constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: Standing) => void) {
+  constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: QueuePlace) => void) {
     this.polite = polite;
     this.assertive = assertive;
     this.open = open;
@@ -33,11 +33,11 @@ export class Teller {
   }
 
   get sound(): boolean {
-    return kept.get("sound") !== "off";
+    return storage.get("sound") !== "off";
   }
 
   set sound(on: boolean) {
-    kept.set("sound", on ? "on" : "off");
+    storage.set("sound", on ? "on" : "off");
     if (on) this.chime();
   }
 
@@ -54,7 +54,7 @@ export class Teller {
   }
 
   /** Announce what is new, the most urgent first; called at each change and every half second. */
-  tell(places: readonly Standing[], now: number, own: string): void {
+  tell(places: readonly QueuePlace[], now: number, own: string): void {
     const [first] = places;
     if (this.audio?.state === "running") [this.ran, this.asked] = [true, false];
     this.wantsSound = places.some((p) => p.state === "waiting" || p.state === "offered");
@@ -65,7 +65,7 @@ export class Teller {
     for (const place of places) this.news(place, now);
   }
 
-  private news(place: Standing, now: number): void {
+  private news(place: QueuePlace, now: number): void {
     const key = `${place.state}-${place.ticket}-${place.state === "offered" ? place.until_ms : ""}`;
     const left = (((place.kept_until_ms ?? place.until_ms) ?? now) - now) / 1000;
     if (!this.known.has(key)) {
@@ -85,7 +85,7 @@ export class Teller {
   }
 
   /** Say once that the turn ends soon because nothing is done; again only after something was done. */
-  private idle(place: Standing, now: number): void {
+  private idle(place: QueuePlace, now: number): void {
     const key = `idle-${place.ticket}`;
     if (!place.idles) this.known.delete(key);
     else if (!this.known.has(key)) {
@@ -98,23 +98,23 @@ export class Teller {
     }
   }
 
-  private ended(place: Standing, key: string): void {
+  private ended(place: QueuePlace, key: string): void {
     const words = place.turn === null ? `You lost your place for ${place.name}` : `Your turn on ${place.name} is over`;
     say(this.polite, `${words}. ${place.end?.why ?? ""}`);
-    if (kept.get("told") === key) return;
-    kept.set("told", key);
+    if (storage.get("told") === key) return;
+    storage.set("told", key);
     if (document.hidden || !document.hasFocus()) this.notify(place, key, words, place.end?.why ?? "");
   }
 
-  private offer(place: Standing, key: string, left: number): void {
+  private offer(place: QueuePlace, key: string, left: number): void {
     say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
-    if (kept.get("told") === key) return; // another page of this browser told it
-    this.chime(() => kept.set("told", key));
+    if (storage.get("told") === key) return; // another page of this browser told it
+    this.chime(() => storage.set("told", key));
     if (navigator.userActivation?.hasBeenActive && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
     if (document.hidden || !document.hasFocus()) this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
   }
 
-  private notify(place: Standing, key: string, words: string, body: string): void {
+  private notify(place: QueuePlace, key: string, words: string, body: string): void {
     if (!("Notification" in window) || Notification.permission !== "granted") return;
     try {
       const note = new Notification(words, {
@@ -132,7 +132,7 @@ export class Teller {
 
   /** Have the sound ready for a chime; a press of the button for it is left to that button. */
   private ready(target: EventTarget | null): void {
-    const own = target instanceof Element && target.closest(`[data-do="${SOUND}"]`) !== null;
+    const own = target instanceof Element && target.closest(`[data-do="${SOUND_ACTION}"]`) !== null;
     if (this.wantsSound && !own && navigator.userActivation?.hasBeenActive) this.prime();
   }
 
@@ -176,7 +176,7 @@ function play(audio: AudioContext): void {
   }
 }
 
-function mark(place: Standing | undefined, own: string): string {
+function mark(place: QueuePlace | undefined, own: string): string {
   if (place?.state === "offered") return "▶ Your turn! ";
   if (place?.idles) return "! Your turn ends soon ";
   if (place?.state === "operating") return place.robot === own ? "● Driving " : `● Your turn on ${place.name} runs! `;

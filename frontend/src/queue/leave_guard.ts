@@ -1,13 +1,13 @@
 /** Leaving during a turn: the browser asks, or the bar if it was a link of this site. */
 
-export const LEAVE = "farhand:leave";
-export interface Leaving {
+export const LEAVE_EVENT = "farhand:leave";
+export interface LeaveRequest {
   operating(): boolean;
   go(): void;
 }
 
 /** Ask before this page is left, for as long as `operating`. */
-export function guard(operating: () => boolean): void {
+export function guardTurn(operating: () => boolean): void {
   let sure = false;
   addEventListener("pageshow", () => (sure = false)); // somebody comes back to the page as they left it
   addEventListener("beforeunload", (event) => {
@@ -23,6 +23,6 @@ export function guard(operating: () => boolean): void {
       sure = true;
       location.assign(link.href);
     };
-    document.dispatchEvent(new CustomEvent<Leaving>(LEAVE, { detail: { operating, go } }));
+    document.dispatchEvent(new CustomEvent<LeaveRequest>(LEAVE_EVENT, { detail: { operating, go } }));
   });
 }

@@ -1,9 +1,9 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
 
 import { request } from "../kit/request.ts";
-import type { End } from "../socket/protocol.ts";
+import type { EndReason } from "../socket/protocol.ts";
 
-export interface Standing {
+export interface QueuePlace {
   state: "offered" | "operating" | "missed" | "ended" | "waiting";
   ticket: number; robot: string; name: string; simulated?: boolean; ahead: number; away: boolean;
   until_ms: number | null; kept_until_ms: number | null; ended_ms: number | null; wait_s: [number, number] | null;
@@ -12,12 +12,12 @@ export interface Standing {
   /** Whether that is soon; this page's own judgement. */
   idles?: boolean;
   /** Of a place that is over: why, what it cost, and what is next; and the turn's number, where it became one. */
-  end: End | null; turn: number | null;
+  end: EndReason | null; turn: number | null;
 }
-export type Wanted = "join" | "leave" | "accept" | "stay" | "dismiss";
-interface Places { t: "places"; now_ms: number; places: Standing[] }
+export type PlaceAction = "join" | "leave" | "accept" | "stay" | "dismiss";
+interface Places { t: "places"; now_ms: number; places: QueuePlace[] }
 /** A request that waits for its answer over the socket. */
-interface Waiting { what: Wanted; robot: string; answered(text: string): void }
+interface PendingRequest { what: PlaceAction; robot: string; answered(text: string): void }
 type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
 
 const SIGNED_OUT = 4401;
@@ -34,12 +34,12 @@ const WARN_MS = 20_500; // the server tells again 20 s before
  * Whether the turn ends soon because nothing is done in it, and not before because its page is closed. Judged by when
  * the server has told it: what was told before may not be true any more.
  */
-export function idling(p: Standing, told: number): boolean {
+export function isIdle(p: QueuePlace, told: number): boolean {
   return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - told <= WARN_MS;
 }
 
-export class PersonLine {
-  places: Standing[] = [];
+export class PersonSocket {
+  places: QueuePlace[] = [];
   /** Whether anything has arrived yet, and whether the person is still signed in. */
   known = false;
   over = false;
@@ -49,7 +49,7 @@ export class PersonLine {
   private heard = 0;
   private looked = 0; // when the server was asked for the places, and has not answered since; 0: not
   private asked = 0;
-  private waiting: Waiting | null = null;
+  private waiting: PendingRequest | null = null;
   private token: string;
   private changed: () => void;
 
@@ -69,7 +69,7 @@ export class PersonLine {
   }
 
   /** Send the request; returns what went wrong as a sentence, or an empty text. */
-  async ask(what: Wanted, place: Standing): Promise<string> {
+  async ask(what: PlaceAction, place: QueuePlace): Promise<string> {
     if (this.socket?.readyState === WebSocket.OPEN) {
       const answer = new Promise<string>((answered) => (this.waiting = { what, robot: place.robot, answered }));
       const late = new Promise<null>((resolve) => setTimeout(() => resolve(null), ANSWER_MS));
@@ -123,9 +123,9 @@ export class PersonLine {
     this.show(m.places, m.now_ms);
   }
 
-  private show(places: Standing[], told = 0): void {
+  private show(places: QueuePlace[], told = 0): void {
     this.known = true;
-    this.places = places.map((p) => ({ ...p, idles: idling(p, told) }));
+    this.places = places.map((p) => ({ ...p, idles: isIdle(p, told) }));
     this.changed();
   }
 
@@ -159,7 +159,7 @@ export class PersonLine {
     }
   }
 
-  private async post(what: Wanted, place: Standing): Promise<string> {
+  private async post(what: PlaceAction, place: QueuePlace): Promise<string> {
     const body = new URLSearchParams({ do: what, robot: place.robot, ticket: String(place.ticket), csrfmiddlewaretoken: this.token });
     try {
       const answer = await request("/me/places/", { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });

@@ -6,7 +6,7 @@ import type { Snapshot } from "../socket/protocol.ts";
 
 const FIRST = { stopped: "Release the stop first.", released: "Look at the robot first." };
 
-export class Suspended {
+export class Suspension {
   private box = document.getElementById("suspended"); // a recording's page has none
   private button = this.box?.querySelector("button");
   private first = document.getElementById("resume-first");

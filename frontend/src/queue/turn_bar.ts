@@ -1,12 +1,12 @@
 /** The bar on every page: the person's most urgent place, with countdown and button. */
-import { LEAVE, type Leaving } from "./leave_guard.ts";
+import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
 import { say } from "../kit/dom.ts";
 import { type Part, show } from "../kit/parts.ts";
-import { PersonLine, type Standing, type Wanted } from "./person_socket.ts";
-import { current, shownOf } from "./places.ts";
-import { SOUND, Teller } from "./announcer.ts";
-import { clock, timeSaid } from "../kit/times.ts";
-import { waitSaid } from "./waits.ts";
+import { PersonSocket, type QueuePlace, type PlaceAction } from "./person_socket.ts";
+import { currentPlaces, barPlaces } from "./places.ts";
+import { SOUND_ACTION, Announcer } from "./announcer.ts";
+import { clock, timeOfDay } from "../kit/times.ts";
+import { waitSentence } from "./waits.ts";
 
 const BUSY = "Your last press is on its way.";
 const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
@@ -14,15 +14,15 @@ const ASK = "ask-"; // names of the bar's own buttons; the page may have others 
 class TurnBar {
   private own: string;
   private home: string;
-  private line: PersonLine;
-  private teller: Teller;
+  private line: PersonSocket;
+  private teller: Announcer;
   private words = box("turnbar-words");
   private buttons = box("turnbar-do");
   private also = box("turnbar-also");
   private said = box("turnbar-said");
   /** The place that the words and buttons on the page are for. */
-  private place: Standing | undefined;
-  private leaving: Leaving | null = null;
+  private place: QueuePlace | undefined;
+  private leaving: LeaveRequest | null = null;
   private busy = false;
   private fading = 0;
   private read = new Set<number>(); // tickets whose end this page has told
@@ -37,8 +37,8 @@ class TurnBar {
     this.said.setAttribute("role", "status");
     const polite = region("polite"), assertive = region("assertive");
     document.body.append(polite, assertive);
-    this.teller = new Teller(polite, assertive, (place) => this.lead(place));
-    this.line = new PersonLine(token, () => this.draw());
+    this.teller = new Announcer(polite, assertive, (place) => this.lead(place));
+    this.line = new PersonSocket(token, () => this.draw());
     const inner = document.createElement("div");
     inner.className = "turnbar-in";
     inner.append(this.words, this.buttons, this.also, this.said);
@@ -47,8 +47,8 @@ class TurnBar {
       const wanted = (event.target as HTMLElement).closest<HTMLElement>("[data-do]")?.dataset["do"];
       if (wanted?.startsWith(ASK)) void this.press(wanted.slice(ASK.length));
     });
-    document.addEventListener(LEAVE, (event) => {
-      this.leaving = (event as CustomEvent<Leaving>).detail;
+    document.addEventListener(LEAVE_EVENT, (event) => {
+      this.leaving = (event as CustomEvent<LeaveRequest>).detail;
       this.draw();
       this.buttons.querySelector<HTMLElement>("button")?.focus();
     });
@@ -69,10 +69,10 @@ class TurnBar {
     this.take?.();
     this.take = null;
     const now = this.line.now();
-    const places = current(this.line.places, now);
+    const places = currentPlaces(this.line.places, now);
     this.teller.tell(places, now, this.own);
     this.seen(places);
-    const [first, ...rest] = shownOf(places, this.own);
+    const [first, ...rest] = barPlaces(places, this.own);
     this.place = first;
     if (this.leaving && !this.leaving.operating()) this.leaving = null;
     this.bar.hidden = !first && !this.leaving && !this.said.textContent;
@@ -88,14 +88,14 @@ class TurnBar {
   }
 
   /** How a turn ended was read where the page itself tells it; other pages need not say it again. */
-  private seen(places: readonly Standing[]): void {
+  private seen(places: readonly QueuePlace[]): void {
     const told = places.find((p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`));
     if (!told || document.hidden || this.read.has(told.ticket)) return;
     this.read.add(told.ticket);
     void this.line.ask("dismiss", told);
   }
 
-  private buttonsOf(p: Standing): Part[] {
+  private buttonsOf(p: QueuePlace): Part[] {
     const ask = (what: string, text: string, more: Partial<Part> = {}): Part =>
       ({ tag: "button", do: ASK + what, text, why: this.busy ? BUSY : "", ...more });
     if (p.state === "offered") return [ask("accept", "Take control", { class: "primary" }), ask("leave", "Not now")];
@@ -109,7 +109,7 @@ class TurnBar {
     const notify = "Notification" in window && Notification.permission === "default";
     return [
       ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
-      { tag: "button", do: SOUND, text: "Sound", pressed: this.teller.sound && !this.teller.paused },
+      { tag: "button", do: SOUND_ACTION, text: "Sound", pressed: this.teller.sound && !this.teller.paused },
     ];
   }
 
@@ -123,11 +123,11 @@ class TurnBar {
     }
     if (wanted === "sound") this.teller.press();
     else if (wanted === "notify") await this.notify();
-    else await this.carryOut(wanted as Wanted);
+    else await this.carryOut(wanted as PlaceAction);
     this.draw();
   }
 
-  private async carryOut(wanted: Wanted): Promise<void> {
+  private async carryOut(wanted: PlaceAction): Promise<void> {
     const place = this.place;
     if (!place || this.busy) return;
     this.busy = true;
@@ -151,7 +151,7 @@ class TurnBar {
   }
 
   /** Open the robot's page, unless this is it. */
-  private lead(place: Standing): void {
+  private lead(place: QueuePlace): void {
     if (place.robot !== this.own) location.assign(`/robots/${place.robot}/`);
     else if (this.home) location.assign(this.home);
     else document.getElementById("screen")?.focus({ preventScroll: false });
@@ -167,15 +167,15 @@ const LEAVE_BUTTONS: Part[] = [
   { tag: "button", do: `${ASK}go`, text: "Leave the page" },
 ];
 
-function left(p: Standing, now: number): string {
+function left(p: QueuePlace, now: number): string {
   return clock((((p.kept_until_ms ?? p.until_ms) ?? now) - now) / 1000);
 }
 
-function badge(p: Standing): Part[] {
+function badge(p: QueuePlace): Part[] {
   return p.simulated ? [{ tag: "span", class: "simulated", text: "Simulated" }] : [];
 }
 
-function wordsOf(p: Standing, now: number, own: string): Part[] {
+function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
   if (p.state === "offered")
     return [{ tag: "b", text: `It is your turn on ${p.name}` }, { tag: "span", class: "turnbar-timer", text: left(p, now), timer: true }];
   if (p.idles)
@@ -192,17 +192,17 @@ function wordsOf(p: Standing, now: number, own: string): Part[] {
   if (p.state === "missed" || p.state === "ended") return [{ tag: "b", text: over(p) }];
   return [
     { tag: "b", text: p.ahead === 0 ? "You are next" : `${p.ahead} before you` },
-    { tag: "span", text: " for " }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: ` ${waitSaid(p.wait_s)}` },
+    { tag: "span", text: " for " }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: ` ${waitSentence(p.wait_s)}` },
   ];
 }
 
 /** What was lost or is over, when, why and what it cost. */
-function over(p: Standing): string {
+function over(p: QueuePlace): string {
   const what = p.turn !== null ? `Your turn on ${p.name} ended` : p.away || p.state === "ended" ? `You lost your place for ${p.name}` : `You missed your turn on ${p.name}`;
-  return `${what} at ${timeSaid(p.ended_ms ?? 0)}.${p.end ? ` ${p.end.why} ${p.end.credited}` : ""}`;
+  return `${what} at ${timeOfDay(p.ended_ms ?? 0)}.${p.end ? ` ${p.end.why} ${p.end.credited}` : ""}`;
 }
 
-function short(p: Standing, now: number): string {
+function short(p: QueuePlace, now: number): string {
   if (p.state === "waiting") return `${p.name}: ${p.ahead === 0 ? "you are next" : `${p.ahead} before you`}.`;
   if (p.state === "missed" || p.state === "ended") return over(p);
   return `${p.name}: ${p.state === "offered" ? "offered to you" : "your turn"}, ${left(p, now)}.`;

@@ -2,9 +2,9 @@
 import { type Part, refusal, show } from "../kit/parts.ts";
 import { UNSENT } from "./person_socket.ts";
 import type { Snapshot } from "../socket/protocol.ts";
-import { Twice } from "../kit/confirmation.ts";
-import { clock, timeSaid } from "../kit/times.ts";
-import { waitingSaid, waitSaid } from "./waits.ts";
+import { Confirmation } from "../kit/confirmation.ts";
+import { clock, timeOfDay } from "../kit/times.ts";
+import { queueSentence, waitSentence } from "./waits.ts";
 
 type Send = (message: object) => boolean;
 
@@ -12,8 +12,8 @@ const AGAIN = "Press again to end it";
 const LATELY_MS = 3_600_000;
 const FOLLOWS = "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
 
-export class Place {
-  private ending = new Twice();
+export class TurnPanel {
+  private ending = new Confirmation();
   private driving = false;
   private told = "";
 
@@ -96,14 +96,14 @@ export class Place {
     if (t?.state === "waiting")
       return [
         { tag: "h2", text: t.ahead === 0 ? "You are next" : `${t.ahead} before you` },
-        { tag: "p", text: waitSaid(t.wait_s) },
+        { tag: "p", text: waitSentence(t.wait_s) },
         { tag: "p", class: "quiet", text: "You may look around: every page of this site tells you when it is your turn." },
         { tag: "button", do: "leave", text: "Leave the queue" },
       ];
     return [
       ...over,
       { tag: "h2", text: over.length ? "Drive it again" : "Drive it yourself" },
-      { tag: "p", text: waitingSaid(s.queue) },
+      { tag: "p", text: queueSentence(s.queue) },
       { tag: "button", do: "join", text: "Join the queue", class: "primary" },
     ];
   }
@@ -116,7 +116,7 @@ function ended({ me }: Snapshot, now: number): Part[] {
   const news = now - end.ended_ms < LATELY_MS;
   return [
     { tag: "h2", text: news ? "Your turn is over" : "Your last turn" },
-    { tag: "p", text: `It ended at ${timeSaid(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}` },
+    { tag: "p", text: `It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}` },
     ...(end.written ? [] : [
       { tag: "p", text: "What did you find? Others read it." },
       { tag: "a", href: `/turns/${end.turn}/`, text: "Write in the operator's log", class: "button primary" },

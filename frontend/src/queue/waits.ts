@@ -18,13 +18,13 @@ export function waitWords(wait: readonly [number, number] | null): string {
 }
 
 /** How long one waits, as a sentence. */
-export function waitSaid(wait: readonly [number, number] | null): string {
+export function waitSentence(wait: readonly [number, number] | null): string {
   const words = waitWords(wait);
   return wait === null ? "The wait is not known now; your place is kept." : `${words.charAt(0).toUpperCase()}${words.slice(1)}.`;
 }
 
 /** How many requests wait, of people and for jobs. */
-export function waitingSaid(count: number): string {
+export function queueSentence(count: number): string {
   return count === 0 ? "Nobody waits." : `${count} in the queue.`;
 }
 
@@ -32,7 +32,7 @@ export function waitingSaid(count: number): string {
 export const SUSPENDED = "Jobs and the robot's own behaviour wait until staff press Resume jobs.";
 
 /** How a job of the viewer's stands that waits, with so many requests before it. */
-export function standing(noun: string, ahead: number, wait: readonly [number, number] | null, suspended: boolean): string {
+export function jobSentence(noun: string, ahead: number, wait: readonly [number, number] | null, suspended: boolean): string {
   if (suspended) return `Your ${noun} keeps its place. ${SUSPENDED}`;
   const before = ahead === 0 ? "It is next" : ahead === 1 ? "One is before it" : `${ahead} are before it`;
   return `Your ${noun} waits. ${before}; ${waitWords(wait)}.`;

@@ -1,6 +1,6 @@
 /** The page of a recording: the bar to move in time, and the list of moments to jump to. */
 import "./replay.css";
-import { replayWith } from "../socket/connection.ts";
+import { useRecording } from "../socket/connection.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
 import { say, byId } from "../kit/dom.ts";
 import { shape } from "../kit/svg.ts";
@@ -122,7 +122,7 @@ speed.addEventListener("change", () => {
 });
 
 /** Stands in for the player until the index has come, and passes on what the console asks for. */
-replayWith((_, handlers) => {
+useRecording((_, handlers) => {
   let inner: Player | null = null;
   let wish: object | null = null;
   begin(handlers, (made) => {

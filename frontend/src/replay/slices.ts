@@ -13,7 +13,7 @@ export interface Item { at: number; packet: StatePacket | PicturePacket | Stream
 export interface Moment { state: Item | null; pictures: Map<number, Item>; chains: Map<number, Item[]> }
 
 /** Take a slice apart; what cannot be decoded is left out. */
-export function unpack(data: ArrayBuffer): Item[] {
+export function unpackSlice(data: ArrayBuffer): Item[] {
   const view = new DataView(data), items: Item[] = [];
   for (let at = 0; at + HEAD <= data.byteLength; ) {
     const length = view.getUint32(at, true), ms = view.getUint32(at + 4, true), end = at + HEAD + length;
@@ -93,7 +93,7 @@ export class Slices {
   private async fetched(number: number): Promise<Item[]> {
     const answer = await request(`${this.address}${number}.bin`, {}, FILE_MS);
     if (!answer.ok) throw new Error(`slice ${number}: ${answer.status}`);
-    const items = unpack(await answer.arrayBuffer());
+    const items = unpackSlice(await answer.arrayBuffer());
     this.ready.set(number, items);
     for (const old of this.ready.keys())
       if (this.ready.size > KEPT && old !== number) {

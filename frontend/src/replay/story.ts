@@ -1,6 +1,6 @@
 /** What a recording tells of commands and events: what was known of them at a moment, and the moments to jump to. */
 import type { CommandInfo, JobInfo, Snapshot } from "../socket/protocol.ts";
-import { FINAL, KINDS, stageOf } from "../socket/stages.ts";
+import { FINAL, COMMAND_LABELS, stageOf } from "../socket/stages.ts";
 
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };
 interface Told { after_ms: number; what: string; text: string; level: string }
@@ -49,7 +49,7 @@ export class Story {
   marks(): Mark[] {
     const begun = new Set<number>();
     const marks = this.index.commands.flatMap((stage): Mark[] => {
-      const name = KINDS[stage.kind] ?? stage.kind;
+      const name = COMMAND_LABELS[stage.kind] ?? stage.kind;
       if (!begun.has(stage.id)) {
         begun.add(stage.id);
         return [{ at: stage.after_ms, text: name, bad: false }];

@@ -1,7 +1,7 @@
 /** The byte streams of a robot, as a map: the newest key packet of each and the deltas after it. */
 import type { StreamPacket } from "./protocol.ts";
 
-export class Streams {
+export class ByteStreams {
   private chains = new Map<number, StreamPacket[]>();
   private names: string[];
 

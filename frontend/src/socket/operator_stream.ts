@@ -5,9 +5,9 @@ const PROTOCOL = "farhand.operator";
 const FIRST_MS = 5000, LONGEST_MS = 60_000; // between two attempts
 const OPEN_MS = 10_000; // an attempt that takes longer is given up
 /** The close code of a stream whose turn is over or whose code was refused. */
-export const OVER = 4410;
+export const STREAM_OVER = 4410;
 
-export class OwnStream {
+export class OperatorStream {
   private after = 0; // the next attempt, performance.now
   private pauseMs = FIRST_MS;
   private trying = false;

@@ -2,13 +2,13 @@
 import type { PicturePacket, StatePacket } from "./packets.ts";
 
 /** A picture whose robot has so many joints and coordinates of a pose, each apart; the body's velocity is what follows. */
-export function pictured(packet: PicturePacket, joints: number, pose: number): PicturePacket {
+export function splitPicture(packet: PicturePacket, joints: number, pose: number): PicturePacket {
   const told = packet.joints;
   return { ...packet, joints: told.slice(0, joints), pose: told.slice(joints, joints + pose), twist: told.slice(joints + pose) };
 }
 
 /** A state with so many values of channels and coordinates; the body's velocity is what follows. */
-export function stated(packet: StatePacket, values: number): StatePacket {
+export function splitState(packet: StatePacket, values: number): StatePacket {
   return { ...packet, values: packet.values.slice(0, values), twist: packet.values.slice(values) };
 }
 
@@ -19,14 +19,14 @@ export function fromOwn(here: readonly number[], poses: readonly (readonly numbe
 }
 
 /** How far a robot may be from where a picture shows it, for the picture to hold. */
-export interface Apart { m: number; rad: number }
-export const NEAR: Apart = { m: 0.02, rad: 0.05 };
+export interface Tolerance { m: number; rad: number }
+export const DEFAULT_TOLERANCE: Tolerance = { m: 0.02, rad: 0.05 };
 
 /**
  * Whether the robot has left the place `then`, by coordinates in the order of its spec; no if either is not known.
  * Half a turn is the most by which two angles differ.
  */
-export function left(then: readonly number[], now: readonly number[], units: readonly string[], near: Apart = NEAR): boolean {
+export function hasLeft(then: readonly number[], now: readonly number[], units: readonly string[], near: Tolerance = DEFAULT_TOLERANCE): boolean {
   if (then.length !== units.length || now.length !== units.length) return false;
   const m = Math.hypot(...then.map((v, i) => (units[i] === "m" ? now[i]! - v : 0)));
   const turned = then.map((v, i) => (units[i] === "m" ? 0 : Math.abs(Math.atan2(Math.sin(now[i]! - v), Math.cos(now[i]! - v)))));

@@ -27,8 +27,8 @@ export interface CommandInfo {
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
 /** How a turn or a place ended: why, what it cost, and what is next. */
-export interface End { why: string; credited: string; next: string }
-export interface EndedTurn extends End { turn: number; ended_ms: number; own: boolean; written: boolean }
+export interface EndReason { why: string; credited: string; next: string }
+export interface EndedTurn extends EndReason { turn: number; ended_ms: number; own: boolean; written: boolean }
 export interface StopShown { confirmed: boolean; since_ms: number | null; rests_by_ms: number | null }
 /** An open job of the robot, as everybody sees it: `ahead` requests before it, the least and greatest wait (s). */
 export interface JobInfo { id: number; kind: string; state: string; args: Record<string, number>; ahead: number; wait_s: [number, number] | null }

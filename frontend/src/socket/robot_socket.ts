@@ -1,6 +1,6 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import type { CompactLayout } from "./compact_state.ts";
-import { OVER, OwnStream } from "./operator_stream.ts";
+import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import { decode, type Message, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "./protocol.ts";
 
 export interface Handlers {
@@ -29,7 +29,7 @@ const DRAIN_MS = 3000; // for answers to what was asked over the socket before
 const ANSWER = '{"t": "answer"';
 const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
 
-export class Live {
+export class RobotSocket {
   /** Server time minus ours, ms. */
   offset = 0;
   latency: number | null = null;
@@ -55,7 +55,7 @@ export class Live {
   private doubted = 0;
   private deadAfter = DEAD_MS; // drawn with each doubt: a process that falls silent has many pages
   private probeAfter = PROBE_MS;
-  private own: OwnStream;
+  private own: OperatorStream;
   private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
   private none = false; // there is no such robot
   private known = false; // a snapshot has come over this socket
@@ -70,7 +70,7 @@ export class Live {
     wish: ((moved: boolean) => object) | null = null,
   ) {
     [this.slug, this.handlers, this.pingEvery, this.layout, this.wish] = [slug, handlers, pingEvery, layout, wish];
-    this.own = new OwnStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
+    this.own = new OperatorStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
     this.open();
     this.beat();
     setInterval(() => this.watch(), 250);
@@ -155,7 +155,7 @@ export class Live {
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
-      if (event.code === OVER) return this.open(); // the public view, without a pause
+      if (event.code === STREAM_OVER) return this.open(); // the public view, without a pause
       this.set(false);
       this.none = event.code === 4404;
       if (this.none) return;

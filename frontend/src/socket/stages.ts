@@ -6,17 +6,17 @@ export const STAGES: Record<string, string> = {
   completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",
 };
 /** Labels of commands, and which of them set something and move nothing: the robot's page tells them. */
-export const KINDS: Record<string, string> = {};
-export const SETTINGS = new Set<string>();
+export const COMMAND_LABELS: Record<string, string> = {};
+export const SETTING_KINDS = new Set<string>();
 /** How far a command is, in a word. */
 export function stageOf(kind: string, state: string): string {
-  if (SETTINGS.has(kind) && state === "acknowledged") return "Under way";
-  if (SETTINGS.has(kind) && state === "completed") return "Done";
+  if (SETTING_KINDS.has(kind) && state === "acknowledged") return "Under way";
+  if (SETTING_KINDS.has(kind) && state === "completed") return "Done";
   return STAGES[state] ?? state;
 }
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);
 
 /** What a page shows of a command after a snapshot, which may have been read before the command ended. */
-export function latest(known: CommandInfo | undefined, read: CommandInfo): CommandInfo {
+export function laterStage(known: CommandInfo | undefined, read: CommandInfo): CommandInfo {
   return known && known.id === read.id && FINAL.has(known.state) && !FINAL.has(read.state) ? known : read;
 }

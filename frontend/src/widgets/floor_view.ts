@@ -3,7 +3,7 @@ import {
   BoxGeometry, BufferGeometry, CanvasTexture, CircleGeometry, CylinderGeometry, EdgesGeometry, Group, Line, LineBasicMaterial, LineSegments, Mesh,
   MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, RingGeometry, Sprite, SpriteMaterial, Vector3,
 } from "three";
-import { empty, redraw, View3D } from "../kit/view_3d.ts";
+import { disposeContent, setPoints, View3D } from "../kit/view_3d.ts";
 
 /** What stands on the floor (m): a cuboid by its half sides, or something round by its radius. */
 export interface Standing { name: string; at: readonly [number, number]; high: number; half?: readonly [number, number]; radius?: number; dark?: boolean }
@@ -61,7 +61,7 @@ export class FloorView extends View3D {
 
   /** Draw a path by its corners; null for none. */
   plan(corners: readonly Pose[] | null, good: boolean): void {
-    redraw(this.path, (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)));
+    setPoints(this.path, (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)));
     this.path.visible = (corners?.length ?? 0) > 1;
     this.path.material.color.set(good ? 0xb4531b : 0xc0271f);
     this.ask();
@@ -88,7 +88,7 @@ export class FloorView extends View3D {
 
   private build(): void {
     const colours = COLOURS[this.dark.matches ? "dark" : "light"], { width, depth, standing, marks } = this.floor;
-    empty(this.fixed);
+    disposeContent(this.fixed);
     this.ringLook.color.set(colours.ring);
     const ground = new Mesh(new PlaneGeometry(width, depth), new MeshLambertMaterial({ color: colours.floor }));
     ground.position.set(width / 2, depth / 2, 0);

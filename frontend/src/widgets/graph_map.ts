@@ -1,5 +1,5 @@
 /** A map that a robot draws while it drives: places and links on a canvas, its pose, a path, marks; a click finds a place. */
-import { type Box, fitted, nearest, Scale } from "./plane.ts";
+import { type Box, fittingBox, nearest, Scale } from "./plane.ts";
 
 export interface Spot { x: number; y: number }
 export interface Graph {
@@ -99,7 +99,7 @@ export class GraphMap {
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.clearRect(0, 0, width, height);
     const spots = [...(this.graph?.spots.values() ?? [])];
-    this.box = fitted(this.box, this.pose ? [...spots, this.pose] : spots);
+    this.box = fittingBox(this.box, this.pose ? [...spots, this.pose] : spots);
     this.scale = new Scale(this.box, width, height);
     if (this.graph) this.drawGraph(this.graph, this.colours);
     if (this.pose) this.drawPose(this.pose, this.colours);

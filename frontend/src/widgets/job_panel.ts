@@ -4,19 +4,19 @@ import type { RobotPage } from "../page/robot_page.ts";
 import { say, byId } from "../kit/dom.ts";
 import { arrange, type Part, show } from "../kit/parts.ts";
 import type { JobInfo } from "../socket/protocol.ts";
-import { standing, SUSPENDED, waitWords } from "../queue/waits.ts";
+import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
 
 /** What a kind of job is called, and what it is when it is done, without it "reached". */
-export interface Named { noun: string; done?: string }
+export interface JobName { noun: string; done?: string }
 /**
  * What a job of this robot is called, where its values say that it leads, and how people ask for one; other kinds of
  * jobs in the same list.
  */
-export interface Words extends Named {
+export interface JobWords extends JobName {
   kind: string;
   how: string;
   where(values: Record<string, number | string>, kind: string): string;
-  others?: Record<string, Named>;
+  others?: Record<string, JobName>;
 }
 
 export class JobPanel {
@@ -32,7 +32,7 @@ export class JobPanel {
   private waiting = new Set<number>();
   private rows = new Map<number, HTMLElement>();
 
-  constructor(private page: RobotPage, private words: Words, private changed: () => void) {
+  constructor(private page: RobotPage, private words: JobWords, private changed: () => void) {
     const token = byId("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     this.jobs = new Jobs(page.slug, token, () => this.follow());
     byId("asked-do").addEventListener("click", (event) => {
@@ -67,7 +67,7 @@ export class JobPanel {
     return !refused;
   }
 
-  private named(kind: string): Named {
+  private named(kind: string): JobName {
     return this.words.others?.[kind] ?? this.words;
   }
 
@@ -133,7 +133,7 @@ export class JobPanel {
     if (!told) return `Your ${noun} was taken.${s.suspended ? ` ${SUSPENDED}` : ""}`;
     if (told.state === "running") return this.begun(job.kind);
     const why = [job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean);
-    return [standing(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
+    return [jobSentence(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
   }
 
   private actions(job: OwnJob | undefined): Part[] {
@@ -160,7 +160,7 @@ export class JobPanel {
   }
 }
 
-function ended(job: OwnJob, { noun, done = "reached" }: Named): string {
+function ended(job: OwnJob, { noun, done = "reached" }: JobName): string {
   const words: Record<string, string> = {
     done: `Your ${noun} was ${done}.`, cancelled: `Your ${noun} was cancelled.`, failed: `Your ${noun} was not ${done}.`,
     unknown: `Nobody knows whether your ${noun} was ${done}.`,

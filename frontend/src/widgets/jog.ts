@@ -3,7 +3,7 @@ import type { KeepAlive } from "../socket/held_motion.ts";
 import { gamepads, type Pad, Pads } from "./gamepad.ts";
 import { say } from "../kit/dom.ts";
 
-export interface Jogging<Direction> extends KeepAlive {
+export interface JogSettings<Direction> extends KeepAlive {
   /** The direction that a control's `data-jog` names. */
   read(words: string): Direction;
   /** Keys that jog while the pad has the focus. */
@@ -33,7 +33,7 @@ export class Jog<Direction> {
   private hint: HTMLElement | null;
   private advice: string; // the hint's own words
 
-  constructor(private pad: HTMLElement, private jogging: Jogging<Direction>) {
+  constructor(private pad: HTMLElement, private jogging: JogSettings<Direction>) {
     this.hint = pad.querySelector(".hint");
     this.hint?.setAttribute("role", "status");
     this.advice = this.hint?.textContent ?? "";

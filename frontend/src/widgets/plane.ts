@@ -7,7 +7,7 @@ const MARGIN_PX = 26;
 const LOOSE = 0.72; // a map that fills less of its frame than this gets a new frame
 
 /** The frame of these points: the old one while they fill it, so that the map does not tremble. */
-export function fitted(old: Box | null, points: readonly Point[]): Box | null {
+export function fittingBox(old: Box | null, points: readonly Point[]): Box | null {
   if (!points.length) return old;
   const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
   for (const { x, y } of points) {
@@ -88,7 +88,7 @@ export function landmarks(old: ReadonlyMap<string, number>, places: ReadonlyMap<
 
 /** Where a place is on the map as it is drawn: "top left", "centre", "bottom". */
 export function whereabouts(at: Point, places: ReadonlyMap<number, Point>): string {
-  const box = fitted(null, [...places.values(), at])!;
+  const box = fittingBox(null, [...places.values(), at])!;
   const third = (share: number, names: [string, string, string]): string => names[share < 1 / 3 ? 0 : share < 2 / 3 ? 1 : 2];
   const row = third((at.y - box.low) / (box.high - box.low), ["bottom", "", "top"]);
   const column = third((at.x - box.left) / (box.right - box.left), ["left", "", "right"]);

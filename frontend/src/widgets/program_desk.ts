@@ -1,5 +1,5 @@
 /** Programs of a robot's own language: as text and as blocks, saved, shared, fetched from the gallery. */
-import { kept } from "../kit/storage.ts";
+import { storage } from "../kit/storage.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/parts.ts";
@@ -49,7 +49,7 @@ export class ProgramDesk<Step> {
     void this.openBlocks();
     if (this.opened) return;
     this.opened = true;
-    const draft = this.area.value || kept.get(this.place);
+    const draft = this.area.value || storage.get(this.place);
     if (draft) {
       this.area.value = draft;
       this.typed();
@@ -184,7 +184,7 @@ export class ProgramDesk<Step> {
   /** What is written stays on this device, so that a page that is loaded again, or a lost line, loses nothing. */
   private keep(): void {
     clearTimeout(this.keeping);
-    this.keeping = window.setTimeout(() => kept.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
+    this.keeping = window.setTimeout(() => storage.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
   }
 
   private get place(): string {

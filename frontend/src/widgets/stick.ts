@@ -3,7 +3,7 @@ import { gamepads, Pads } from "./gamepad.ts";
 import { KEEP_MS } from "./jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { allow } from "../kit/parts.ts";
-import { byKeys, byPad, byPointer, isStickKey, resisted, type Push, REST } from "./stick_rules.ts";
+import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
 const TICK_MS = 40;
 const AGAIN_MS = 250; // a gamepad that stays pushed begins nothing sooner
@@ -118,7 +118,7 @@ export class Stick {
     if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
     if (why) return this.page.keepAlive.refused(why, again);
     this.by = by;
-    this.at = resisted(REST, this.wanted, this.pointing ? this.resistance : 0, 0);
+    this.at = dampedPush(REST, this.wanted, this.pointing ? this.resistance : 0, 0);
     this.kept = this.ticked = performance.now();
     this.seq = this.page.issue(this.kind, this.args(this.at));
     this.element.classList.add("held");
@@ -128,7 +128,7 @@ export class Stick {
     this.feelPad();
     const now = performance.now();
     if (this.seq) {
-      this.at = resisted(this.at, this.wanted, this.pointing ? this.resistance : 0, (now - this.ticked) / 1000);
+      this.at = dampedPush(this.at, this.wanted, this.pointing ? this.resistance : 0, (now - this.ticked) / 1000);
       if (this.page.keepAlive.ended(this.seq)) this.end();
       else if (now - this.kept >= KEEP_MS - TICK_MS / 2) {
         this.kept = now;

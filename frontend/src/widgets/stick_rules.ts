@@ -50,7 +50,7 @@ export function byPad(pad: Pad | null): Push | null {
  * a push ahead alone: the knob comes the later the greater it is, stays short of `wanted`, and is pushed back where it has
  * come farther. It is drawn back and turned at once.
  */
-export function resisted([, y]: Push, wanted: Push, resistance: number, seconds: number): Push {
+export function dampedPush([, y]: Push, wanted: Push, resistance: number, seconds: number): Push {
   const force = Math.max(0, Math.min(1, Number.isFinite(resistance) ? resistance : 0));
   if (wanted[1] <= 0 || force === 0) return wanted;
   const from = Math.max(0, Math.min(y, wanted[1])), to = wanted[1] * (1 - GIVES * force);

@@ -59,7 +59,7 @@ const stubs = {
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
 const { HeldMotion } = await import("../src/socket/held_motion.ts");
-const { Live } = await import("../src/socket/robot_socket.ts");
+const { RobotSocket } = await import("../src/socket/robot_socket.ts");
 
 /** Let time go on. */
 function pass(ms: number): void {
@@ -69,8 +69,8 @@ function pass(ms: number): void {
   }
 }
 
-function page(slug = "mercury", said: string[] = [], more: object = {}): InstanceType<typeof Live> {
-  return new Live(slug, {
+function page(slug = "mercury", said: string[] = [], more: object = {}): InstanceType<typeof RobotSocket> {
+  return new RobotSocket(slug, {
     message: (m) => void (m.t === "notice" && said.push(m.text)), state: () => undefined, picture: () => undefined, line: () => undefined, ...more,
   }, () => 10_000);
 }

@@ -1,7 +1,7 @@
 /** The signed-in person's connection: which answer belongs to which request. */
 import assert from "node:assert/strict";
 import { test, type TestContext } from "node:test";
-import type { PersonLine as Line, Standing } from "../src/queue/person_socket.ts";
+import type { PersonSocket as Line, QueuePlace } from "../src/queue/person_socket.ts";
 
 class Socket {
   static CONNECTING = 0;
@@ -37,15 +37,15 @@ const stubs = {
   fetch: async () => ({ ok: true, type: "basic", json: async () => ({ t: "places", now_ms: Date.now(), places: [], text: "by request" }) }),
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
-const { PersonLine, UNSENT } = await import("../src/queue/person_socket.ts");
+const { PersonSocket, UNSENT } = await import("../src/queue/person_socket.ts");
 
-const place = (robot: string): Standing => ({ robot, ticket: 1, name: robot, state: "offered" }) as Standing;
+const place = (robot: string): QueuePlace => ({ robot, ticket: 1, name: robot, state: "offered" }) as QueuePlace;
 
 const answer = (to: string, robot: string, text: string): object => ({ t: "answer", to, robot, ok: !text, text });
 
 function connected(t: TestContext): { line: Line; socket: Socket } {
   t.mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
-  return { line: new PersonLine("token", () => undefined), socket: Socket.last };
+  return { line: new PersonSocket("token", () => undefined), socket: Socket.last };
 }
 
 test("an answer within four seconds is the request's", async (t) => {

@@ -1,14 +1,14 @@
 /** What a page asks of the next socket after one that has failed. */
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { Watching } from "../src/media/subscription.ts";
+import { Subscription } from "../src/media/subscription.ts";
 
 let now = 0; // ms
 Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
 const line = { send: () => true, now: () => now, check: () => undefined, latency: 20, best: 20, overdue: false, lost: false };
 
-function page(): Watching {
-  const made = new Watching(() => line, "vp8", false);
+function page(): Subscription {
+  const made = new Subscription(() => line, "vp8", false);
   made.wish();
   made.opened();
   made.said(true);
@@ -40,10 +40,10 @@ test("sockets through which no picture comes lead to less and less", () => {
 
 test("only a line that brings everything in time may carry more", () => {
   assert.equal(page().good, true);
-  const saving = new Watching(() => line, "vp8", true);
+  const saving = new Subscription(() => line, "vp8", true);
   assert.equal(saving.good, false, "the browser asks to save data");
   for (const bad of [{ lost: true }, { overdue: true }, { latency: 3000 }]) {
-    const made = new Watching(() => ({ ...line, ...bad }), "vp8", false);
+    const made = new Subscription(() => ({ ...line, ...bad }), "vp8", false);
     assert.equal(made.good, false, JSON.stringify(bad));
   }
   const made = page();

@@ -1,7 +1,7 @@
 /** The list of commands. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { latest } from "../src/socket/stages.ts";
+import { laterStage } from "../src/socket/stages.ts";
 
 /** As much of an element as the list writes. */
 class Element {
@@ -20,27 +20,27 @@ class Element {
   removeAttribute(): void {}
 }
 Object.defineProperty(globalThis, "document", { value: { createElement: () => new Element() }, configurable: true });
-const { Ladder } = await import("../src/page/command_list.ts");
+const { CommandList } = await import("../src/page/command_list.ts");
 
-function ladder(): { list: InstanceType<typeof Ladder>; rows: Element; said: Element } {
+function ladder(): { list: InstanceType<typeof CommandList>; rows: Element; said: Element } {
   const said = new Element(), rows = new Element();
-  return { list: new Ladder(rows as never, said as never), rows, said };
+  return { list: new CommandList(rows as never, said as never), rows, said };
 }
 
 const command = (state: string, id = 7): Parameters<typeof latest>[1] => ({ id, seq: 1, grant: 3, kind: "move", state, reason: "", at_ms: 0, result: {} });
 
 test("a snapshot that was read before a command ended does not bring it back", () => {
   const cancelled = command("cancelled"), moving = command("acknowledged");
-  assert.equal(latest(cancelled, moving), cancelled);
-  assert.equal(latest(moving, cancelled), cancelled);
-  assert.equal(latest(command("sent"), moving), moving);
-  assert.equal(latest(undefined, moving), moving);
-  assert.equal(latest(cancelled, command("unknown")).state, "unknown", "the server knows how it ended");
+  assert.equal(laterStage(cancelled, moving), cancelled);
+  assert.equal(laterStage(moving, cancelled), cancelled);
+  assert.equal(laterStage(command("sent"), moving), moving);
+  assert.equal(laterStage(undefined, moving), moving);
+  assert.equal(laterStage(cancelled, command("unknown")).state, "unknown", "the server knows how it ended");
 });
 
 test("what the server has replaces what a page has refused by itself", () => {
   const read = command("acknowledged");
-  assert.equal(latest(command("rejected", 0), read), read);
+  assert.equal(laterStage(command("rejected", 0), read), read);
 });
 
 test("an end that comes with a snapshot is told once, as one that comes by itself", () => {

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { fromOwn, left, pictured, stated } from "../src/socket/poses.ts";
+import { fromOwn, hasLeft, splitPicture, splitState } from "../src/socket/poses.ts";
 import { decode, type PicturePacket, type StatePacket } from "../src/socket/protocol.ts";
 
 interface Told { what: string; hex: string; joints: number[]; pose: number[]; twist: number[]; channels: string[]; values: (number | null)[] }
@@ -11,14 +11,14 @@ const packet = (one: Told): unknown => decode(Uint8Array.from(Buffer.from(one.he
 
 test("a picture's joints, pose and velocity are told apart by what the spec declares", () => {
   for (const one of read("picture_packets")) {
-    const { joints, pose, twist } = pictured(packet(one) as PicturePacket, one.joints.length, one.pose.length);
+    const { joints, pose, twist } = splitPicture(packet(one) as PicturePacket, one.joints.length, one.pose.length);
     assert.deepEqual([joints, pose, twist], [one.joints, one.pose, one.twist], one.what);
   }
 });
 
 test("a state's velocity is no value of a channel", () => {
   for (const one of read("state_packets")) {
-    const { values, twist } = stated(packet(one) as StatePacket, one.channels.length);
+    const { values, twist } = splitState(packet(one) as StatePacket, one.channels.length);
     assert.deepEqual([values.map((v) => (Number.isNaN(v) ? null : v)), twist], [one.values, one.twist], one.what);
   }
 });
@@ -28,9 +28,9 @@ test("a robot in the plane has left a picture's place once it has rolled or turn
   for (const [now, wanted] of [
     [[1, 2, 3.14], false], [[1.01, 2.01, 3.14], false], [[1.1, 2, 3.14], true], [[1, 2, 3.3], true],
     [[1, 2, -3.14], false], [[1, 2], false], [[], false], [[NaN, 2, 3.14], false],
-  ] as [number[], boolean][]) assert.equal(left(then, now, units), wanted, `${now}`);
-  assert.equal(left([], [1, 2, 3], units), false, "what is not known says nothing");
-  assert.equal(left(then, [1.1, 2, 3.14], units, { m: 0.2, rad: 0.05 }), false);
+  ] as [number[], boolean][]) assert.equal(hasLeft(then, now, units), wanted, `${now}`);
+  assert.equal(hasLeft([], [1, 2, 3], units), false, "what is not known says nothing");
+  assert.equal(hasLeft(then, [1.1, 2, 3.14], units, { m: 0.2, rad: 0.05 }), false);
 });
 
 test("a path in the robot's own frame lies where the robot is", () => {

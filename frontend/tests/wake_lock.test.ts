@@ -15,7 +15,7 @@ const wakeLock = {
 };
 const stubs = { document: { hidden: false, addEventListener: (_: string, heard: () => void) => (seen = heard) }, navigator: { wakeLock } };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
-const { Awake } = await import("../src/kit/wake_lock.ts");
+const { ScreenWakeLock } = await import("../src/kit/wake_lock.ts");
 const done = (): Promise<void> => new Promise((resolve) => setImmediate(resolve));
 const held = (): number => locks.filter((lock) => !lock.released).length;
 
@@ -26,7 +26,7 @@ beforeEach(() => {
 });
 
 test("one lock is held during a turn, and none after it", async () => {
-  const awake = new Awake();
+  const awake = new ScreenWakeLock();
   for (let i = 0; i < 3; i++) awake.keep(true); // at each drawing
   await done();
   assert.equal(locks.length, 1);
@@ -36,7 +36,7 @@ test("one lock is held during a turn, and none after it", async () => {
 });
 
 test("a lock that the browser ended with the page hidden is asked for again when it is seen", async () => {
-  const awake = new Awake();
+  const awake = new ScreenWakeLock();
   awake.keep(true);
   await done();
   Object.assign(document, { hidden: true });
@@ -51,7 +51,7 @@ test("a lock that the browser ended with the page hidden is asked for again when
 });
 
 test("a turn that ends while the browser still thinks leaves no lock", async () => {
-  const awake = new Awake();
+  const awake = new ScreenWakeLock();
   awake.keep(true);
   awake.keep(false);
   await done();
@@ -60,7 +60,7 @@ test("a turn that ends while the browser still thinks leaves no lock", async () 
 
 test("a browser that refuses, or has no locks, changes nothing; a refusal is not for ever", async () => {
   allowed = false;
-  const awake = new Awake();
+  const awake = new ScreenWakeLock();
   awake.keep(true);
   await done();
   allowed = true;
@@ -68,7 +68,7 @@ test("a browser that refuses, or has no locks, changes nothing; a refusal is not
   await done();
   assert.equal(held(), 1);
   Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true, writable: true });
-  new Awake().keep(true);
+  new ScreenWakeLock().keep(true);
   await done();
   assert.equal(locks.length, 1);
 });

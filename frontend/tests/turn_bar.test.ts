@@ -1,11 +1,11 @@
 /** The bar on every page: its buttons are for the place that it shows. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { idling, type Standing } from "../src/queue/person_socket.ts";
-import { current, shownOf } from "../src/queue/places.ts";
+import { isIdle, type QueuePlace } from "../src/queue/person_socket.ts";
+import { currentPlaces, barPlaces } from "../src/queue/places.ts";
 
 const NOW = Date.now();
-const place = (robot: string, ticket: number, more: Partial<Standing>): Standing =>
+const place = (robot: string, ticket: number, more: Partial<QueuePlace>): QueuePlace =>
   ({ state: "waiting", ticket, robot, name: robot, ahead: 0, away: false, until_ms: null, kept_until_ms: null, ended_ms: NOW, wait_s: null, idle_ms: null, end: null, turn: null, ...more });
 const offer = place("mercury", 1, { state: "offered", until_ms: NOW + 10_000 });
 const missed = place("pa10", 2, { state: "missed" });
@@ -93,23 +93,23 @@ const stubs = {
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
 
 test("an offer past its end is not shown any more, nor is a turn on its own page", () => {
-  assert.deepEqual(current([offer, missed], NOW), [offer, missed]);
-  assert.deepEqual(current([offer, missed], NOW + 10_000), [missed]);
-  assert.deepEqual(shownOf([turn, missed], "irat"), [missed]);
-  assert.deepEqual(shownOf([turn, missed], "pa10"), [turn, missed]);
+  assert.deepEqual(currentPlaces([offer, missed], NOW), [offer, missed]);
+  assert.deepEqual(currentPlaces([offer, missed], NOW + 10_000), [missed]);
+  assert.deepEqual(barPlaces([turn, missed], "irat"), [missed]);
+  assert.deepEqual(barPlaces([turn, missed], "pa10"), [turn, missed]);
 });
 
 test("a turn ends soon only if the server said so within these seconds, and if its page is open", () => {
-  const told = (seconds: number, more = {}): boolean => idling({ ...turn, idle_ms: NOW + seconds * 1000, ...more }, NOW);
+  const told = (seconds: number, more = {}): boolean => isIdle({ ...turn, idle_ms: NOW + seconds * 1000, ...more }, NOW);
   assert.deepEqual([told(20), told(21), told(19, { kept_until_ms: NOW + 5 }), told(5)], [true, false, false, true]);
-  assert.equal(idling(turn, NOW), false, "nobody waits for it");
+  assert.equal(isIdle(turn, NOW), false, "nobody waits for it");
 });
 
 test("the robot's own page hides how a turn there ended, which it tells itself, but not that it ends soon", () => {
-  assert.deepEqual(shownOf([over, missed], "pa10"), [missed]);
-  assert.deepEqual(shownOf([{ ...over, turn: null }], "pa10").length, 1, "a lost place is told there too");
+  assert.deepEqual(barPlaces([over, missed], "pa10"), [missed]);
+  assert.deepEqual(barPlaces([{ ...over, turn: null }], "pa10").length, 1, "a lost place is told there too");
   const idle = { ...turn, idles: true };
-  assert.deepEqual(shownOf([missed, idle], "irat"), [idle, missed], "first what is urgent");
+  assert.deepEqual(barPlaces([missed, idle], "irat"), [idle, missed], "first what is urgent");
 });
 
 test("a button is for the place that the bar shows, also when an offer before it has run out", async () => {

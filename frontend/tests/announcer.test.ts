@@ -1,8 +1,8 @@
 /** Messages for a person who looks elsewhere: what is said, with which urgency, and what sounds. */
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
-import type { Standing } from "../src/queue/person_socket.ts";
-import type { Teller as Told } from "../src/queue/announcer.ts";
+import type { QueuePlace } from "../src/queue/person_socket.ts";
+import type { Announcer as Told } from "../src/queue/announcer.ts";
 
 const NOW = 1_000_000;
 const storage = new Map<string, string>();
@@ -37,7 +37,7 @@ const stubs = {
   localStorage: { getItem: (key: string) => storage.get(key) ?? null, setItem: (key: string, value: string) => storage.set(key, value) },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
-const { Teller } = await import("../src/queue/announcer.ts");
+const { Announcer } = await import("../src/queue/announcer.ts");
 
 beforeEach(() => {
   storage.clear();
@@ -50,11 +50,11 @@ beforeEach(() => {
 
 function page(): { teller: Told; polite: { textContent: string }; assertive: { textContent: string } } {
   const polite = { textContent: "" }, assertive = { textContent: "" };
-  const teller = new Teller(polite as HTMLElement, assertive as HTMLElement, () => undefined);
+  const teller = new Announcer(polite as HTMLElement, assertive as HTMLElement, () => undefined);
   return { teller, polite, assertive };
 }
 
-const place = (state: Standing["state"], seconds: number): Standing =>
+const place = (state: QueuePlace["state"], seconds: number): QueuePlace =>
   ({ state, ticket: 7, robot: "mercury", name: "Mercury", ahead: 0, away: false, until_ms: NOW + seconds * 1000, kept_until_ms: null, ended_ms: null, wait_s: null, idle_ms: null, end: null, turn: null });
 
 test("of a turn's end 60 s are said politely, 20 and 10 s at once", () => {

@@ -2,8 +2,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { pictureAge, shownLive } from "../src/media/picture_age.ts";
-import { waitingSaid, waitSaid, waitWords, watcherWords } from "../src/queue/waits.ts";
+import { pictureAge, isLive } from "../src/media/picture_age.ts";
+import { queueSentence, waitSentence, waitWords, watcherWords } from "../src/queue/waits.ts";
 
 test("a picture's age is said, and marked from 2 s and 5 s on", () => {
   assert.deepEqual(pictureAge(300, ", 10 a second"), ["Picture 0.3 s old, 10 a second", "fresh"]);
@@ -20,10 +20,10 @@ test("a picture from the future has an unknown age, and never looks live", () =>
 });
 
 test("a picture is live for 5 s, while the server is reached", () => {
-  assert.equal(shownLive(1200, false), true);
-  assert.equal(shownLive(5001, false), false);
-  assert.equal(shownLive(1200, true), false);
-  assert.equal(shownLive(-60_000, false), false);
+  assert.equal(isLive(1200, false), true);
+  assert.equal(isLive(5001, false), false);
+  assert.equal(isLive(1200, true), false);
+  assert.equal(isLive(-60_000, false), false);
 });
 
 test("how many watch is said without the driver, and to each as it is for them", () => {
@@ -35,7 +35,7 @@ const WAITS = JSON.parse(readFileSync(new URL("../../tests/vectors/waits.json", 
 
 test("a wait is said as the server's own pages say it", () => {
   assert.ok(WAITS.length > 10);
-  for (const { wait, said } of WAITS) assert.equal(waitSaid(wait), said);
+  for (const { wait, said } of WAITS) assert.equal(waitSentence(wait), said);
 });
 
 test("no wait is said with a zero, a fraction, a range of one or more precisely than it is known", () => {
@@ -49,5 +49,5 @@ test("no wait is said with a zero, a fraction, a range of one or more precisely 
 });
 
 test("nobody, one and several wait", () => {
-  assert.deepEqual([0, 1, 2].map(waitingSaid), ["Nobody waits.", "1 in the queue.", "2 in the queue."]);
+  assert.deepEqual([0, 1, 2].map(queueSentence), ["Nobody waits.", "1 in the queue.", "2 in the queue."]);
 });

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bannerWords, unconfirmed, type Known } from "../src/page/banner.ts";
+import { bannerWords, unconfirmedStop, type BannerFacts } from "../src/page/banner.ts";
 import type { Snapshot } from "../src/socket/protocol.ts";
 import { StopPress, UNSENT } from "../src/page/stop_press.ts";
 
@@ -81,7 +81,7 @@ test("a late Stop that went into two sockets before it was answered is told once
   assert.match(said[0] ?? "", /has been sent now/);
 });
 
-const known = (more: Partial<Known>): Known =>
+const known = (more: Partial<BannerFacts>): BannerFacts =>
   ({ lost: false, lostMs: 0, offline: false, robotSilent: false, stopPending: "", storeDown: "", snapshot: snapshot(7), now: 100_000, ...more });
 
 test("a lost connection never blames the robot, for as long as it lasts", () => {
@@ -98,12 +98,12 @@ test("a lost connection never blames the robot, for as long as it lasts", () => 
 
 test("a stop that the robot has not confirmed says so, with the latest time by which it rests", () => {
   const stop = (confirmed: boolean, rests_by_ms: number | null) => ({ confirmed, since_ms: 90_000, rests_by_ms });
-  assert.equal(unconfirmed(null, 100_000), "");
-  assert.equal(unconfirmed(stop(true, null), 100_000), "");
-  assert.equal(unconfirmed(stop(false, null), 90_500), "", "a moment is no news");
-  assert.match(unconfirmed(stop(false, null), 91_500), /not confirmed .* not known/);
-  assert.match(unconfirmed(stop(false, 112_000), 100_000), /not confirmed .* at \d\d:\d\d:\d\d at the latest/);
-  assert.match(unconfirmed(stop(false, 99_000), 100_000), /should rest since/);
+  assert.equal(unconfirmedStop(null, 100_000), "");
+  assert.equal(unconfirmedStop(stop(true, null), 100_000), "");
+  assert.equal(unconfirmedStop(stop(false, null), 90_500), "", "a moment is no news");
+  assert.match(unconfirmedStop(stop(false, null), 91_500), /not confirmed .* not known/);
+  assert.match(unconfirmedStop(stop(false, 112_000), 100_000), /not confirmed .* at \d\d:\d\d:\d\d at the latest/);
+  assert.match(unconfirmedStop(stop(false, 99_000), 100_000), /should rest since/);
   const shown = { ...snapshot(7), stop: stop(false, 112_000) } as Snapshot;
   assert.match(bannerWords(known({ snapshot: shown, robotSilent: true })), /has not confirmed/);
 });

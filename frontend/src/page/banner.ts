@@ -1,4 +1,5 @@
 /** The text of the banner on a robot's page: the connection first, because without it nothing else is known. */
+import { byId, say } from "../kit/dom.ts";
 import type { Snapshot, StopShown } from "../socket/protocol.ts";
 
 export interface BannerFacts {
@@ -43,4 +44,20 @@ export function bannerWords(k: BannerFacts): string {
   if (k.snapshot && !k.snapshot.link) return "The live link to the robots is down. Pages work; nothing moves until it is back.";
   if (k.storeDown) return k.storeDown;
   return k.robotSilent ? "The robot does not answer. Its worker is restarted automatically. Turns and places are kept." : "";
+}
+
+export class Banner {
+  private readonly box = byId("banner");
+  private readonly appears: () => void;
+
+  /** `appears` is called before a banner is shown where there was none. */
+  constructor(appears: () => void) {
+    this.appears = appears;
+  }
+
+  show(words: string): void {
+    if (words && !this.box.textContent) this.appears();
+    say(this.box, words);
+    this.box.hidden = !words;
+  }
 }

@@ -1,30 +1,15 @@
 /** The list of commands. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { browse } from "./browser.ts";
 import { laterStage } from "../src/socket/stages.ts";
 
-/** As much of an element as the list writes. */
-class Element {
-  children: Element[] = [];
-  dataset: Record<string, string> = {};
-  classList = { toggle: () => undefined };
-  textContent = "";
-  hidden = false;
-  append(...more: Element[]): void { this.children.push(...more); }
-  insertBefore(child: Element, before: Element | null): void {
-    this.children = this.children.filter((one) => one !== child);
-    this.children.splice(before ? this.children.indexOf(before) : this.children.length, 0, child);
-  }
-  remove(): void {} // nothing leaves the list here
-  setAttribute(): void {}
-  removeAttribute(): void {}
-}
-Object.defineProperty(globalThis, "document", { value: { createElement: () => new Element() }, configurable: true });
+const document = browse();
 const { CommandList } = await import("../src/page/command_list.ts");
 
-function ladder(): { list: InstanceType<typeof CommandList>; rows: Element; said: Element } {
-  const said = new Element(), rows = new Element();
-  return { list: new CommandList(rows as never, said as never), rows, said };
+function ladder(): { list: InstanceType<typeof CommandList>; rows: HTMLElement; said: HTMLElement } {
+  const said = document.createElement("p"), rows = document.createElement("ol");
+  return { list: new CommandList(rows, said), rows, said };
 }
 
 const command = (state: string, id = 7): Parameters<typeof latest>[1] => ({ id, seq: 1, grant: 3, kind: "move", state, reason: "", at_ms: 0, result: {} });
@@ -76,7 +61,7 @@ test("a command that went down with its socket ends, unless the server has it af
 
 test("what the server never had stands where it was given, and not above everything later", () => {
   const { list, rows } = ladder();
-  const states = (): (string | undefined)[] => rows.children.map((row) => row.dataset["state"]);
+  const states = (): (string | undefined)[] => [...rows.querySelectorAll("li")].map((row) => row.dataset["state"]);
   list.update(command("completed", 7));
   for (const seq of [2, 3]) list.update({ ...command("sending", 0), seq });
   list.refuse(3, 2, "It is busy.", 0);
@@ -91,9 +76,28 @@ test("a refusal of this page's command leaves another page's command with the sa
   list.update({ ...command("sending", 0), kind: "down" });
   list.update(command("acknowledged"));
   list.refuse(3, 1, "This was not carried out: another page of yours has given a command.", 5);
-  assert.equal(rows.children[0]?.dataset["state"], "acknowledged");
+  assert.equal(rows.querySelector("li")?.dataset["state"], "acknowledged");
   assert.equal(list.ended(3, 1), false);
   list.update({ ...command("sending", 0), seq: 2 });
   list.refuse(3, 2, "Too late.", 5);
   assert.equal(list.ended(3, 2), true, "its own command is refused");
+});
+
+test("a row stays the same element from stage to stage, and says how far a long command is", () => {
+  const { list, rows } = ladder();
+  list.update({ ...command("sending", 0), kind: "scan" });
+  const row = rows.querySelector("li");
+  list.update({ ...command("acknowledged"), kind: "scan", progress: { text: "4 of 18", share: 0.25, at_ms: 5 } });
+  list.update({ ...command("sending", 0), seq: 2 });
+  assert.equal(rows.querySelectorAll("li")[1], row, "the newest stands above it");
+  assert.equal(row?.className, "command acknowledged");
+  assert.equal(row?.querySelectorAll(".steps .on").length, 3);
+  assert.equal(row?.querySelector("progress")?.getAttribute("value"), "0.25");
+  assert.equal(row?.querySelector(".progress span")?.textContent, "4 of 18");
+  list.update({ ...command("acknowledged"), progress: { text: "somewhere", share: null, at_ms: 6 } });
+  assert.equal(row?.querySelector("progress")?.hasAttribute("value"), false, "an unknown share");
+  list.update({ ...command("failed"), reason: "It is too far." });
+  assert.equal(row?.className, "command bad");
+  assert.equal(row?.querySelector<HTMLElement>(".progress")?.hidden, true);
+  assert.equal(row?.querySelector("p")?.textContent, "It is too far.");
 });

@@ -1,6 +1,7 @@
 /** The bar on every page: its buttons are for the place that it shows. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
+import { browse } from "./browser.ts";
 import { isIdle, type QueuePlace } from "../src/queue/person_socket.ts";
 import { currentPlaces, barPlaces } from "../src/queue/places.ts";
 
@@ -11,51 +12,6 @@ const offer = place("mercury", 1, { state: "offered", until_ms: NOW + 10_000 });
 const missed = place("pa10", 2, { state: "missed" });
 const turn = place("irat", 3, { state: "operating", until_ms: NOW + 60_000 });
 const over = place("pa10", 4, { state: "ended", turn: 9, end: { why: "Staff ended it.", credited: "Only the 5 s count.", next: "" } });
-
-/** As much of an element as the bar uses. */
-class Box {
-  hidden = false;
-  className = "";
-  textContent = "";
-  dataset: Record<string, string> = {};
-  classList = { add: (): void => undefined };
-  children: Box[] = [];
-  parent: Box | null = null;
-  click: (event: object) => void = () => undefined;
-  get firstElementChild(): Box | null {
-    return this.children[0] ?? null;
-  }
-  get nextElementSibling(): Box | null {
-    const beside = this.parent?.children ?? [];
-    return beside[beside.indexOf(this) + 1] ?? null;
-  }
-  insertBefore(child: Box, next: Box | null): void {
-    child.parent = this;
-    this.children.splice(next ? this.children.indexOf(next) : this.children.length, 0, child);
-  }
-  append(...children: Box[]): void {
-    for (const child of children) this.insertBefore(child, null);
-  }
-  remove(): void {
-    this.parent?.children.splice(this.parent.children.indexOf(this), 1);
-  }
-  addEventListener(_: string, call: (event: object) => void): void {
-    this.click = call;
-  }
-  closest(): Box {
-    return this;
-  }
-  querySelector(): Box | null {
-    return form;
-  }
-  replaceWith(inner: Box): void {
-    shown = inner;
-  }
-  setAttribute(): void {}
-  getAttribute(): null {
-    return null;
-  }
-}
 
 class Socket {
   static OPEN = 1;
@@ -71,23 +27,16 @@ class Socket {
   }
 }
 
-let shown = new Box(); // what the bar put in place of the server's form
-const bar = new Box(), form = new Box();
-form.querySelector = () => null;
-const heard = new Map<string, () => void>();
+const document = browse('<aside id="turnbar"><form></form></aside>');
+const bar = document.getElementById("turnbar")!;
+document.hasFocus = () => true;
 const stubs = {
-  window: globalThis,
   WebSocket: Socket,
-  location: { protocol: "http:", host: "localhost", href: "http://localhost/log/", pathname: "/log/" },
+  location: document.location,
   addEventListener: () => undefined,
+  performance: { now: () => Date.now() },
   ResizeObserver: class {
     observe(): void {}
-  },
-  document: {
-    title: "", hidden: false, hasFocus: () => true, body: new Box(), querySelector: () => null,
-    documentElement: { style: { setProperty: () => undefined } },
-    addEventListener: (name: string, call: () => void) => heard.set(name, call),
-    createElement: () => new Box(), getElementById: (id: string) => (id === "turnbar" ? bar : null),
   },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
@@ -117,12 +66,11 @@ test("a button is for the place that the bar shows, also when an offer before it
   await import("../src/queue/turn_bar.ts");
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: NOW, places: [offer, missed] }) });
   const press = (wanted: string): void => {
-    const [, buttons] = shown.children;
-    const button = buttons?.children.find((one) => one.dataset["do"] === `ask-${wanted}`);
+    const button = bar.querySelector<HTMLElement>(`.turnbar-do [data-do=ask-${wanted}]`);
     assert.ok(button, `the bar shows ${wanted}`);
-    buttons?.click({ target: button });
+    button.click();
   };
-  const words = (): string => shown.children[0]?.children[0]?.textContent ?? "";
+  const words = (): string => bar.querySelector(".turnbar-words b")?.textContent ?? "";
   assert.equal(words(), "It is your turn on mercury");
   mock.timers.tick(10_500);
   assert.match(words(), /^You missed your turn on pa10/);
@@ -135,7 +83,7 @@ test("who does nothing is asked at the head of the page, and answers by a button
   for (let i = 0; i < 50; i++) await Promise.resolve(); // until the bar has taken the answer
   const told = (idle_ms: number | null): void =>
     Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: Date.now(), places: [{ ...turn, idle_ms }] }) });
-  const texts = (): string => shown.children[0]!.children.map(({ textContent }) => textContent).join(" ");
+  const texts = (): string => [...bar.querySelector(".turnbar-words")!.children].map(({ textContent }) => textContent).join(" ");
   told(Date.now() + 40_000);
   assert.equal(texts().includes("nothing was done"), false);
   told(Date.now() + 20_000);
@@ -144,11 +92,11 @@ test("who does nothing is asked at the head of the page, and answers by a button
   mock.timers.tick(5000);
   assert.match(texts(), /ends in 15 s/);
   Socket.last.sent = [];
-  heard.get("farhand:acted")?.();
+  document.dispatchEvent(new Event("farhand:acted"));
   assert.deepEqual(Socket.last.sent, [{ t: "look" }], "after a command the places are asked for again");
-  const [button] = shown.children[1]!.children;
+  const button = bar.querySelector<HTMLElement>(".turnbar-do button");
   assert.equal(button?.textContent, "I'm here");
-  shown.children[1]!.click({ target: button });
+  button?.click();
   assert.deepEqual(Socket.last.sent.at(-1), { t: "do", what: "stay", robot: "irat", ticket: 3 });
   told(null);
   assert.equal(bar.dataset["state"], "operating");
@@ -156,7 +104,6 @@ test("who does nothing is asked at the head of the page, and answers by a button
 
 test("how a turn ended is told with what it cost, until it is dismissed", () => {
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: Date.now(), places: [over] }) });
-  assert.match(shown.children[0]!.children[0]!.textContent, /^Your turn on pa10 ended at .*\. Staff ended it\. Only the 5 s count\.$/);
-  const [page] = shown.children[1]!.children;
-  assert.equal((page as unknown as { href: string }).href, "/turns/9/");
+  assert.match(bar.querySelector(".turnbar-words b")!.textContent!, /^Your turn on pa10 ended at .*\. Staff ended it\. Only the 5 s count\.$/);
+  assert.equal(bar.querySelector(".turnbar-do a")?.getAttribute("href"), "/turns/9/");
 });

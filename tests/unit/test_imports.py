@@ -122,7 +122,7 @@ def test_shipped_consoles_import_only_their_own_files_and_the_published_module()
 @pytest.mark.parametrize(
     "line",
     [
-        'import { allow } from "../../../../frontend/src/kit/parts.ts";',
+        'import { allow } from "../../../../frontend/src/kit/refusal.ts";',
         'import type { Facts } from "/static/farhand/../../frontend/src/page/controls.ts";',
         'import "../../mercury/console/console.css";',
         'import { x } from "./../driver.ts";',

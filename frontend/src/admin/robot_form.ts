@@ -1,6 +1,7 @@
 /** The admin's robot page: live status without a reload. */
 import "./admin.css";
 import { morph } from "../kit/morph.ts";
+import { every } from "../kit/page_clock.ts";
 import { request } from "../kit/request.ts";
 
 const box = document.querySelector<HTMLElement>("[data-status-url]");
@@ -19,7 +20,7 @@ async function refresh(): Promise<void> {
     box.dataset["stale"] = "true";
   }
 }
-if (box) setInterval(() => void refresh(), 2000);
+if (box) every(2000, () => void refresh());
 
 const facts = document.getElementById("model-facts");
 interface Editor { edit(field: HTMLTextAreaElement, facts: unknown): Promise<void> }

@@ -4,7 +4,7 @@ import { twist } from "../widgets/gamepad.ts";
 import { Jog, named } from "../widgets/jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
-import { allow } from "../kit/parts.ts";
+import { allow } from "../kit/refusal.ts";
 import { TargetEdit } from "./target_edit.ts";
 import { jogButton } from "./joints.ts";
 import { deg, type Judge, rangeError, rad, type Target } from "./types.ts";

@@ -1,6 +1,6 @@
 /** The robot's sound: a button, the browser's decoder (WebCodecs), and what is heard now. Off until it is pressed. */
 import { say } from "../kit/dom.ts";
-import { allow, refusal } from "../kit/parts.ts";
+import { allow, refusal } from "../kit/refusal.ts";
 import { PlayoutBuffer } from "./playout.ts";
 import type { SoundPacket } from "../socket/protocol.ts";
 

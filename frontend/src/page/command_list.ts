@@ -1,7 +1,8 @@
 /** The list of commands with their stages, newest first. */
+import { html, nothing, type TemplateResult } from "lit-html";
+import { repeat } from "lit-html/directives/repeat.js";
 import type { CommandInfo } from "../socket/protocol.ts";
-import { say as write } from "../kit/dom.ts";
-import { arrange } from "../kit/parts.ts";
+import { draw } from "../kit/render.ts";
 import { FINAL, COMMAND_LABELS, laterStage, SETTING_KINDS, stageOf } from "../socket/stages.ts";
 
 const LOST_MS = 3000; // for what an earlier socket's process still carries out
@@ -11,7 +12,6 @@ const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
 export class CommandList {
   private rows = new Map<string, CommandInfo>();
-  private items = new Map<string, HTMLElement>();
   private sent = new Map<string, number>(); // what this page has sent comes after that id, until the server gives it one
   private waiting = new Map<string, (c: CommandInfo) => void>();
 
@@ -95,60 +95,23 @@ export class CommandList {
     const newest = [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq).slice(0, 8);
     for (const [key, c] of this.rows)
       if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
-    const keys = newest.map((c) => `${c.grant}/${c.seq}`);
-    for (const key of this.items.keys()) if (!keys.includes(key)) this.items.delete(key);
-    arrange(this.list, newest.map((c, i) => this.item(keys[i] ?? "", c)));
-  }
-
-  private item(key: string, c: CommandInfo): HTMLElement {
-    const item = this.items.get(key) ?? row();
-    this.items.set(key, item);
-    draw(item, c);
-    return item;
+    draw(this.list, repeat(newest, (c) => `${c.grant}/${c.seq}`, row));
   }
 }
 
-function row(): HTMLElement {
-  const item = document.createElement("li");
-  const steps = document.createElement("span");
-  steps.className = "steps";
-  steps.setAttribute("aria-hidden", "true");
-  steps.append(...GOOD.map(() => document.createElement("i")));
-  const stage = document.createElement("span");
-  stage.className = "chip";
-  const far = document.createElement("div");
-  far.className = "progress";
-  far.append(document.createElement("progress"), document.createElement("span"));
-  item.append(document.createElement("b"), steps, stage, document.createElement("p"), far);
-  return item;
-}
-
-function draw(item: HTMLElement, c: CommandInfo): void {
-  const [name, steps, stage, why, far] = item.children as unknown as HTMLElement[];
-  if (!name || !steps || !stage || !why || !far) return;
+function row(c: CommandInfo): TemplateResult {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
-  item.className = `command ${FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state}`;
-  item.dataset["state"] = c.state;
-  write(name, COMMAND_LABELS[c.kind] ?? c.kind);
-  const reached = GOOD.indexOf(c.state);
-  [...steps.children].forEach((dot, i) => dot.classList.toggle("on", i <= reached));
-  write(stage, gaveWay ?? stageOf(c.kind, c.state));
-  write(why, c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : ""));
-  why.hidden = !why.textContent;
-  tellProgress(far, c);
+  const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state, reached = GOOD.indexOf(c.state);
+  const why = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
+  const steps = GOOD.map((_, i) => html`<i class=${i <= reached ? "on" : ""}></i>`);
+  return html`<li class=${`command ${mark}`} data-state=${c.state}><b>${COMMAND_LABELS[c.kind] ?? c.kind}</b><span class="steps" aria-hidden="true">${steps}</span><span class="chip">${gaveWay ?? stageOf(c.kind, c.state)}</span><p ?hidden=${!why}>${why}</p>${progress(c)}</li>`;
 }
 
 /** The progress of a long command while it runs; an unknown share is a bar without a value. */
-function tellProgress(far: HTMLElement, c: CommandInfo): void {
-  const [bar, text] = far.children as unknown as [HTMLProgressElement, HTMLElement];
+function progress(c: CommandInfo): TemplateResult {
   const known = c.progress?.at_ms !== undefined && !FINAL.has(c.state);
-  far.hidden = !known;
-  if (!known) return;
-  const share = c.progress?.share;
-  if (typeof share === "number") bar.value = share;
-  else bar.removeAttribute("value");
-  write(text, c.progress?.text ?? "");
-  bar.setAttribute("aria-label", c.progress?.text || "Progress");
+  const { share = null, text = "" } = c.progress ?? {};
+  return html`<div class="progress" ?hidden=${!known}><progress value=${share ?? nothing} aria-label=${text || "Progress"}></progress><span>${text}</span></div>`;
 }
 
 function say(c: CommandInfo): string {

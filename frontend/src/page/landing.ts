@@ -1,4 +1,5 @@
 /** The landing page: each robot's thumbnail follows its newest picture, and says where that is not live. */
+import { every } from "../kit/page_clock.ts";
 import { RobotSocket } from "../socket/robot_socket.ts";
 import type { Message, PicturePacket } from "../socket/protocol.ts";
 import { LIVE_MS, isLive } from "../media/picture_age.ts";
@@ -60,5 +61,5 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
     if (now) mark.remove();
     else if (!mark.isConnected) card.querySelector(".thumb")?.append(mark);
   };
-  setInterval(judge, 1000);
+  every(1000, judge);
 }

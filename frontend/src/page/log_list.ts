@@ -1,38 +1,19 @@
 /** The newest entries of the operator's log beside the picture. */
-import { say } from "../kit/dom.ts";
-import { arrange } from "../kit/parts.ts";
-import type { LogInfo } from "../socket/protocol.ts";
+import { html, nothing, type TemplateResult } from "lit-html";
+import { repeat } from "lit-html/directives/repeat.js";
+import { draw } from "../kit/render.ts";
 import { ago } from "../kit/times.ts";
+import type { LogInfo } from "../socket/protocol.ts";
 
 export class LogList {
-  private items = new Map<number, HTMLElement>();
-
   constructor(private list: HTMLElement) {}
 
   draw(entries: readonly LogInfo[], now: number): void {
-    for (const id of this.items.keys()) if (!entries.some((e) => e.id === id)) this.items.delete(id);
-    arrange(this.list, entries.map((entry) => this.item(entry, now)));
-  }
-
-  private item(entry: LogInfo, now: number): HTMLElement {
-    const item = this.items.get(entry.id) ?? made(entry);
-    this.items.set(entry.id, item);
-    for (const [name, words] of [["time", ` ${ago(now - entry.at_ms)} ago`], ["p", entry.text]] as const)
-      say(item.querySelector(name)!, words);
-    return item;
+    draw(this.list, repeat(entries, ({ id }) => id, (entry) => item(entry, now)));
   }
 }
 
-function made(entry: LogInfo): HTMLElement {
-  const item = document.createElement("li");
-  const head = document.createElement("b");
-  head.textContent = entry.author;
-  item.append(head, document.createElement("time"), document.createElement("p"));
-  if (entry.picture) {
-    const image = new Image(96, 82);
-    image.src = entry.picture;
-    image.alt = `Picture chosen by ${entry.author}`;
-    item.prepend(image);
-  }
-  return item;
+function item({ author, at_ms, text, picture }: LogInfo, now: number): TemplateResult {
+  const image = picture ? html`<img width="96" height="82" src=${picture} alt=${`Picture chosen by ${author}`}>` : nothing;
+  return html`<li>${image}<b>${author}</b><time>${` ${ago(now - at_ms)} ago`}</time><p>${text}</p></li>`;
 }

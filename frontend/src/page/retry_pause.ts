@@ -1,5 +1,6 @@
 /** A link that is disabled until a pause is over; it shows a countdown. */
-import { allow, refusal } from "../kit/parts.ts";
+import { every } from "../kit/page_clock.ts";
+import { allow, refusal } from "../kit/refusal.ts";
 import { clock } from "../kit/times.ts";
 
 for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")) {
@@ -12,10 +13,10 @@ for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")
     link.textContent = waits ? `${words} in ${clock(left())}` : words;
     allow(link, waits ? "You can try again when the time is over." : "");
     if (waits) return;
-    clearInterval(timer);
+    end();
     if (said) said.textContent = "You can try again now.";
   };
   link.addEventListener("click", (event) => refusal(link) && event.preventDefault());
-  const timer = setInterval(draw, 500);
+  const end = every(500, draw);
   draw();
 }

@@ -1,6 +1,7 @@
 /** The page of every robot: it owns the connection, the newest snapshot and state, and the parts that show them. */
 import { byId } from "../kit/dom.ts";
-import { refusal } from "../kit/parts.ts";
+import { every } from "../kit/page_clock.ts";
+import { refusal } from "../kit/refusal.ts";
 import { ScreenWakeLock } from "../kit/wake_lock.ts";
 import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
@@ -75,7 +76,7 @@ export class RobotPage {
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
     guardTurn(() => this.operating && !this.snapshot?.turn?.staff);
-    setInterval(() => this.draw(), 250);
+    every(250, () => this.draw());
   }
 
   /** Install the console, with defaults for missing members; it is called now with everything that came before. */

@@ -1,4 +1,5 @@
 /** The live wire trace for staff. */
+import { every } from "../kit/page_clock.ts";
 import type { TraceLine } from "../socket/protocol.ts";
 
 const KEEP = 200;
@@ -9,7 +10,7 @@ export class WireTrace {
   private bytes = 0;
 
   constructor(private box: HTMLElement, private rate: HTMLElement) {
-    setInterval(() => this.tell(), 1000);
+    every(1000, () => this.tell());
   }
 
   private resent = 0;

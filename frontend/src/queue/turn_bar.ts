@@ -1,7 +1,8 @@
 /** The bar on every page: the person's most urgent place, with countdown and button. */
 import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
 import { say } from "../kit/dom.ts";
-import { type Part, show } from "../kit/parts.ts";
+import { every } from "../kit/page_clock.ts";
+import { button, drawParts, inlineCountdown, link, type Part, strong, words } from "../kit/render.ts";
 import { PersonSocket, type QueuePlace, type PlaceAction } from "./person_socket.ts";
 import { currentPlaces, barPlaces } from "./places.ts";
 import { SOUND_ACTION, Announcer } from "./announcer.ts";
@@ -54,7 +55,7 @@ class TurnBar {
     });
     document.addEventListener("farhand:acted", () => this.place?.idles && this.line.look());
     new ResizeObserver(() => this.measure()).observe(bar);
-    setInterval(() => this.draw(), 500);
+    every(500, () => this.draw());
   }
 
   /** The page makes room for the bar at its foot; below one about idleness, over its head, comes what else lies there. */
@@ -81,8 +82,8 @@ class TurnBar {
       this.bar.dataset["state"] = state;
       this.measure();
     }
-    show(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))] : []);
-    show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
+    drawParts(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))] : []);
+    drawParts(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     const paused = first?.state === "waiting" && this.teller.paused ? [`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`] : [];
     say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
   }
@@ -96,20 +97,20 @@ class TurnBar {
   }
 
   private buttonsOf(p: QueuePlace): Part[] {
-    const ask = (what: string, text: string, more: Partial<Part> = {}): Part =>
-      ({ tag: "button", do: ASK + what, text, why: this.busy ? BUSY : "", ...more });
-    if (p.state === "offered") return [ask("accept", "Take control", { class: "primary" }), ask("leave", "Not now")];
-    if (p.idles) return [ask("stay", "I'm here", { class: "primary" })];
-    if (p.state === "operating") return [{ tag: "a", href: `/robots/${p.robot}/`, text: `Back to ${p.name}`, class: "button primary" }];
-    if (p.state === "missed") return [ask("join", "Join again", { class: "primary" }), ask("dismiss", "Dismiss")];
+    const why = this.busy ? BUSY : "";
+    const ask = (action: string, text: string, style = ""): Part => button(text, ASK + action, { style, why });
+    if (p.state === "offered") return [ask("accept", "Take control", "primary"), ask("leave", "Not now")];
+    if (p.idles) return [ask("stay", "I'm here", "primary")];
+    if (p.state === "operating") return [link(`Back to ${p.name}`, `/robots/${p.robot}/`, "button primary")];
+    if (p.state === "missed") return [ask("join", "Join again", "primary"), ask("dismiss", "Dismiss")];
     if (p.state === "ended") {
-      const page: Part[] = p.turn === null ? [] : [{ tag: "a", href: `/turns/${p.turn}/`, text: "What did you find?", class: "button primary" }];
+      const page = p.turn === null ? [] : [link("What did you find?", `/turns/${p.turn}/`, "button primary")];
       return [...page, ask("dismiss", "Dismiss")];
     }
     const notify = "Notification" in window && Notification.permission === "default";
     return [
       ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
-      { tag: "button", do: SOUND_ACTION, text: "Sound", pressed: this.teller.sound && !this.teller.paused },
+      button("Sound", SOUND_ACTION, { pressed: this.teller.sound && !this.teller.paused }),
     ];
   }
 
@@ -159,12 +160,12 @@ class TurnBar {
 }
 
 const LEAVE_WORDS: Part[] = [
-  { tag: "b", text: "Leave in the middle of your turn?" },
-  { tag: "span", text: "It goes on for 20 s after you leave this page, and ends then unless you come back." },
+  strong("Leave in the middle of your turn?"),
+  words("It goes on for 20 s after you leave this page, and ends then unless you come back."),
 ];
 const LEAVE_BUTTONS: Part[] = [
-  { tag: "button", do: `${ASK}keep`, text: "Stay", class: "primary" },
-  { tag: "button", do: `${ASK}go`, text: "Leave the page" },
+  button("Stay", `${ASK}keep`, { style: "primary" }),
+  button("Leave the page", `${ASK}go`),
 ];
 
 function left(p: QueuePlace, now: number): string {
@@ -172,27 +173,27 @@ function left(p: QueuePlace, now: number): string {
 }
 
 function badge(p: QueuePlace): Part[] {
-  return p.simulated ? [{ tag: "span", class: "simulated", text: "Simulated" }] : [];
+  return p.simulated ? [words("Simulated", "simulated")] : [];
+}
+
+function timer(text: string): Part {
+  return inlineCountdown(text, "turnbar-timer");
 }
 
 function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
-  if (p.state === "offered")
-    return [{ tag: "b", text: `It is your turn on ${p.name}` }, { tag: "span", class: "turnbar-timer", text: left(p, now), timer: true }];
+  if (p.state === "offered") return [strong(`It is your turn on ${p.name}`), timer(left(p, now))];
   if (p.idles)
     return [
-      { tag: "b", text: `Your turn ${p.robot === own ? "" : `on ${p.name} `}ends in` },
-      { tag: "span", class: "turnbar-timer", text: `${Math.max(0, Math.ceil(((p.idle_ms ?? now) - now) / 1000))} s`, timer: true },
-      { tag: "span", text: "because nothing was done." },
+      strong(`Your turn ${p.robot === own ? "" : `on ${p.name} `}ends in`),
+      timer(`${Math.max(0, Math.ceil(((p.idle_ms ?? now) - now) / 1000))} s`),
+      words("because nothing was done."),
     ];
   if (p.state === "operating")
-    return [
-      { tag: "b", text: p.kept_until_ms === null ? `You operate ${p.name}` : `Go back to ${p.name}, or your turn ends` },
-      { tag: "span", class: "turnbar-timer", text: left(p, now), timer: true },
-    ];
-  if (p.state === "missed" || p.state === "ended") return [{ tag: "b", text: over(p) }];
+    return [strong(p.kept_until_ms === null ? `You operate ${p.name}` : `Go back to ${p.name}, or your turn ends`), timer(left(p, now))];
+  if (p.state === "missed" || p.state === "ended") return [strong(over(p))];
   return [
-    { tag: "b", text: p.ahead === 0 ? "You are next" : `${p.ahead} before you` },
-    { tag: "span", text: " for " }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: ` ${waitSentence(p.wait_s)}` },
+    strong(p.ahead === 0 ? "You are next" : `${p.ahead} before you`),
+    words(" for "), link(p.name, `/robots/${p.robot}/`), words(` ${waitSentence(p.wait_s)}`, "quiet"),
   ];
 }
 

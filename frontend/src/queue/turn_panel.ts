@@ -1,5 +1,6 @@
 /** The panel that shows whose turn it is and what you can do. */
-import { type Part, refusal, show } from "../kit/parts.ts";
+import { refusal } from "../kit/refusal.ts";
+import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
 import { UNSENT } from "./person_socket.ts";
 import type { Snapshot } from "../socket/protocol.ts";
 import { Confirmation } from "../kit/confirmation.ts";
@@ -16,6 +17,7 @@ export class TurnPanel {
   private ending = new Confirmation();
   private driving = false;
   private told = "";
+  private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
 
   constructor(private box: HTMLElement, private send: Send, refuse: (why: () => string) => void) {
     box.addEventListener("click", (event) => {
@@ -28,16 +30,16 @@ export class TurnPanel {
 
   /** Ask at once, on the button itself, not at the next drawing. */
   private ask(): void {
-    const button = this.box.querySelector('[data-do="leave"]');
-    if (button) button.textContent = AGAIN;
+    if (this.drawn) this.draw(...this.drawn);
     const said = document.getElementById("say");
     if (said) said.textContent = `${AGAIN}. ${FOLLOWS}`;
   }
 
-  /** Draw the panel; called at each snapshot and each second. */
+  /** Draw the panel; called at each snapshot and again and again. `up`: the connection is there. */
   draw(s: Snapshot, now: number, up: boolean): void {
+    this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
-    show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, why: up ? "" : UNSENT } : part)));
+    drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));
   }
 
   /** Make the bar update too when something changed here, so that both show the same. */
@@ -47,64 +49,61 @@ export class TurnPanel {
     this.told = told;
   }
 
-  private endParts(): Part[] {
+  private endParts(why: string): Part[] {
     const { asking } = this.ending;
-    return [
-      { tag: "button", do: "leave", text: asking ? AGAIN : "End my turn" },
-      ...(asking ? [{ tag: "p", text: FOLLOWS } as Part] : []),
-    ];
+    return [button(asking ? AGAIN : "End my turn", "leave", { why }), ...(asking ? [paragraph(FOLLOWS)] : [])];
   }
 
-  private parts(s: Snapshot, now: number): Part[] {
-    const slug = s.robot.slug;
-    const { me } = s;
+  /** `why`: why no button works now. */
+  private parts(s: Snapshot, now: number, why: string): Part[] {
+    const { me, robot: { slug } } = s;
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
-        { tag: "h2", text: s.turn.staff ? "Maintenance turn" : "You drive" },
-        { tag: "p", class: "timer", text: clock(left), timer: true },
-        { tag: "p", text: s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn" },
-        ...(s.turn.staff ? [] : this.endParts()),
+        heading(s.turn.staff ? "Maintenance turn" : "You drive"),
+        countdown(clock(left)),
+        paragraph(s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn"),
+        ...(s.turn.staff ? [] : this.endParts(why)),
       ];
     }
     if (!s.robot.turns) return jobsOnly(s);
     if (!me.signed_in)
       return [
-        { tag: "h2", text: "Drive it yourself" },
-        { tag: "p", text: "Sign up, read the orientation, pass a short test, and wait your turn." },
-        { tag: "a", href: `/accounts/signup/?next=/robots/${slug}/`, text: "Sign up", class: "button primary" },
-        { tag: "a", href: `/accounts/login/?next=/robots/${slug}/`, text: "Sign in", class: "button" },
+        heading("Drive it yourself"),
+        paragraph("Sign up, read the orientation, pass a short test, and wait your turn."),
+        link("Sign up", `/accounts/signup/?next=/robots/${slug}/`, "button primary"),
+        link("Sign in", `/accounts/login/?next=/robots/${slug}/`, "button"),
       ];
     const t = me.ticket;
     const over = t ? [] : ended(s, now);
     if (!me.cleared)
       return [
         ...over,
-        { tag: "h2", text: "Two steps to go" },
-        { tag: "p", text: "Read the orientation (three minutes), then pass the clearance test." },
-        { tag: "a", href: `/robots/${slug}/orientation/`, text: "Read the orientation", class: "button primary" },
+        heading("Two steps to go"),
+        paragraph("Read the orientation (three minutes), then pass the clearance test."),
+        link("Read the orientation", `/robots/${slug}/orientation/`, "button primary"),
       ];
     if (t?.state === "offered") {
       const left = t.offer_until_ms ? (t.offer_until_ms - now) / 1000 : 0;
       return [
-        { tag: "h2", text: "It is your turn" },
-        { tag: "p", class: "timer", text: clock(left), timer: true },
-        { tag: "button", do: "accept", text: "Take control", class: "primary" },
-        { tag: "button", do: "leave", text: "Not now", class: "later" },
+        heading("It is your turn"),
+        countdown(clock(left)),
+        button("Take control", "accept", { style: "primary", why }),
+        button("Not now", "leave", { style: "later", why }),
       ];
     }
     if (t?.state === "waiting")
       return [
-        { tag: "h2", text: t.ahead === 0 ? "You are next" : `${t.ahead} before you` },
-        { tag: "p", text: waitSentence(t.wait_s) },
-        { tag: "p", class: "quiet", text: "You may look around: every page of this site tells you when it is your turn." },
-        { tag: "button", do: "leave", text: "Leave the queue" },
+        heading(t.ahead === 0 ? "You are next" : `${t.ahead} before you`),
+        paragraph(waitSentence(t.wait_s)),
+        paragraph("You may look around: every page of this site tells you when it is your turn.", "quiet"),
+        button("Leave the queue", "leave", { why }),
       ];
     return [
       ...over,
-      { tag: "h2", text: over.length ? "Drive it again" : "Drive it yourself" },
-      { tag: "p", text: queueSentence(s.queue) },
-      { tag: "button", do: "join", text: "Join the queue", class: "primary" },
+      heading(over.length ? "Drive it again" : "Drive it yourself"),
+      paragraph(queueSentence(s.queue)),
+      button("Join the queue", "join", { style: "primary", why }),
     ];
   }
 }
@@ -114,13 +113,14 @@ function ended({ me }: Snapshot, now: number): Part[] {
   const end = me.last_end;
   if (!end) return [];
   const news = now - end.ended_ms < LATELY_MS;
+  const ask = [
+    paragraph("What did you find? Others read it."),
+    link("Write in the operator's log", `/turns/${end.turn}/`, "button primary"),
+  ];
   return [
-    { tag: "h2", text: news ? "Your turn is over" : "Your last turn" },
-    { tag: "p", text: `It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}` },
-    ...(end.written ? [] : [
-      { tag: "p", text: "What did you find? Others read it." },
-      { tag: "a", href: `/turns/${end.turn}/`, text: "Write in the operator's log", class: "button primary" },
-    ] as Part[]),
+    heading(news ? "Your turn is over" : "Your last turn"),
+    paragraph(`It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}`),
+    ...(end.written ? [] : ask),
   ];
 }
 
@@ -129,9 +129,9 @@ function jobsOnly({ me, robot }: Snapshot): Part[] {
   const jobs = `/robots/${robot.slug}/jobs/`;
   const here = me.can.ask && document.getElementById("asking") !== null; // its console has a part for this
   return [
-    { tag: "h2", text: "It works by itself" },
-    { tag: "p", text: me.can.ask ? "Nobody drives this robot. Ask it for something, and watch." : "Nobody drives this robot. It takes jobs from people with clearance." },
-    { tag: "a", href: here ? "#asking" : jobs, text: me.can.ask ? "Ask for a job" : "See its jobs", class: "button primary" },
-    ...(here ? [{ tag: "a", href: jobs, text: "All jobs" } as Part] : []),
+    heading("It works by itself"),
+    paragraph(me.can.ask ? "Nobody drives this robot. Ask it for something, and watch." : "Nobody drives this robot. It takes jobs from people with clearance."),
+    link(me.can.ask ? "Ask for a job" : "See its jobs", here ? "#asking" : jobs, "button primary"),
+    ...(here ? [link("All jobs", jobs)] : []),
   ];
 }

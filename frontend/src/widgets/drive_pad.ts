@@ -2,7 +2,7 @@
 import { stick } from "./gamepad.ts";
 import { Jog } from "./jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import { allow } from "../kit/parts.ts";
+import { allow } from "../kit/refusal.ts";
 
 const direction = (forward: number, turn: number): Record<string, number> => ({ forward, turn });
 

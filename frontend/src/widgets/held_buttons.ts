@@ -1,7 +1,7 @@
 /** A held motion: a pair of buttons for each of its values, which are shares of full speed. */
 import { Jog, named } from "./jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import { allow } from "../kit/parts.ts";
+import { allow } from "../kit/refusal.ts";
 import type { CommandSpec } from "../socket/protocol.ts";
 
 export class HeldButtons {

@@ -1,8 +1,10 @@
 /** Everybody's jobs of one kind: ask for one, one's own place and wait, how it ended, and the list of those that wait. */
+import { html } from "lit-html";
+import { repeat } from "lit-html/directives/repeat.js";
 import { Jobs, type OwnJob } from "../queue/jobs.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { say, byId } from "../kit/dom.ts";
-import { arrange, type Part, show } from "../kit/parts.ts";
+import { button, draw, drawParts, link, type Part } from "../kit/render.ts";
 import type { JobInfo } from "../socket/protocol.ts";
 import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
 
@@ -30,7 +32,6 @@ export class JobPanel {
   private fresh = 0;
   /** Own jobs that were seen waiting: of such a one it is told that it has begun. */
   private waiting = new Set<number>();
-  private rows = new Map<number, HTMLElement>();
 
   constructor(private page: RobotPage, private words: JobWords, private changed: () => void) {
     const token = byId("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
@@ -102,7 +103,7 @@ export class JobPanel {
     const job = this.current();
     const about = this.about(job);
     say(byId("asked"), about);
-    show(byId("asked-do"), this.actions(job));
+    drawParts(byId("asked-do"), this.actions(job));
     if (this.fresh && this.open.some(({ job: { id } }) => id === this.fresh)) {
       this.fresh = 0;
       this.page.notice(about, "info");
@@ -139,24 +140,15 @@ export class JobPanel {
   private actions(job: OwnJob | undefined): Part[] {
     if (!job) return [];
     const { noun } = this.named(job.kind);
-    const page: Part = { tag: "a", href: job.url, text: `Page of your ${noun}` };
-    return job.open ? [{ tag: "button", do: "cancel", text: `Cancel my ${noun}` }, page] : [page];
+    const page = link(`Page of your ${noun}`, job.url);
+    return job.open ? [button(`Cancel my ${noun}`, "cancel"), page] : [page];
   }
 
   private list(): void {
-    const shown = this.open.map(({ job, own }) => {
-      const row = this.rows.get(job.id) ?? document.createElement("li");
-      this.rows.set(job.id, row);
-      row.className = own ? "own" : "";
+    draw(byId("goals"), repeat(this.open, ({ job }) => job.id, ({ job, own }) => {
       const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
-      const parts: Part[] = [
-        { tag: "b", text: String(job.ahead) }, { tag: "span", text: `${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}` },
-      ];
-      show(row, parts);
-      return row;
-    });
-    for (const id of [...this.rows.keys()]) if (!this.open.some(({ job }) => job.id === id)) this.rows.delete(id);
-    arrange(byId("goals"), shown);
+      return html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${`${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`}</span></li>`;
+    }));
   }
 }
 

@@ -3,7 +3,7 @@ import type { Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
-import { fill } from "../kit/parts.ts";
+import { fill } from "../kit/render.ts";
 import type { StatePacket } from "../socket/protocol.ts";
 import { Basics } from "../page/default_console.ts";
 import { CommandForm } from "./command_form.ts";

@@ -2,7 +2,7 @@
 import { gamepads, Pads } from "./gamepad.ts";
 import { KEEP_MS } from "./jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import { allow } from "../kit/parts.ts";
+import { allow } from "../kit/refusal.ts";
 import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
 const TICK_MS = 40;

@@ -31,7 +31,7 @@ test("the nozzle's pixel maps to no motion", () => {
 
 function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
   const f = {
-    snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { can: { drive: true } }, ...snapshot } as never,
+    snapshot: { link: true, stopped: false, robot: { state: "operating", why: "", turns: true }, me: { can: { drive: true } }, ...snapshot } as never,
     state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0], velocities: [], torques: [], mode: "" },
     lineUp: true, now: 10_200, latency: 10, busy: false, ...over,
   };

@@ -39,7 +39,7 @@ test("slices are read once, from the earliest that is needed, and again after a 
   const asked: string[] = [];
   let fails = true;
   globalThis.fetch = ((address: string) => {
-    const number = asked.push(address);
+    asked.push(address);
     return Promise.resolve(new Response(fails ? "" : DATA, { status: fails ? 503 : 200 }));
   }) as typeof fetch;
   const slices = new Slices("/r/1/", [0, 0, 1]);

@@ -94,7 +94,7 @@ export class ArmView extends View3D {
     show();
     this.playing = window.setInterval(() => {
       i += 1;
-      if (i < poses.length) return show();
+      if (i < poses.length) { show(); return; }
       clearInterval(this.playing);
       at(-1);
     }, 100);
@@ -116,7 +116,7 @@ export class ArmView extends View3D {
     if (bad === this.bad) return;
     this.bad = bad;
     this.ghost.traverse((part) => {
-      const { material } = part as Mesh;
+      const { material } = part as { material?: unknown };
       if (material instanceof MeshLambertMaterial) material.color.set(bad ? 0xd23b2f : 0x1292a3);
     });
     this.ask();

@@ -1,6 +1,7 @@
 /** Elements of the page: found by id, and written only where something differs. */
 
 /** The element with that id. Throws an error if there is none. */
+// eslint-disable-next-line @typescript-eslint/no-unnecessary-type-parameters -- which element it is only its caller knows
 export function byId<T extends Element = HTMLElement>(id: string): T {
   const element = document.getElementById(id);
   if (element === null) throw new Error(`no element ${id}`);

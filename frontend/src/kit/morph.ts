@@ -43,19 +43,36 @@ export function align<T>(old: readonly T[], fresh: readonly T[], kinds: Comparis
 export function morph(old: Element, fresh: Element): boolean {
   if (old.isEqualNode(fresh) || (old instanceof HTMLInputElement && isToken(old.type, old.name))) return false;
   let moved = false;
-  for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name)) old.removeAttribute(name), (moved = true);
-  for (const { name, value } of fresh.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value), (moved = true);
+  for (const { name } of [...old.attributes])
+    if (!fresh.hasAttribute(name)) {
+      old.removeAttribute(name);
+      moved = true;
+    }
+  for (const { name, value } of fresh.attributes)
+    if (old.getAttribute(name) !== value) {
+      old.setAttribute(name, value);
+      moved = true;
+    }
   const wanted = [...fresh.childNodes], known = [...old.childNodes];
   const stays = align<Node>(known, wanted, { alike, weight }), kept = new Set(stays.values());
-  for (const gone of known) if (!kept.has(gone as Node)) gone.remove(), (moved = true);
+  for (const gone of known)
+    if (!kept.has(gone)) {
+      gone.remove();
+      moved = true;
+    }
   let next = old.firstChild;
   for (const one of wanted) {
     const now = stays.get(one);
-    if (!now) old.insertBefore(one, next), (moved = true);
-    else {
+    if (!now) {
+      old.insertBefore(one, next);
+      moved = true;
+    } else {
       next = now.nextSibling;
       if (now instanceof Element) moved = morph(now, one as Element) || moved;
-      else if (now.nodeValue !== one.nodeValue) (now.nodeValue = one.nodeValue), (moved = true);
+      else if (now.nodeValue !== one.nodeValue) {
+        now.nodeValue = one.nodeValue;
+        moved = true;
+      }
     }
   }
   return moved;

@@ -27,7 +27,12 @@ export class ScreenWakeLock {
       // the battery is low, or the browser does not allow it
     }
     this.asking = false;
-    if (!this.wanted) this.end(); // it was over meanwhile
+    this.settle();
+  }
+
+  /** It may have been over meanwhile. */
+  private settle(): void {
+    if (!this.wanted) this.end();
   }
 
   private end(): void {

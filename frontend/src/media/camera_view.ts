@@ -58,7 +58,7 @@ export class CameraView {
   /** Show a picture; one that is older than the picture shown is dropped. */
   async show(packet: PicturePacket): Promise<void> {
     if (!this.order.take(packet)) return;
-    if (packet.image) return this.draw(packet.image, packet.atMs, packet.still, packet.pose);
+    if (packet.image) { this.draw(packet.image, packet.atMs, packet.still, packet.pose); return; }
     const { views } = this;
     const bitmap = await createImageBitmap(packet.jpeg);
     if (views === this.views && this.order.holds(packet)) this.draw(bitmap, packet.atMs, packet.still, packet.pose);

@@ -13,7 +13,7 @@ export function blocked(f: Facts): string {
   if (!f.lineUp || !s) return "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.";
   if (s.replay) return "This is a recording.";
   if (!s.link) return "The live link to the robot is down; nothing moves until it is back. Your turn is kept.";
-  if (!s.me.can.drive) return s.robot.turns === false ? "Nobody drives this robot; everybody can ask it for a job." : notOperating(s.me);
+  if (!s.me.can.drive) return s.robot.turns ? notOperating(s.me) : "Nobody drives this robot; everybody can ask it for a job.";
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
   if (s.robot.state === "offline") return s.robot.why;
   if (s.stopped || f.state?.stopped) return `${unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;

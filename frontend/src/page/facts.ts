@@ -2,6 +2,6 @@
 import type { RobotFacts } from "../socket/protocol.ts";
 import { byId } from "../kit/dom.ts";
 
-export const facts = JSON.parse(byId("description").textContent ?? "{}") as RobotFacts;
+export const facts = JSON.parse(byId("description").textContent) as RobotFacts;
 /** The kinds of commands that change a setting; they run beside a motion, in the lane `config`. */
 export const configKinds: ReadonlySet<string> = new Set(facts.commands.filter((c) => c.lane === "config").map((c) => c.kind));

@@ -5,7 +5,7 @@ import { clock } from "../kit/times.ts";
 
 for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")) {
   const until = Date.now() + Number(link.dataset["pause"]) * 1000;
-  const words = link.textContent ?? "";
+  const words = link.textContent;
   const said = document.getElementById("pause-said");
   const left = (): number => (until - Date.now()) / 1000;
   const draw = (): void => {

@@ -127,7 +127,7 @@ export class RobotPage {
   on(name: string, act: () => void): void {
     for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
       button.addEventListener("click", () => {
-        if (refusal(button)) return this.refuse(() => refusal(button));
+        if (refusal(button)) { this.refuse(() => refusal(button)); return; }
         act();
       });
   }
@@ -227,6 +227,7 @@ export class RobotPage {
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
     else if (m.t === "watchers") this.status.watchers = m.count;
+    // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- a newer portal may send others
     else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
     this.draw();
   }

@@ -22,11 +22,11 @@ export class Status {
     say(byId("stop-said"), unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
     const why = byId("why");
     say(why, blocked(f) || advice(f));
-    why.title = why.textContent ?? "";
+    why.title = why.textContent;
   }
 
   private people(s: Snapshot): void {
-    const driven = s.operator ? `${s.operator} drives` : s.robot.turns === false ? "" : "Nobody drives";
+    const driven = s.operator ? `${s.operator} drives` : s.robot.turns ? "Nobody drives" : "";
     const watch = this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`;
     const queue = s.queue === 0 ? (driven ? "nobody waits" : "Nobody waits") : `${s.queue} waiting`;
     const operator = byId("operator"), who = operator.parentElement as HTMLElement;

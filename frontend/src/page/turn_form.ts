@@ -7,7 +7,7 @@ const nameOf = (draft: string): string => `draft-${draft}`;
 /** The filled-in values by name, without the hidden fields. */
 function filled(of: HTMLFormElement): Record<string, string> {
   const all = [...new FormData(of)].filter(([name]) => name !== "csrfmiddlewaretoken");
-  return Object.fromEntries(all.map(([name, value]) => [name, String(value)]));
+  return Object.fromEntries(all.map(([name, value]) => [name, typeof value === "string" ? value : value.name]));
 }
 
 function read(name: string): Record<string, string> {

@@ -110,7 +110,7 @@ export class Announcer {
     say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
     if (storage.get("told") === key) return; // another page of this browser told it
     this.chime(() => storage.set("told", key));
-    if (navigator.userActivation?.hasBeenActive && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
+    if (touched() && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
     if (document.hidden || !document.hasFocus()) this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
   }
 
@@ -133,7 +133,7 @@ export class Announcer {
   /** Have the sound ready for a chime; a press of the button for it is left to that button. */
   private ready(target: EventTarget | null): void {
     const own = target instanceof Element && target.closest(`[data-do="${SOUND_ACTION}"]`) !== null;
-    if (this.wantsSound && !own && navigator.userActivation?.hasBeenActive) this.prime();
+    if (this.wantsSound && !own && touched()) this.prime();
   }
 
   /** Browsers allow sound only after the page was touched. */
@@ -149,7 +149,7 @@ export class Announcer {
 
   /** Play two notes, now or never; `played` is called if the browser does. */
   private chime(played: () => void = () => undefined): void {
-    if (!this.sound || !navigator.userActivation?.hasBeenActive) return;
+    if (!this.sound || !touched()) return;
     this.prime();
     const chime = ++this.chimes;
     const now = (): void => {
@@ -160,6 +160,11 @@ export class Announcer {
     if (this.paused) setTimeout(now, READY_MS);
     else now();
   }
+}
+
+/** Whether somebody has pressed anything on this page; not every browser knows. */
+function touched(): boolean {
+  return (navigator as Partial<Navigator>).userActivation?.hasBeenActive ?? false;
 }
 
 function play(audio: AudioContext): void {

@@ -101,7 +101,7 @@ export class PersonSocket {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
-      if (event.code === SIGNED_OUT) return this.end();
+      if (event.code === SIGNED_OUT) { this.end(); return; }
       const pause = Math.min(15_000, 500 * 2 ** this.tries++) * (0.5 + Math.random());
       setTimeout(() => this.socket === null && !this.over && this.open(), pause);
     };

@@ -22,8 +22,8 @@ export class TurnPanel {
   constructor(private box: HTMLElement, private send: Send, refuse: (why: () => string) => void) {
     box.addEventListener("click", (event) => {
       const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"), action = button?.dataset["do"];
-      if (button && refusal(button)) return refuse(() => refusal(button));
-      if (action === "leave" && this.driving && !this.ending.press()) return this.ask();
+      if (button && refusal(button)) { refuse(() => refusal(button)); return; }
+      if (action === "leave" && this.driving && !this.ending.press()) { this.ask(); return; }
       if (action) this.send({ t: action });
     });
   }

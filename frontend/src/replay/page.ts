@@ -15,7 +15,7 @@ const LOADING = "Loading…", LONG_MS = 500;
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
 
-const about = JSON.parse(byId("replay-facts").textContent ?? "{}") as About;
+const about = JSON.parse(byId("replay-facts").textContent) as About;
 const button = byId<HTMLButtonElement>("replay-play"), range = byId<HTMLInputElement>("replay-at");
 const speed = byId<HTMLSelectElement>("replay-speed"), said = byId("replay-said"), time = byId("replay-time");
 let player: Player | null = null;
@@ -80,7 +80,7 @@ function show(marks: readonly Mark[], length: number): void {
 
 async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
   const answer = await request(about.index, {}, FILE_MS);
-  if (answer.status === 404) return say(said, GONE);
+  if (answer.status === 404) { say(said, GONE); return; }
   if (!answer.ok) throw new Error(`index: ${answer.status}`);
   const index = (await answer.json()) as Index, story = new Story(index, about);
   player = new Player(index, about.slices, story, draw, () => say(said, FAILED));

@@ -34,7 +34,7 @@ export class OperatorStream {
     if (this.trying || performance.now() < this.after) return;
     this.trying = true;
     const code = await this.code();
-    if (code === null) return this.failed();
+    if (code === null) { this.failed(); return; }
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws/operators/${this.slug}/${query()}`, [PROTOCOL, code]);
     socket.binaryType = "arraybuffer";

@@ -23,7 +23,7 @@ export interface CommandInfo {
   seen_ms?: number | null; newest_ms?: number | null;
   /** What was asked and what was sent in its place, by name. */
   clamping?: Record<string, [asked: number, sent: number]>;
-  result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
+  result?: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
 /** How a turn or a place ended: why, what it cost, and what is next. */

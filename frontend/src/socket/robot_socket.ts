@@ -155,7 +155,7 @@ export class RobotSocket {
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
-      if (event.code === STREAM_OVER) return this.open(); // the public view, without a pause
+      if (event.code === STREAM_OVER) { this.open(); return; } // the public view, without a pause
       this.set(false);
       this.none = event.code === 4404;
       if (this.none) return;

@@ -4,6 +4,7 @@ import * as en from "blockly/msg/en";
 
 export { Blockly };
 
+/* eslint-disable @typescript-eslint/unbound-method, @typescript-eslint/no-deprecated -- `createElement` itself is replaced for a while */
 /** Blockly writes `<style>` elements, which the page's content policy forbids; its rules are added as adopted style sheets instead. */
 function adopting<T>(run: () => T): T {
   const make = document.createElement;
@@ -12,19 +13,21 @@ function adopting<T>(run: () => T): T {
     const element = make.call(document, name.toLowerCase() === "style" ? "blockly-rules" : name, options);
     if (name.toLowerCase() === "style") made.push(element);
     return element;
-  }) as typeof document.createElement;
+  });
   try {
     return run();
   } finally {
     document.createElement = make;
     for (const element of made) {
       const sheet = new CSSStyleSheet();
-      sheet.replaceSync(element.textContent ?? "");
+      sheet.replaceSync(element.textContent);
       document.adoptedStyleSheets.push(sheet);
       element.remove();
     }
   }
 }
+
+/* eslint-enable @typescript-eslint/unbound-method, @typescript-eslint/no-deprecated */
 
 /** The page's own colours, which follow its scheme by themselves. */
 const THEME = Blockly.Theme.defineTheme("farhand", {
@@ -52,6 +55,7 @@ export function workspace(box: HTMLElement, categories: Category[], changed: () 
     }),
   );
   made.addChangeListener((event) => {
+    // eslint-disable-next-line @typescript-eslint/no-unsafe-enum-comparison -- Blockly declares the type of an event as a text
     if (!event.isUiEvent && event.type !== Blockly.Events.FINISHED_LOADING && !made.isDragging()) changed();
   });
   new ResizeObserver(() => Blockly.svgResize(made)).observe(box);

@@ -69,7 +69,8 @@ export class FloorView extends View3D {
 
   /** Put the camera just so far away that the whole floor is seen, until somebody has turned the view. */
   protected override fit(): void {
-    if (!this.floor || this.turned) return; // the size is told before there is a floor
+    // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the size is told before there is a floor
+    if (!this.floor || this.turned) return;
     const { width, depth } = this.floor;
     const corners = [-1, 1].flatMap((x) => [-1, 1].map((z) => new Vector3((x * width) / 2, z < 0 ? WALL_M : 0, (z * depth) / 2)));
     const seen = (): boolean => corners.every((corner) => {

@@ -44,15 +44,15 @@ export class Pads {
     const before = this.seen.get(place);
     const rested = before?.what === what ? before.rested : new Set<string>();
     this.seen.set(place, { what, rested });
-    let held = false;
+    const held: string[] = []; // since before it was connected
     const counts = (name: string, atRest: boolean): boolean => {
       if (atRest) rested.add(name);
-      held ||= !rested.has(name);
+      if (!rested.has(name)) held.push(name);
       return rested.has(name);
     };
     const axes = pad.axes.map((v, i) => ((known || i < LEFT_STICK) && counts(`axis ${i}`, Math.abs(v) < REST) ? v : 0));
-    const buttons = known ? pad.buttons.map((b, i) => (counts(`button ${i}`, !b.pressed) ? b : { ...b, pressed: false })) : [];
-    this.why ||= held ? RELEASE : known ? "" : UNKNOWN;
+    const buttons = known ? pad.buttons.map((b, i) => (counts(`button ${i}`, !b.pressed) ? b : { pressed: false, touched: b.touched, value: 0 })) : [];
+    this.why ||= held.length ? RELEASE : known ? "" : UNKNOWN;
     return { axes, buttons, connected: true };
   }
 }

@@ -64,7 +64,7 @@ export function nearest(places: ReadonlyMap<number, Point>, x: number, y: number
   return found;
 }
 
-const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+const LETTERS = Array.from("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
 const APART_M = 0.42;
 const CLOSE_M = 0.2;
 
@@ -81,7 +81,7 @@ export function landmarks(old: ReadonlyMap<string, number>, places: ReadonlyMap<
     if (kept.length === LETTERS.length) break;
     if (!far(at, APART_M)) continue;
     const used = new Set(kept.map(([letter]) => letter));
-    kept.push([[...LETTERS].find((letter) => !used.has(letter))!, id]);
+    kept.push([LETTERS.find((letter) => !used.has(letter))!, id]);
   }
   return new Map(kept.sort(([a], [b]) => (a < b ? -1 : 1)));
 }

@@ -58,7 +58,7 @@ export class ProgramDesk<Step> {
       await this.refresh();
     } catch {
       this.opened = false; // the next opening tries again
-      return this.tell(`The list of ${this.noun}s did not come. What you write here works all the same.`, "warning");
+      this.tell(`The list of ${this.noun}s did not come. What you write here works all the same.`, "warning"); return;
     }
     if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
   }

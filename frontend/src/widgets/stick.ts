@@ -92,7 +92,10 @@ export class Stick {
     if (!down) this.keys.delete(event.key);
     else if (event.key !== "Shift") this.keys.add(event.key);
     const push = byKeys(this.keys, event.shiftKey);
-    if (!push) return void (this.by === "key" && this.end());
+    if (!push) {
+      if (this.by === "key") this.end();
+      return;
+    }
     if (this.by === "" && down && !event.repeat) {
       this.wanted = push;
       this.begin("key");

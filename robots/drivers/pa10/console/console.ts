@@ -168,9 +168,9 @@ class ArmConsole implements Console, Judge {
     this.planned += 1; // an answer that is still on its way is of an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
-      if (!target || !page.state) return this.noGhost();
+      if (!target || !page.state) { this.noGhost(); return; }
       const outside = this.tabs.open === "position" ? this.position.outside() : "";
-      if (outside) return this.refuse(outside);
+      if (outside) { this.refuse(outside); return; }
       this.plan = { key: JSON.stringify(target), ok: false, text: "" };
       page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);

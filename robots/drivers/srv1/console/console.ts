@@ -113,6 +113,7 @@ class HallConsole extends Basics<RobotPage> {
 
   /** The mark is where the rover is on its way to. */
   private mark(): void {
+    // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
     const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
     this.map.mark(this.sent ?? (args ? [Number(args["x"]), Number(args["y"])] : null));
   }

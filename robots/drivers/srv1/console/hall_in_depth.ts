@@ -20,7 +20,7 @@ export class HallInDepth {
     this.face(deep);
     if (!deep || this.view) return;
     const loaded = await parts().catch(() => null);
-    if (loaded) return this.open(loaded.FloorView);
+    if (loaded) { this.open(loaded.FloorView); return; }
     this.face(false);
     this.page.notice("The 3D view did not come. Try again when the connection is back; the map works.", "warning");
   }

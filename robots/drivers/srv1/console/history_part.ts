@@ -3,7 +3,7 @@ import { type RobotPage, set, shape } from "/static/farhand/v1/console.js";
 import { added, inWords, line, type Sample } from "./history.ts";
 
 /** A reading: its channel, its name in the table, how it is said, and the smallest range that fills a line's height. */
-export interface Reading { channel: string; name: string; words(value: number): string; least: number }
+export interface Reading { channel: string; name: string; words: (value: number) => string; least: number }
 
 export class HistoryPart {
   private samples = new Map<string, readonly Sample[]>();

@@ -214,7 +214,10 @@ export class RulesPanel {
 
   private remembered(): void {
     try {
-      for (const [crc, text] of JSON.parse(localStorage.getItem(KNOWN) ?? "[]") as [number, string][]) if (parse(text)) this.known.set(crc, text);
+      for (const [crc, text] of JSON.parse(localStorage.getItem(KNOWN) ?? "[]") as [number, string][]) {
+        parse(text); // throws where it is no rule set
+        this.known.set(crc, text);
+      }
     } catch {
       // nothing that can be read
     }

@@ -44,7 +44,7 @@ export class StickPart {
     const effect = by === "pad" ? rumble(level) : null;
     if (effect)
       for (const pad of navigator.getGamepads())
-        void pad?.vibrationActuator?.playEffect("dual-rumble", effect).catch(() => undefined); // one that cannot
+        void (pad as Partial<Gamepad> | null)?.vibrationActuator?.playEffect("dual-rumble", effect).catch(() => undefined); // one that cannot
   }
 }
 

@@ -4,7 +4,7 @@ import { forward, nozzlePixel, onSand, reach, target } from "../../robots/driver
 import { type SandFacts as Facts, whyNot } from "../../robots/drivers/mercury/console/rules.ts";
 import { blocked } from "../src/page/controls.ts";
 import { skipsForReducedMotion } from "../src/media/reduced_motion.ts";
-import { decode } from "../src/socket/protocol.ts";
+import { decode } from "../src/socket/decoder.ts";
 import { ago, clock } from "../src/kit/times.ts";
 
 const D = { arm: { link1: 0.4, link2: 0.25, q2_deg: [0, 160] as [number, number], up: 0.075, down: 0 }, sand: { x: [-0.24, 0.24] as [number, number], y: [0.29, 0.55] as [number, number] } };

@@ -3,7 +3,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { fromOwn, hasLeft, splitPicture, splitState } from "../src/socket/poses.ts";
-import { decode, type PicturePacket, type StatePacket } from "../src/socket/protocol.ts";
+import { decode } from "../src/socket/decoder.ts";
+import type { PicturePacket, StatePacket } from "../src/socket/packets.ts";
 
 interface Told { what: string; hex: string; joints: number[]; pose: number[]; twist: number[]; channels: string[]; values: (number | null)[] }
 const read = (name: string): Told[] => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8")) as Told[];

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bannerWords, unconfirmedStop, type BannerFacts } from "../src/page/banner.ts";
-import type { Snapshot } from "../src/socket/protocol.ts";
+import type { Snapshot } from "../src/socket/messages.ts";
 import { StopPress, UNSENT } from "../src/page/stop_press.ts";
 
 const snapshot = (grant: number | null, may_stop = true): Snapshot =>

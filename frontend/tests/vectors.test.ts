@@ -9,7 +9,8 @@ import { understood } from "../../robots/drivers/pa10/console/terminal_lines.ts"
 import { numbersOf } from "../src/arm/pose.ts";
 import type { CompactLayout } from "../src/socket/compact_state.ts";
 import { type Box, objectsAfter, type Placed } from "../src/socket/objects.ts";
-import { decode, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/socket/protocol.ts";
+import { decode } from "../src/socket/decoder.ts";
+import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "../src/socket/packets.ts";
 import { momentOf, unpackSlice } from "../src/replay/slices.ts";
 import { ByteStreams } from "../src/socket/byte_streams.ts";
 import { VideoChain } from "../src/media/video_chain.ts";

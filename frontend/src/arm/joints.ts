@@ -3,7 +3,7 @@ import { Jog, named } from "../widgets/jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
-import type { StatePacket } from "../socket/protocol.ts";
+import type { StatePacket } from "../socket/packets.ts";
 import { TargetEdit } from "./target_edit.ts";
 import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 

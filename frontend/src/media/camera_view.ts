@@ -1,6 +1,7 @@
 /** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
 import { PictureOrder } from "./picture_order.ts";
-import type { PicturePacket, Still } from "../socket/protocol.ts";
+import type { Still } from "../socket/messages.ts";
+import type { PicturePacket } from "../socket/packets.ts";
 import { set } from "../kit/dom.ts";
 import { shape } from "../kit/svg.ts";
 

@@ -2,7 +2,7 @@
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import { PlayoutBuffer } from "./playout.ts";
-import type { SoundPacket } from "../socket/protocol.ts";
+import type { SoundPacket } from "../socket/packets.ts";
 
 const RATE = 48_000;
 const CONFIG: AudioDecoderConfig = { codec: "opus", sampleRate: RATE, numberOfChannels: 1 };

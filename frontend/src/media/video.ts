@@ -1,6 +1,6 @@
 /** Video of cameras, decoded by the browser (WebCodecs) where it can; where it cannot, pictures come as JPEG. */
 import type { Coding } from "../socket/packets.ts";
-import type { PicturePacket, VideoPacket } from "../socket/protocol.ts";
+import type { PicturePacket, VideoPacket } from "../socket/packets.ts";
 import { VideoChain } from "./video_chain.ts";
 
 /** The codings of live video, as WebCodecs names them: VP9 of profile 0 and level 1, with 8 bits. */

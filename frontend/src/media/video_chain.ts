@@ -1,5 +1,5 @@
 /** The order of a camera's video. */
-import type { VideoPacket } from "../socket/protocol.ts";
+import type { VideoPacket } from "../socket/packets.ts";
 
 /** Which packets of a camera's video can be decoded: a key picture, then each that changes the one before it. */
 export class VideoChain {

@@ -1,6 +1,6 @@
 /** The text of the banner on a robot's page: the connection first, because without it nothing else is known. */
 import { byId, say } from "../kit/dom.ts";
-import type { Snapshot, StopShown } from "../socket/protocol.ts";
+import type { Snapshot, StopShown } from "../socket/messages.ts";
 
 export interface BannerFacts {
   /** Whether the portal is not reached, and for how long (ms). */

@@ -2,7 +2,7 @@
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
 import { HeldMotion } from "../socket/held_motion.ts";
-import type { Answer, CommandInfo, Snapshot } from "../socket/protocol.ts";
+import type { Answer, CommandInfo, Snapshot } from "../socket/messages.ts";
 import { laterStage } from "../socket/stages.ts";
 import { CommandList } from "./command_list.ts";
 import { configKinds, facts } from "./facts.ts";

@@ -1,6 +1,7 @@
 /** Whether anything can be commanded now, on any robot. */
 import { unconfirmedStop } from "./banner.ts";
-import type { Snapshot, StatePacket } from "../socket/protocol.ts";
+import type { Snapshot } from "../socket/messages.ts";
+import type { StatePacket } from "../socket/packets.ts";
 
 export interface Facts {
   snapshot: Snapshot | null; state: StatePacket | null; lineUp: boolean; now: number; latency: number | null;

@@ -3,7 +3,8 @@ import { CameraView } from "../media/camera_view.ts";
 import type { Console, ConsolePage } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
 import { configKinds } from "./facts.ts";
-import type { CommandInfo, PicturePacket, StatePacket, Still } from "../socket/protocol.ts";
+import type { CommandInfo, Still } from "../socket/messages.ts";
+import type { PicturePacket, StatePacket } from "../socket/packets.ts";
 import { byId, say } from "../kit/dom.ts";
 
 export class Basics<Page extends ConsolePage = ConsolePage> implements Console {

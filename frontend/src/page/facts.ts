@@ -1,5 +1,5 @@
 /** What the page knows about its robot: commands and names of the spec, and its description. */
-import type { RobotFacts } from "../socket/protocol.ts";
+import type { RobotFacts } from "../socket/messages.ts";
 import { byId } from "../kit/dom.ts";
 
 export const facts = JSON.parse(byId("description").textContent) as RobotFacts;

@@ -1,7 +1,8 @@
 /** The landing page: each robot's thumbnail follows its newest picture, and says where that is not live. */
 import { every } from "../kit/page_clock.ts";
 import { RobotSocket } from "../socket/robot_socket.ts";
-import type { Message, PicturePacket } from "../socket/protocol.ts";
+import type { Message } from "../socket/messages.ts";
+import type { PicturePacket } from "../socket/packets.ts";
 import { LIVE_MS, isLive } from "../media/picture_age.ts";
 
 for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {

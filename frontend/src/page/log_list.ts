@@ -3,7 +3,7 @@ import { html, nothing, type TemplateResult } from "lit-html";
 import { repeat } from "lit-html/directives/repeat.js";
 import { draw } from "../kit/render.ts";
 import { ago } from "../kit/times.ts";
-import type { LogInfo } from "../socket/protocol.ts";
+import type { LogInfo } from "../socket/messages.ts";
 
 export class LogList {
   constructor(private list: HTMLElement) {}

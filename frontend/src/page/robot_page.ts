@@ -7,8 +7,9 @@ import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
 import { TurnPanel } from "../queue/turn_panel.ts";
 import { type Connection, isReplay, openConnection } from "../socket/connection.ts";
-import { hasLeft, splitState, type Tolerance } from "../socket/poses.ts";
-import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot, StatePacket, StreamPacket } from "../socket/protocol.ts";
+import type { Tolerance } from "../socket/poses.ts";
+import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../socket/messages.ts";
+import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import { COMMAND_LABELS, SETTING_KINDS } from "../socket/stages.ts";
 import { Banner, bannerWords } from "./banner.ts";
 import type { CommandList } from "./command_list.ts";
@@ -21,20 +22,18 @@ import "./key_card.ts";
 import { LogList } from "./log_list.ts";
 import { Media } from "./media.ts";
 import { Notice } from "./notice.ts";
+import { RobotState } from "./robot_state.ts";
 import { Status } from "./status.ts";
 import "./sticky_stop.ts";
 import { StopButton } from "./stop_button.ts";
 import { WireTrace } from "./wire_trace.ts";
 
-const SILENT_MS = 3000;
 const AWAY_MS = 20_000; // so long a turn is kept without a connection
-const ALONE_MS = 1500; // messages sent together with the robot's last one do not count
 Object.assign(COMMAND_LABELS, facts.labels);
 for (const kind of facts.settings) SETTING_KINDS.add(kind);
 
 export class RobotPage {
   snapshot: Snapshot | null = null;
-  state: StatePacket | null = null;
   readonly slug: string;
   readonly live: Connection;
   /** Called with the answer of a preview, on pages that ask for one. */
@@ -52,7 +51,7 @@ export class RobotPage {
   private stop: StopButton;
   private turnPanel: TurnPanel;
   private trace: WireTrace | null;
-  private stateHeardAt = 0;
+  private robot = new RobotState();
   private storeDown = "";
 
   constructor() {
@@ -95,22 +94,24 @@ export class RobotPage {
     this.media.subscription.want(cameras);
   }
 
+  /** The newest state; null before the first. */
+  get state(): StatePacket | null {
+    return this.robot.packet;
+  }
+
   /** The newest value of that name: rad, m or the spec's unit; undefined if none has arrived. */
   value(name: string): number | undefined {
-    const joint = facts.names.indexOf(name), channel = [...facts.channels, ...facts.pose].findIndex((c) => c.name === name);
-    const value = joint < 0 ? this.state?.values[channel] : this.state?.joints[joint];
-    return Number.isNaN(value) ? undefined : value;
+    return this.robot.value(name);
   }
 
   /** The newest pose, by coordinates that states carry (m, rad), NaN for one that is not known; empty before the first. */
   get pose(): number[] {
-    const first = facts.channels.length;
-    return this.state?.values.slice(first, first + facts.pose.length) ?? [];
+    return this.robot.pose;
   }
 
   /** Whether the robot is no longer where it was at a picture or still, by its pose; no if either is not known. */
   moved(since: { pose?: readonly number[] }, near?: Tolerance): boolean {
-    return hasLeft(since.pose ?? [], this.pose, facts.pose.map(({ unit }) => unit), near);
+    return this.robot.hasLeft(since.pose ?? [], near);
   }
 
   /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */
@@ -209,13 +210,8 @@ export class RobotPage {
     this.draw();
   }
 
-  /** Compact states lack velocities and torques; a whole one between them must not show them for a moment. */
   private gotState(whole: StatePacket): void {
-    const told = splitState(whole, facts.channels.length + facts.pose.length);
-    const packet = this.media.subscription.pace === "live" ? told : { ...told, velocities: [], torques: [], twist: [] };
-    this.state = packet;
-    this.stateHeardAt = performance.now();
-    this.console?.state(packet);
+    this.console?.state(this.robot.take(whole, this.media.subscription.pace === "live"));
   }
 
   private message(m: Message): void {
@@ -270,7 +266,7 @@ export class RobotPage {
     const f = this.facts(), s = this.snapshot;
     this.banner.show(bannerWords({
       lost: !f.lineUp, lostMs: this.live.lostMs, offline: !navigator.onLine, snapshot: s, storeDown: this.storeDown,
-      stopPending: this.stop.press.pending, robotSilent: this.robotSilent(f), now: f.now,
+      stopPending: this.stop.press.pending, robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)), now: f.now,
     }));
     this.media.draw(f);
     this.notices.draw();
@@ -282,11 +278,5 @@ export class RobotPage {
     this.suspension.draw(s, f.lineUp);
     this.status.draw(s, f, (now) => this.console?.advice(now) ?? "");
     this.console?.draw(f);
-  }
-
-  /** The robot is silent if the portal was heard after its last message; without a connection nothing is known. */
-  private robotSilent(f: Facts): boolean {
-    const old = this.state !== null && f.now - this.state.atMs > SILENT_MS && this.snapshot?.robot.state !== "offline";
-    return old && this.live.heardSince(this.stateHeardAt + ALONE_MS);
   }
 }

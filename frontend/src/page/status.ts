@@ -1,7 +1,7 @@
 /** The words about a robot on its page: how it is, who drives, who watches, and whether a stop holds it. */
 import { byId, say } from "../kit/dom.ts";
 import { watcherWords } from "../queue/waits.ts";
-import type { Snapshot } from "../socket/protocol.ts";
+import type { Snapshot } from "../socket/messages.ts";
 import { unconfirmedStop } from "./banner.ts";
 import { blocked, type Facts } from "./controls.ts";
 

@@ -1,7 +1,7 @@
 /** Stop and its release: the buttons, the keys, and a press until it is known to have arrived. */
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
-import type { Snapshot } from "../socket/protocol.ts";
+import type { Snapshot } from "../socket/messages.ts";
 import { StopPress } from "./stop_press.ts";
 
 /** What it takes from the page. */

@@ -1,6 +1,6 @@
 /** A press of Stop, until it is known to have arrived at the portal, and the texts meanwhile. */
 import type { RobotSocket } from "../socket/robot_socket.ts";
-import type { Snapshot } from "../socket/protocol.ts";
+import type { Snapshot } from "../socket/messages.ts";
 
 const ANSWER_MS = 1500;
 /** A Stop is sent late no longer than this after its press, and only into the turn that it was meant for. */

@@ -1,6 +1,6 @@
 /** The live wire trace for staff. */
 import { every } from "../kit/page_clock.ts";
-import type { TraceLine } from "../socket/protocol.ts";
+import type { TraceLine } from "../socket/messages.ts";
 
 const KEEP = 200;
 

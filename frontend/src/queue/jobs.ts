@@ -1,5 +1,5 @@
 /** Jobs on a robot: ask for one, as a guest or signed in, follow one's own, cancel one. */
-import type { JobInfo } from "../socket/protocol.ts";
+import type { JobInfo } from "../socket/messages.ts";
 import { request } from "../kit/request.ts";
 
 /** A job of the person at this browser. */

@@ -2,7 +2,7 @@
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import { UNSENT } from "./person_socket.ts";
-import type { Snapshot } from "../socket/protocol.ts";
+import type { Snapshot } from "../socket/messages.ts";
 
 const FIRST = { stopped: "Release the stop first.", released: "Look at the robot first." };
 

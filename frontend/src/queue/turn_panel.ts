@@ -2,7 +2,7 @@
 import { refusal } from "../kit/refusal.ts";
 import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
 import { UNSENT } from "./person_socket.ts";
-import type { Snapshot } from "../socket/protocol.ts";
+import type { Snapshot } from "../socket/messages.ts";
 import { Confirmation } from "../kit/confirmation.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
 import { queueSentence, waitSentence } from "./waits.ts";

@@ -1,5 +1,6 @@
 /** The packets of a recording, read in slices of a few seconds when they are needed. */
-import { decode, type PicturePacket, type StatePacket, type StreamPacket } from "../socket/protocol.ts";
+import { decode } from "../socket/decoder.ts";
+import type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { FILE_MS, request } from "../kit/request.ts";
 
 export const SLICE_MS = 5000;

@@ -1,5 +1,5 @@
 /** What a recording tells of commands and events: what was known of them at a moment, and the moments to jump to. */
-import type { CommandInfo, JobInfo, Snapshot } from "../socket/protocol.ts";
+import type { CommandInfo, JobInfo, Snapshot } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, stageOf } from "../socket/stages.ts";
 
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };

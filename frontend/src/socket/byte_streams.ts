@@ -1,5 +1,5 @@
 /** The byte streams of a robot, as a map: the newest key packet of each and the deltas after it. */
-import type { StreamPacket } from "./protocol.ts";
+import type { StreamPacket } from "./packets.ts";
 
 export class ByteStreams {
   private chains = new Map<number, StreamPacket[]>();

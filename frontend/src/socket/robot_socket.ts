@@ -1,7 +1,10 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import type { CompactLayout } from "./compact_state.ts";
 import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
-import { decode, type Message, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "./protocol.ts";
+import { decode } from "./decoder.ts";
+import type { Message } from "./messages.ts";
+import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import { RoundTrip } from "./round_trip.ts";
 
 export interface Handlers {
   message(message: Message): void;
@@ -21,7 +24,6 @@ const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
 const OPEN_MS = 10_000; // an attempt that takes longer is given up
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
-const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000, SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
 const WOKEN_MS = 3000; // the same, for a page that ran no more meanwhile
 const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
@@ -30,11 +32,6 @@ const ANSWER = '{"t": "answer"';
 const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
 
 export class RobotSocket {
-  /** Server time minus ours, ms. */
-  offset = 0;
-  latency: number | null = null;
-  /** The least latency, which slowly grows, ms. */
-  best = Infinity;
   up = false;
   /** The number of sockets opened so far; it tells into which one a message went. */
   opened = 0;
@@ -47,9 +44,7 @@ export class RobotSocket {
   private tries = 0;
   private retry = 0;
   private full = false; // too many watch: the next attempt keeps its pause
-  private pings = new Map<number, number>();
-  private count = 0;
-  private pinged = 0;
+  private readonly roundTrip = new RoundTrip();
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
@@ -97,19 +92,28 @@ export class RobotSocket {
     return this.heard >= at;
   }
 
+  /** How long the last answer took, ms; null before the first. */
+  get latency(): number | null {
+    return this.roundTrip.latency;
+  }
+
+  /** The least latency, which slowly grows, ms. */
+  get best(): number {
+    return this.roundTrip.best;
+  }
+
   /** Whether the answer to a ping is missing for long. */
   get overdue(): boolean {
-    const [oldest] = this.pings.values();
-    return oldest !== undefined && performance.now() - oldest > OVERDUE_MS;
+    return this.roundTrip.overdue;
   }
 
   /** Send a ping, unless one was sent lately. */
   check(): void {
-    if (performance.now() - this.pinged > CHECK_MS) this.ping();
+    if (this.roundTrip.due) this.ping();
   }
 
   now(): number {
-    return Date.now() + this.offset;
+    return Date.now() + this.roundTrip.offset;
   }
 
   send(message: object): boolean {
@@ -142,7 +146,7 @@ export class RobotSocket {
 
   private begun(): void {
     this.opened += 1;
-    this.pings.clear();
+    this.roundTrip.forget();
     this.hear();
     this.set(true);
     this.ping();
@@ -222,27 +226,14 @@ export class RobotSocket {
     this.tries = 0;
     this.known ||= message.t === "snapshot";
     if (message.t === "plan") this.plan = null;
-    if (message.t === "pong") {
-      const sent = this.pings.get(message.n);
-      this.pings.delete(message.n);
-      if (sent !== undefined) {
-        this.latency = performance.now() - sent;
-        this.best = Math.min(this.best * 1.02, this.latency);
-        // an answer that waited on the way tells nothing of the clock
-        if (this.latency < 1.5 * this.best + 20) this.offset = message.now_ms + this.latency / 2 - Date.now();
-      }
-    } else if (message.t === "snapshot" && this.latency === null) {
-      this.offset = message.now_ms - Date.now();
-    }
+    if (message.t === "pong") this.roundTrip.pong(message.n, message.now_ms);
+    else if (message.t === "snapshot") this.roundTrip.serverTime(message.now_ms);
     this.handlers.message(message);
   }
 
   private ping(): void {
-    const n = ++this.count;
-    this.pinged = performance.now();
-    this.pings.set(n, performance.now());
-    if (this.pings.size > 20) this.pings.clear();
-    if (!this.send({ t: "ping", n })) this.pings.delete(n);
+    const n = this.roundTrip.ping();
+    if (!this.send({ t: "ping", n })) this.roundTrip.unsent(n);
   }
 
   private beat(): void {

@@ -1,5 +1,5 @@
 /** The stages of a command in words. */
-import type { CommandInfo } from "./protocol.ts";
+import type { CommandInfo } from "./messages.ts";
 
 export const STAGES: Record<string, string> = {
   sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the robot", acknowledged: "Moving",

@@ -2,7 +2,7 @@
 import { Jog, named } from "./jog.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { allow } from "../kit/refusal.ts";
-import type { CommandSpec } from "../socket/protocol.ts";
+import type { CommandSpec } from "../socket/messages.ts";
 
 export class HeldButtons {
   readonly element = document.createElement("div");

@@ -5,7 +5,7 @@ import { Jobs, type OwnJob } from "../queue/jobs.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { say, byId } from "../kit/dom.ts";
 import { button, draw, drawParts, link, type Part } from "../kit/render.ts";
-import type { JobInfo } from "../socket/protocol.ts";
+import type { JobInfo } from "../socket/messages.ts";
 import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
 
 /** What a kind of job is called, and what it is when it is done, without it "reached". */

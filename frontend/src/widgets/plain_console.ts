@@ -4,7 +4,7 @@ import { facts } from "../page/facts.ts";
 import { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { fill } from "../kit/render.ts";
-import type { StatePacket } from "../socket/protocol.ts";
+import type { StatePacket } from "../socket/packets.ts";
 import { Basics } from "../page/default_console.ts";
 import { CommandForm } from "./command_form.ts";
 import { HeldButtons } from "./held_buttons.ts";

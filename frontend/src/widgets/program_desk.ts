@@ -3,7 +3,7 @@ import { storage } from "../kit/storage.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
-import type { Judgement } from "../socket/protocol.ts";
+import type { Judgement } from "../socket/messages.ts";
 import { request } from "../kit/request.ts";
 
 /** A robot's language: `parse` throws a sentence that names the line. */

@@ -3,10 +3,11 @@ import { allow, byId, facts, type RobotPage, say } from "/static/farhand/v1/cons
 import { firing, type Method, type RuleSet, speed, type Variable } from "./fuzzy.ts";
 import "./rules.css";
 import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
-import { crcOf, parse, write } from "./rules_text.ts";
+import { RuleMemory } from "./rule_memory.ts";
+import { parse, write } from "./rules_text.ts";
 import { cm, Surface } from "./surface.ts";
 
-const KIND = "rules", MOST_KNOWN = 20, KNOWN = "srv1-rules";
+const KIND = "rules";
 /** Where the terms of a reading have their peaks when it is chosen; those of infrared and sonar are the paper's. */
 const PEAKS: Readonly<Record<string, readonly number[]>> = {
   infrared: [0.15, 0.3, 0.45, 0.6, 0.75], sonar: [2, 4, 6, 8, 10], battery: [6.4, 6.8, 7.2, 7.6, 8],
@@ -15,7 +16,7 @@ const PEAKS: Readonly<Record<string, readonly number[]>> = {
 
 export class RulesPanel {
   private paper = (facts.commands.find(({ kind }) => kind === KIND) as { default?: { text: string } | null } | undefined)?.default?.text ?? "";
-  private known = new Map<number, string>(); // texts that this device has sent, by their CRC
+  private known!: RuleMemory;
   private rules!: RuleSet;
   private wrong: Wrong[] = [];
   private unread = ""; // why the text cannot be read
@@ -30,8 +31,7 @@ export class RulesPanel {
     this.brakes = braking(made);
     byId("hall-rules").hidden = !this.paper;
     if (!this.paper) return;
-    this.remembered();
-    this.remember(this.paper);
+    this.known = new RuleMemory(this.paper);
     for (const select of this.inputs()) {
       for (const name of Object.keys(READINGS)) select.append(new Option(name, name));
       select.addEventListener("change", () => this.choose(Number(select.dataset["input"]), select.value));
@@ -81,7 +81,7 @@ export class RulesPanel {
     if (!seq) return;
     this.sentUnder = this.page.grant;
     this.page.ladder.whenEnded(this.page.grant, seq, () => (this.sentUnder = 0));
-    this.remember(text);
+    this.known.add(text);
     this.draw();
     if (text === this.paper) this.changed(parse(text));
   }
@@ -201,26 +201,6 @@ export class RulesPanel {
       return field;
     }));
     return row;
-  }
-
-  private remember(text: string): void {
-    this.known.set(text === this.paper ? 0 : crcOf(text), text);
-    try {
-      localStorage.setItem(KNOWN, JSON.stringify([...this.known].slice(-MOST_KNOWN)));
-    } catch {
-      // it is only not known after a reload
-    }
-  }
-
-  private remembered(): void {
-    try {
-      for (const [crc, text] of JSON.parse(localStorage.getItem(KNOWN) ?? "[]") as [number, string][]) {
-        parse(text); // throws where it is no rule set
-        this.known.set(crc, text);
-      }
-    } catch {
-      // nothing that can be read
-    }
   }
 }
 

@@ -49,16 +49,31 @@ beforeEach(() => {
 });
 
 function page(): { teller: Told; polite: { textContent: string }; assertive: { textContent: string } } {
-  const polite = { textContent: "" }, assertive = { textContent: "" };
+  const polite = { textContent: "" },
+    assertive = { textContent: "" };
   const teller = new Announcer(polite as HTMLElement, assertive as HTMLElement, () => undefined);
   return { teller, polite, assertive };
 }
 
-const place = (state: QueuePlace["state"], seconds: number): QueuePlace =>
-  ({ state, ticket: 7, robot: "mercury", name: "Mercury", ahead: 0, away: false, until_ms: NOW + seconds * 1000, kept_until_ms: null, ended_ms: null, wait_s: null, idle_ms: null, end: null, turn: null });
+const place = (state: QueuePlace["state"], seconds: number): QueuePlace => ({
+  state,
+  ticket: 7,
+  robot: "mercury",
+  name: "Mercury",
+  ahead: 0,
+  away: false,
+  until_ms: NOW + seconds * 1000,
+  kept_until_ms: null,
+  ended_ms: null,
+  wait_s: null,
+  idle_ms: null,
+  end: null,
+  turn: null,
+});
 
 test("of a turn's end 60 s are said politely, 20 and 10 s at once", () => {
-  const { teller, polite, assertive } = page(), turn = place("operating", 61);
+  const { teller, polite, assertive } = page(),
+    turn = place("operating", 61);
   const said = [61, 59, 58, 19, 9, 0].map((left) => {
     polite.textContent = assertive.textContent = "";
     teller.tell([turn], NOW + (61 - left) * 1000, "");
@@ -76,7 +91,8 @@ test("of a turn's end 60 s are said politely, 20 and 10 s at once", () => {
 });
 
 test("a new offer is said at once, sounds and vibrates, once", () => {
-  const { teller, polite, assertive } = page(), offer = place("offered", 30);
+  const { teller, polite, assertive } = page(),
+    offer = place("offered", 30);
   teller.tell([offer], NOW, "");
   assert.equal(assertive.textContent, "It is your turn on Mercury. You have 30 seconds to take control.");
   assert.equal(polite.textContent, "");
@@ -89,7 +105,8 @@ test("a new offer is said at once, sounds and vibrates, once", () => {
 });
 
 test("an offer that another page of this browser told is said, without sound", () => {
-  const offer = place("offered", 30), other = page();
+  const offer = place("offered", 30),
+    other = page();
   page().teller.tell([offer], NOW, "");
   started = [];
   vibrated = [];
@@ -140,7 +157,12 @@ test("a chime that the browser plays at once when it is asked is heard", () => {
 test("idleness is said at once, once, and again only after something was done", () => {
   const { teller, polite, assertive } = page();
   const idle = { ...place("operating", 200), idle_ms: NOW + 20_000, idles: true };
-  const said = [[idle, 0], [idle, 5], [{ ...idle, idles: false }, 6], [{ ...idle, idle_ms: NOW + 126_000 }, 106]] as const;
+  const said = [
+    [idle, 0],
+    [idle, 5],
+    [{ ...idle, idles: false }, 6],
+    [{ ...idle, idle_ms: NOW + 126_000 }, 106],
+  ] as const;
   const heard = said.map(([turn, after]) => {
     assertive.textContent = "";
     teller.tell([turn], NOW + after * 1000, "mercury");

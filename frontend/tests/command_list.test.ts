@@ -8,14 +8,25 @@ const document = browse();
 const { CommandList } = await import("../src/page/command_list.ts");
 
 function ladder(): { list: InstanceType<typeof CommandList>; rows: HTMLElement; said: HTMLElement } {
-  const said = document.createElement("p"), rows = document.createElement("ol");
+  const said = document.createElement("p"),
+    rows = document.createElement("ol");
   return { list: new CommandList(rows, said), rows, said };
 }
 
-const command = (state: string, id = 7): Parameters<typeof latest>[1] => ({ id, seq: 1, grant: 3, kind: "move", state, reason: "", at_ms: 0, result: {} });
+const command = (state: string, id = 7): Parameters<typeof latest>[1] => ({
+  id,
+  seq: 1,
+  grant: 3,
+  kind: "move",
+  state,
+  reason: "",
+  at_ms: 0,
+  result: {},
+});
 
 test("a snapshot that was read before a command ended does not bring it back", () => {
-  const cancelled = command("cancelled"), moving = command("acknowledged");
+  const cancelled = command("cancelled"),
+    moving = command("acknowledged");
   assert.equal(laterStage(cancelled, moving), cancelled);
   assert.equal(laterStage(moving, cancelled), cancelled);
   assert.equal(laterStage(command("sent"), moving), moving);

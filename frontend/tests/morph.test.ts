@@ -7,7 +7,10 @@ const kinds = { alike: (a: string, b: string) => a[0] === b[0], weight: (one: st
 const stays = (old: string[], fresh: string[]): string[] => [...align(old, fresh, kinds)].map(([now, was]) => `${was}>${now}`);
 
 test("what comes between stays apart from what is there", () => {
-  assert.deepEqual(stays(["h1", "p1", "f1", "u1", "p2"], ["h2", "p3", "p4", "f2", "u2", "p5"]).filter((one) => /^[hfu]/.test(one)), ["h1>h2", "f1>f2", "u1>u2"]);
+  assert.deepEqual(
+    stays(["h1", "p1", "f1", "u1", "p2"], ["h2", "p3", "p4", "f2", "u2", "p5"]).filter((one) => /^[hfu]/.test(one)),
+    ["h1>h2", "f1>f2", "u1>u2"],
+  );
   assert.deepEqual(stays(["p1", "f1"], ["f2", "p2"]).length, 1);
   assert.deepEqual(stays([], ["f"]), []);
 });

@@ -5,7 +5,10 @@ import { LineJudge, type Pace, isQuick } from "../src/media/pace.ts";
 
 const STEP_MS = 250;
 
-interface Slowness { age: (pace: Pace) => number | null; latency: (pace: Pace) => number | null }
+interface Slowness {
+  age: (pace: Pace) => number | null;
+  latency: (pace: Pace) => number | null;
+}
 
 /** Let pictures arrive at the present pace with these ages, and pings be answered so; returns the paces of each second. */
 function run(judge: LineJudge, from: number, seconds: number, line: Slowness): Pace[] {
@@ -26,7 +29,8 @@ function run(judge: LineJudge, from: number, seconds: number, line: Slowness): P
 const GOOD = { age: () => 200, latency: () => 50 };
 /** A line that carries stills, but not live pictures. */
 const NARROW = {
-  age: (pace: Pace) => (pace === "stills" ? 800 : 9000), latency: (pace: Pace) => (pace === "live" || pace === "coarse" ? 5000 : 300),
+  age: (pace: Pace) => (pace === "stills" ? 800 : 9000),
+  latency: (pace: Pace) => (pace === "live" || pace === "coarse" ? 5000 : 300),
 };
 /** A line that carries coarse pictures, but not whole ones. */
 const MIDDLE = { age: (pace: Pace) => (pace === "live" ? 9000 : 500), latency: (pace: Pace) => (pace === "live" ? 5000 : 300) };
@@ -43,7 +47,10 @@ test("a line on which live pictures grow old gets one now and then, and more is 
   assert.ok(!seen.includes("states"));
   const tries = seen.flatMap((pace, i) => (pace === "coarse" && seen[i - 1] === "stills" ? [i] : []));
   assert.ok(tries.length >= 10 && tries.length <= 30, `${tries.length} tries in two hours`);
-  assert.ok(tries.slice(-5).every((at, i, last) => i === 0 || at - last[i - 1]! > 300), "no more often than every five minutes at last");
+  assert.ok(
+    tries.slice(-5).every((at, i, last) => i === 0 || at - last[i - 1]! > 300),
+    "no more often than every five minutes at last",
+  );
 });
 
 test("a line that carries coarse pictures gets those, and whole ones are tried less and less often", () => {

@@ -99,8 +99,12 @@ test("an attempt that is never answered is given up after ten seconds, and anoth
 test("a request that nobody answers is given up, and the person is told", async (t) => {
   const limit = new AbortController();
   t.mock.method(AbortSignal, "timeout", () => limit.signal);
-  t.mock.method(globalThis, "fetch", (_: string, given: RequestInit) =>
-    new Promise((_, reject) => given.signal?.addEventListener("abort", () => reject(given.signal?.reason))));
+  t.mock.method(
+    globalThis,
+    "fetch",
+    (_: string, given: RequestInit) =>
+      new Promise((_, reject) => given.signal?.addEventListener("abort", () => reject(given.signal?.reason))),
+  );
   const { line, socket } = connected(t);
   socket.readyState = 3; // closed
   const asked = line.ask("leave", place("mercury"));

@@ -48,7 +48,8 @@ test("a microphone whose clock is fast or slow is never farther and farther behi
   for (const drift of [0.999, 1.001]) {
     const one = new Listener();
     for (let n = 0; n < 10_000; n++) {
-      const now = n * SECONDS * drift, at = one.take(n, now);
+      const now = n * SECONDS * drift,
+        at = one.take(n, now);
       assert.ok(at !== null && at >= now && at <= now + MAX_DELAY_S + 1e-9);
     }
     assert.ok(one.sound().length > 9900, "little is lost");

@@ -20,14 +20,16 @@ test("nothing in the pages asks the portal without a limit", () => {
 });
 
 test("a request that lasts too long fails, also while its answer comes", async (t) => {
-  const limits: number[] = [], limit = new AbortController();
+  const limits: number[] = [],
+    limit = new AbortController();
   t.mock.method(AbortSignal, "timeout", (ms: number) => (limits.push(ms), limit.signal));
   const options: RequestInit[] = [];
   t.mock.method(globalThis, "fetch", (_: string, given: RequestInit) => {
     options.push(given);
     return new Promise((_, reject) => given.signal?.addEventListener("abort", () => reject(given.signal?.reason)));
   });
-  const plain = request("/a", { method: "POST" }), file = request("/b", {}, FILE_MS);
+  const plain = request("/a", { method: "POST" }),
+    file = request("/b", {}, FILE_MS);
   limit.abort(new DOMException("late", "TimeoutError"));
   await assert.rejects(plain, { name: "TimeoutError" });
   await assert.rejects(file, { name: "TimeoutError" });

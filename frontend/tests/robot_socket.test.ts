@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
 
-const OPEN = 1, CLOSED = 3;
+const OPEN = 1,
+  CLOSED = 3;
 let now = 0; // ms
 let sockets: Socket[] = [];
 let reached = true; // whether a server takes connections
@@ -52,10 +53,15 @@ class Socket {
 
 let listeners: [string, (event: object) => void][] = [];
 const heard = (name: string, listener: (event: object) => void): void => void listeners.push([name, listener]);
-const happens = (name: string, event: object = {}): void => listeners.filter(([of]) => of === name).forEach(([, listener]) => listener(event));
+const happens = (name: string, event: object = {}): void =>
+  listeners.filter(([of]) => of === name).forEach(([, listener]) => listener(event));
 const stubs = {
-  document: { querySelector: () => null, hidden: false, addEventListener: heard }, location: { protocol: "http:", host: "robots.example.org" }, window: globalThis,
-  addEventListener: heard, WebSocket: Socket, performance: { now: () => now },
+  document: { querySelector: () => null, hidden: false, addEventListener: heard },
+  location: { protocol: "http:", host: "robots.example.org" },
+  window: globalThis,
+  addEventListener: heard,
+  WebSocket: Socket,
+  performance: { now: () => now },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
 const { HeldMotion } = await import("../src/socket/held_motion.ts");
@@ -70,9 +76,17 @@ function pass(ms: number): void {
 }
 
 function page(slug = "mercury", said: string[] = [], more: object = {}): InstanceType<typeof RobotSocket> {
-  return new RobotSocket(slug, {
-    message: (m) => void (m.t === "notice" && said.push(m.text)), state: () => undefined, picture: () => undefined, line: () => undefined, ...more,
-  }, () => 10_000);
+  return new RobotSocket(
+    slug,
+    {
+      message: (m) => void (m.t === "notice" && said.push(m.text)),
+      state: () => undefined,
+      picture: () => undefined,
+      line: () => undefined,
+      ...more,
+    },
+    () => 10_000,
+  );
 }
 
 /** Open so many pages; returns their sockets once those are open. */
@@ -86,7 +100,8 @@ function pages(count: number): Socket[] {
 const times = (): number[] => sockets.map((one) => one.at).sort((a, b) => a - b);
 
 /** The most of these times within so many ms. */
-const most = (at: number[], withinMs: number): number => Math.max(...at.map((from) => at.filter((t) => t >= from && t < from + withinMs).length));
+const most = (at: number[], withinMs: number): number =>
+  Math.max(...at.map((from) => at.filter((t) => t >= from && t < from + withinMs).length));
 
 let dice = 1;
 mock.method(Math, "random", () => (dice = (dice * 48271) % 2147483647) / 2147483647);
@@ -101,7 +116,10 @@ test("the pages of a process that falls silent do not all come back at once", ()
   const silent = pages(200);
   pass(12_000);
   assert.equal(sockets.length, 200, "each page, once");
-  assert.ok(silent.every((one) => one.closed), "nobody waits for the silent ones any more");
+  assert.ok(
+    silent.every((one) => one.closed),
+    "nobody waits for the silent ones any more",
+  );
   assert.ok(most(times(), 300) <= 50, `${most(times(), 300)} of 200 within 300 ms`);
 });
 
@@ -109,9 +127,15 @@ test("an attempt that is never answered is given up after ten seconds, and anoth
   answers = false;
   page();
   pass(9900);
-  assert.deepEqual(sockets.map((one) => one.closed), [false]);
+  assert.deepEqual(
+    sockets.map((one) => one.closed),
+    [false],
+  );
   pass(200);
-  assert.deepEqual(sockets.map((one) => one.closed), [true]);
+  assert.deepEqual(
+    sockets.map((one) => one.closed),
+    [true],
+  );
   sockets[0]!.end(1006); // as a browser says it
   answers = true;
   pass(3000);
@@ -200,7 +224,11 @@ test("a preview that was asked for without a connection is asked for with the ne
   assert.deepEqual(asked(sockets.at(-1)!), [], "it has been answered");
 });
 
-for (const [name, event] of [["pageshow", { persisted: true }], ["visibilitychange", {}], ["resume", {}]] as const)
+for (const [name, event] of [
+  ["pageshow", { persisted: true }],
+  ["visibilitychange", {}],
+  ["resume", {}],
+] as const)
   test(`a socket that died while the page slept is given up soon after ${name}`, () => {
     page();
     pass(50);
@@ -256,10 +284,17 @@ const settled = async (): Promise<void> => {
   for (let i = 0; i < 20; i++) await Promise.resolve();
 };
 
-for (const [name, before] of [["before the operator's stream is asked for", true], ["while it is opened", false]] as const)
+for (const [name, before] of [
+  ["before the operator's stream is asked for", true],
+  ["while it is opened", false],
+] as const)
   test(`a motion that is pressed ${name} keeps the socket that carried its command`, async () => {
     let over = false;
-    const held: InstanceType<typeof HeldMotion> = new HeldMotion({ send: (m) => live.send(m), ended: () => over, refused: () => undefined });
+    const held: InstanceType<typeof HeldMotion> = new HeldMotion({
+      send: (m) => live.send(m),
+      ended: () => over,
+      refused: () => undefined,
+    });
     const live = page("rover", [], { busy: () => held.held });
     const press = (): void => {
       live.send({ t: "command", kind: "drive", args: {}, seq: 1 });
@@ -289,6 +324,9 @@ for (const [name, before] of [["before the operator's stream is asked for", true
     pass(50);
     sockets.at(-1)!.say({ t: "snapshot", now_ms: 0 });
     live.send({ t: "ping", n: 99 });
-    assert.ok(sockets.at(-1)!.sent.some((message) => message.includes("99")), "from then on the operator's stream is used");
+    assert.ok(
+      sockets.at(-1)!.sent.some((message) => message.includes("99")),
+      "from then on the operator's stream is used",
+    );
     asking.mock.restore();
   });

@@ -60,13 +60,25 @@ test("no circle of files", () => {
 test("no circle of rooms, and every file stands in one", () => {
   const graph = rooms(files());
   assert.ok(graph.size > 8);
-  assert.deepEqual([...graph.keys()].filter((name) => name.includes(".")), ["vite-env.d.ts"]);
+  assert.deepEqual(
+    [...graph.keys()].filter((name) => name.includes(".")),
+    ["vite-env.d.ts"],
+  );
   assert.equal(circle(graph), null);
 });
 
-for (const line of ['import { a } from "../queue/a.ts";', 'export * from "../queue/a.ts";', 'import "../queue/a.ts";', 'void import("../queue/a.ts");'])
+for (const line of [
+  'import { a } from "../queue/a.ts";',
+  'export * from "../queue/a.ts";',
+  'import "../queue/a.ts";',
+  'void import("../queue/a.ts");',
+])
   test(`a circle would be found: ${line}`, () => {
-    const graph: Graph = new Map([["kit/b.ts", new Set(imported("kit/b.ts", line))], ["queue/a.ts", new Set(["queue/c.ts"])], ["queue/c.ts", new Set(["kit/d.ts"])]]);
+    const graph: Graph = new Map([
+      ["kit/b.ts", new Set(imported("kit/b.ts", line))],
+      ["queue/a.ts", new Set(["queue/c.ts"])],
+      ["queue/c.ts", new Set(["kit/d.ts"])],
+    ]);
     assert.deepEqual(circle(rooms(graph)), ["kit", "queue", "kit"]);
     assert.equal(circle(graph), null, "no circle of files");
     graph.set("kit/d.ts", new Set(["kit/b.ts"]));

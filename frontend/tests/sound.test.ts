@@ -46,7 +46,11 @@ class Element {
 
 const on = (name: string, heard: (event: { target: object }) => void): void => void (listeners[name] ??= []).push(heard);
 const stubs = {
-  document: { hidden: false, addEventListener: on }, addEventListener: on, window: globalThis, Node: Element, performance: { now: () => now },
+  document: { hidden: false, addEventListener: on },
+  addEventListener: on,
+  window: globalThis,
+  Node: Element,
+  performance: { now: () => now },
   AudioContext: Context,
   AudioDecoder: class {
     static isConfigSupported = async (): Promise<object> => ({ supported: true });
@@ -60,7 +64,8 @@ const { Sound } = await import("../src/media/sound.ts");
 const PAUSED = "Sound paused. Press to hear again.";
 
 function listening(): { sound: Heard; button: Element; words: Element } {
-  const button = new Element(), words = new Element();
+  const button = new Element(),
+    words = new Element();
   const sound = new Sound(button as never, words as never, new Element() as never, (wanted) => asked.push(wanted));
   button.click();
   return { sound, button, words };

@@ -4,9 +4,14 @@ import type { Pad } from "../src/widgets/gamepad.ts";
 import { byKeys, byPad, byPointer, dampedPush, type Push } from "../src/widgets/stick_rules.ts";
 
 const pad = (axes: number[], pressed: number[] = [], connected = true): Pad => ({
-  axes, connected, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
+  axes,
+  connected,
+  buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
 });
-const random = (seed: number): (() => number) => () => ((seed = (seed * 1103515245 + 12345) % 2 ** 31) / 2 ** 31);
+const random =
+  (seed: number): (() => number) =>
+  () =>
+    (seed = (seed * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
 
 test("a pointer never pushes beyond one, whatever it is", () => {
   const dice = random(7);
@@ -48,7 +53,9 @@ test("a gamepad pushes by degrees, and its cross as the keys do", () => {
 test("a knob that resists comes later, is never beyond what is wanted, and is drawn back and turned at once", () => {
   const dice = random(3);
   for (let i = 0; i < 2000; i++) {
-    const at: Push = [dice() * 2 - 1, dice() * 2 - 1], wanted: Push = [dice() * 2 - 1, dice() * 2 - 1], force = dice() * 1.4 - 0.2;
+    const at: Push = [dice() * 2 - 1, dice() * 2 - 1],
+      wanted: Push = [dice() * 2 - 1, dice() * 2 - 1],
+      force = dice() * 1.4 - 0.2;
     const [x, y] = dampedPush(at, wanted, force, dice());
     assert.equal(x, wanted[0], "it turns at once");
     assert.ok(y <= wanted[1] + 1e-12, "never faster than wanted");
@@ -68,7 +75,11 @@ test("a knob that is held ahead is pushed back by what comes near, and comes aga
     return at[1];
   };
   const resting = [0, 0.2, 0.5, 1].map((force) => rests(1, force));
-  assert.deepEqual([...resting].sort((a, b) => b - a), resting, "the more force, the farther back");
+  assert.deepEqual(
+    [...resting].sort((a, b) => b - a),
+    resting,
+    "the more force, the farther back",
+  );
   assert.ok(resting[0] === 1 && resting[3]! > 0.2 && resting[3]! < 0.4);
   for (const [i, force] of [0.2, 0.5, 1].entries()) assert.ok(Math.abs(rests(0, force) - resting[i + 1]!) < 1e-3, "from either side");
   const [, soon] = dampedPush([0, 1], [0, 1], 1, 0.1);

@@ -19,7 +19,8 @@ class Line {
 }
 
 function pressed(): { line: Line; stop: StopPress; said: string[] } {
-  const line = new Line(), said: string[] = [];
+  const line = new Line(),
+    said: string[] = [];
   const stop = new StopPress(line, (words) => said.push(words));
   stop.heard(snapshot(7));
   line.lost = true;
@@ -57,7 +58,8 @@ test("a late Stop goes only into the turn that it was meant for", () => {
 });
 
 test("a Stop that is answered at once says nothing more", () => {
-  const line = new Line(), said: string[] = [];
+  const line = new Line(),
+    said: string[] = [];
   const stop = new StopPress(line, (words) => said.push(words));
   stop.heard(snapshot(7));
   stop.press();
@@ -81,8 +83,17 @@ test("a late Stop that went into two sockets before it was answered is told once
   assert.match(said[0] ?? "", /has been sent now/);
 });
 
-const known = (more: Partial<BannerFacts>): BannerFacts =>
-  ({ lost: false, lostMs: 0, offline: false, robotSilent: false, stopPending: "", storeDown: "", snapshot: snapshot(7), now: 100_000, ...more });
+const known = (more: Partial<BannerFacts>): BannerFacts => ({
+  lost: false,
+  lostMs: 0,
+  offline: false,
+  robotSilent: false,
+  stopPending: "",
+  storeDown: "",
+  snapshot: snapshot(7),
+  now: 100_000,
+  ...more,
+});
 
 test("a lost connection never blames the robot, for as long as it lasts", () => {
   for (const lostMs of [1001, 5000, 60_000, 3_600_000])

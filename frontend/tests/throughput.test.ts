@@ -14,8 +14,13 @@ const MOST: Partial<Record<Pace, number>> = { coarse: 5 };
  * that was carried at each.
  */
 function watch(bytesPerS: number, seconds: number): { paces: Pace[]; carried: Map<Pace, Carried> } {
-  const judge = new LineJudge(0), meter = new ThroughputMeter(0), paces: Pace[] = [], carried = new Map<Pace, Carried>();
-  let free = 0, next = 0, number = 0;
+  const judge = new LineJudge(0),
+    meter = new ThroughputMeter(0),
+    paces: Pace[] = [],
+    carried = new Map<Pace, Carried>();
+  let free = 0,
+    next = 0,
+    number = 0;
   for (let now = 0; now < seconds * 1000; now += 20) {
     if (now % 100 === 0) number += 1;
     if (now >= free && now >= next && judge.pace !== "states") {
@@ -27,7 +32,8 @@ function watch(bytesPerS: number, seconds: number): { paces: Pace[]; carried: Ma
       judge.arrived(free - now);
     }
     if (now % 240 === 0) {
-      const found = meter.carried(now, MOST[judge.pace]), before = judge.pace;
+      const found = meter.carried(now, MOST[judge.pace]),
+        before = judge.pace;
       carried.set(judge.pace, found);
       if (judge.judge(now, true, true, isShort(found))) meter.begin(now);
       if (judge.pace !== before) assert.notEqual(judge.pace, "states");
@@ -88,7 +94,8 @@ test("each camera has its own numbers, and what a word of the server takes is co
 });
 
 test("the line in words, with what comes of what is needed", () => {
-  const all = { arrives: 61_200, needs: 61_200 }, half = { arrives: 30_400, needs: 61_200 };
+  const all = { arrives: 61_200, needs: 61_200 },
+    half = { arrives: 30_400, needs: 61_200 };
   assert.equal(lineWords(all, 40, 30), "Line good, 61 kB/s");
   assert.equal(lineWords(half, 40, 30), "Line poor, 30 of 61 kB/s");
   assert.equal(lineWords({ arrives: 1040, needs: 1040 }, 900, 60), "Line fair, 1.0 kB/s");

@@ -6,8 +6,22 @@ import { isIdle, type QueuePlace } from "../src/queue/person_socket.ts";
 import { currentPlaces, barPlaces } from "../src/queue/places.ts";
 
 const NOW = Date.now();
-const place = (robot: string, ticket: number, more: Partial<QueuePlace>): QueuePlace =>
-  ({ state: "waiting", ticket, robot, name: robot, ahead: 0, away: false, until_ms: null, kept_until_ms: null, ended_ms: NOW, wait_s: null, idle_ms: null, end: null, turn: null, ...more });
+const place = (robot: string, ticket: number, more: Partial<QueuePlace>): QueuePlace => ({
+  state: "waiting",
+  ticket,
+  robot,
+  name: robot,
+  ahead: 0,
+  away: false,
+  until_ms: null,
+  kept_until_ms: null,
+  ended_ms: NOW,
+  wait_s: null,
+  idle_ms: null,
+  end: null,
+  turn: null,
+  ...more,
+});
 const offer = place("mercury", 1, { state: "offered", until_ms: NOW + 10_000 });
 const missed = place("pa10", 2, { state: "missed" });
 const turn = place("irat", 3, { state: "operating", until_ms: NOW + 60_000 });
@@ -104,6 +118,9 @@ test("who does nothing is asked at the head of the page, and answers by a button
 
 test("how a turn ended is told with what it cost, until it is dismissed", () => {
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: Date.now(), places: [over] }) });
-  assert.match(bar.querySelector(".turnbar-words b")!.textContent!, /^Your turn on pa10 ended at .*\. Staff ended it\. Only the 5 s count\.$/);
+  assert.match(
+    bar.querySelector(".turnbar-words b")!.textContent!,
+    /^Your turn on pa10 ended at .*\. Staff ended it\. Only the 5 s count\.$/,
+  );
   assert.equal(bar.querySelector(".turnbar-do a")?.getAttribute("href"), "/turns/9/");
 });

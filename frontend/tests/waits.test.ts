@@ -27,11 +27,20 @@ test("a picture is live for 5 s, while the server is reached", () => {
 });
 
 test("how many watch is said without the driver, and to each as it is for them", () => {
-  assert.deepEqual([0, 1, 2].map((n) => watcherWords(n, true)), ["nobody else watches", "1 other watches", "2 others watch"]);
-  assert.deepEqual([0, 1, 2, 3].map((n) => watcherWords(n, false)), ["only you watch", "only you watch", "you and 1 other watch", "you and 2 others watch"]);
+  assert.deepEqual(
+    [0, 1, 2].map((n) => watcherWords(n, true)),
+    ["nobody else watches", "1 other watches", "2 others watch"],
+  );
+  assert.deepEqual(
+    [0, 1, 2, 3].map((n) => watcherWords(n, false)),
+    ["only you watch", "only you watch", "you and 1 other watch", "you and 2 others watch"],
+  );
 });
 
-const WAITS = JSON.parse(readFileSync(new URL("../../tests/vectors/waits.json", import.meta.url), "utf8")) as { wait: [number, number] | null; said: string }[];
+const WAITS = JSON.parse(readFileSync(new URL("../../tests/vectors/waits.json", import.meta.url), "utf8")) as {
+  wait: [number, number] | null;
+  said: string;
+}[];
 
 test("a wait is said as the server's own pages say it", () => {
   assert.ok(WAITS.length > 10);

@@ -23,7 +23,11 @@ async function refresh(): Promise<void> {
 if (box) every(2000, () => void refresh());
 
 const facts = document.getElementById("model-facts");
-interface Editor { edit: (field: HTMLTextAreaElement, facts: unknown) => Promise<void> }
+interface Editor {
+  edit: (field: HTMLTextAreaElement, facts: unknown) => Promise<void>;
+}
 const editors = import.meta.glob<Editor>("./editors/*.ts"); // by the names that settings give
 for (const field of facts ? document.querySelectorAll<HTMLTextAreaElement>("textarea[data-editor]") : [])
-  void editors[`./editors/${field.dataset["editor"]}.ts`]?.().then(({ edit }) => edit(field, JSON.parse(facts?.textContent ?? "{}") as unknown));
+  void editors[`./editors/${field.dataset["editor"]}.ts`]?.().then(({ edit }) =>
+    edit(field, JSON.parse(facts?.textContent ?? "{}") as unknown),
+  );

@@ -14,7 +14,13 @@ export class Joints {
   private edited = new TargetEdit();
   private box = byId("joints");
 
-  constructor(private page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number, kind: string) {
+  constructor(
+    private page: RobotPage,
+    private console: Judge,
+    private infos: JointInfo[],
+    private speed: () => number,
+    kind: string,
+  ) {
     this.box.append(...infos.map((info) => this.row(info)));
     document.querySelector('[data-fill="joints"]')?.addEventListener("click", () => this.take(page.state?.joints ?? []));
     new Jog<Record<string, number>>(this.box, {
@@ -30,7 +36,8 @@ export class Joints {
   private row(info: JointInfo): HTMLElement {
     const row = document.createElement("div");
     row.className = "joint";
-    const low = Math.ceil(deg(info.low)), high = Math.floor(deg(info.high));
+    const low = Math.ceil(deg(info.low)),
+      high = Math.floor(deg(info.high));
     const label = document.createElement("label");
     label.textContent = info.name;
     label.htmlFor = `joint-${info.name}`;
@@ -55,7 +62,13 @@ export class Joints {
       if (number.value !== "") slider.value = number.value;
       this.console.ask();
     });
-    row.append(label, jogButton(`${info.name},-1`, "−", `Turn ${info.name} back while held`), track, jogButton(`${info.name},1`, "+", `Turn ${info.name} on while held`), number);
+    row.append(
+      label,
+      jogButton(`${info.name},-1`, "−", `Turn ${info.name} back while held`),
+      track,
+      jogButton(`${info.name},1`, "+", `Turn ${info.name} on while held`),
+      number,
+    );
     this.sliders.push(slider);
     this.numbers.push(number);
     this.marks.push(mark);
@@ -85,7 +98,8 @@ export class Joints {
   private fill(joints: number[]): void {
     this.infos.forEach((_, i) => {
       const value = deg(joints[i] ?? 0).toFixed(1);
-      const slider = this.sliders[i], number = this.numbers[i];
+      const slider = this.sliders[i],
+        number = this.numbers[i];
       if (!slider || !number || number.value === value) return;
       slider.value = number.value = value;
       slider.setAttribute("aria-valuetext", `${value} degrees`);

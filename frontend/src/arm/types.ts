@@ -2,12 +2,28 @@
 import type { Facts } from "../page/controls.ts";
 import type { ForbiddenBox } from "./view.ts";
 
-export interface JointInfo { name: string; low: number; high: number; velocity: number }
-export interface ArmDescription { model: string; joints: JointInfo[]; boxes: ForbiddenBox[]; tip: string }
+export interface JointInfo {
+  name: string;
+  low: number;
+  high: number;
+  velocity: number;
+}
+export interface ArmDescription {
+  model: string;
+  joints: JointInfo[];
+  boxes: ForbiddenBox[];
+  tip: string;
+}
 /** A target as the driver knows it: a command and its values in SI units. */
-export interface Target { kind: string; args: Record<string, number | string> }
+export interface Target {
+  kind: string;
+  args: Record<string, number | string>;
+}
 /** Checks targets: asks the server where one would lead, and says why one cannot be sent. */
-export interface Judge { ask(): void; whyNot(kind: string, facts: Facts): string }
+export interface Judge {
+  ask(): void;
+  whyNot(kind: string, facts: Facts): string;
+}
 
 export function deg(radians: number): number {
   return (radians * 180) / Math.PI;

@@ -18,7 +18,10 @@ function alike(a: Node, b: Node): boolean {
   return a.nodeName === b.nodeName && (a as Element).id === (b as Element).id;
 }
 
-export interface Comparison<T> { alike(a: T, b: T): boolean; weight(one: T): number }
+export interface Comparison<T> {
+  alike(a: T, b: T): boolean;
+  weight(one: T): number;
+}
 
 /** Which of `fresh` takes the place of which of `old`: both in their order, so that nothing that stays is moved. */
 export function align<T>(old: readonly T[], fresh: readonly T[], kinds: Comparison<T>): Map<T, T> {
@@ -31,7 +34,7 @@ export function align<T>(old: readonly T[], fresh: readonly T[], kinds: Comparis
   for (let i = old.length - 1; i >= 0; i--)
     for (let j = fresh.length - 1; j >= 0; j--) (best[i] as number[])[j] = Math.max(at(i + 1, j), at(i, j + 1), both(i, j));
   const found = new Map<T, T>();
-  for (let i = 0, j = 0; i < old.length && j < fresh.length; ) {
+  for (let i = 0, j = 0; i < old.length && j < fresh.length;) {
     if (both(i, j) === at(i, j)) found.set(fresh[j++] as T, old[i++] as T);
     else if (at(i + 1, j) === at(i, j)) i++;
     else j++;
@@ -53,8 +56,10 @@ export function morph(old: Element, fresh: Element): boolean {
       old.setAttribute(name, value);
       moved = true;
     }
-  const wanted = [...fresh.childNodes], known = [...old.childNodes];
-  const stays = align<Node>(known, wanted, { alike, weight }), kept = new Set(stays.values());
+  const wanted = [...fresh.childNodes],
+    known = [...old.childNodes];
+  const stays = align<Node>(known, wanted, { alike, weight }),
+    kept = new Set(stays.values());
   for (const gone of known)
     if (!kept.has(gone)) {
       gone.remove();

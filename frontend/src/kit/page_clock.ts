@@ -1,7 +1,11 @@
 /** The one clock of a page: it calls what is drawn or checked again and again, so that countdowns change together. */
 
 const TICK_MS = 250;
-interface Call { everyMs: number; lastMs: number; act(): void }
+interface Call {
+  everyMs: number;
+  lastMs: number;
+  act(): void;
+}
 const calls = new Set<Call>();
 let timer: ReturnType<typeof setInterval> | undefined;
 

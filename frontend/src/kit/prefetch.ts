@@ -5,7 +5,10 @@ let last: Promise<unknown> = Promise.resolve();
 
 /** Load it while the page is idle, after everything that was asked for before. One that fails is loaded when it is used. */
 export function prefetch(page: { readonly idle: boolean }, load: () => Promise<unknown>): void {
-  last = last.then(() => atRest(page)).then(load).catch(() => undefined);
+  last = last
+    .then(() => atRest(page))
+    .then(load)
+    .catch(() => undefined);
 }
 
 async function atRest(page: { readonly idle: boolean }): Promise<void> {

@@ -28,7 +28,10 @@ class Allow extends Directive {
 export const allowed = directive(Allow);
 
 /** A short part of a page: with the same key it stays the same element. */
-export interface Part { key: string; template: TemplateResult }
+export interface Part {
+  key: string;
+  template: TemplateResult;
+}
 
 /** Show these parts, and nothing else. Of several with the same key the first stays the first. */
 export function drawParts(box: HTMLElement, parts: readonly Part[]): void {
@@ -38,7 +41,14 @@ export function drawParts(box: HTMLElement, parts: readonly Part[]): void {
     count.set(key, before + 1);
     return { key: `${key} ${before}`, template };
   });
-  draw(box, repeat(unique, ({ key }) => key, ({ template }) => template));
+  draw(
+    box,
+    repeat(
+      unique,
+      ({ key }) => key,
+      ({ template }) => template,
+    ),
+  );
 }
 
 export function heading(text: string): Part {
@@ -72,7 +82,11 @@ export function link(text: string, href: string, style = ""): Part {
 }
 
 /** A button; `action` is what a press does, `why` says why it does not work now. */
-export function button(text: string, action: string, { style = "", why = "", pressed }: { style?: string; why?: string; pressed?: boolean } = {}): Part {
+export function button(
+  text: string,
+  action: string,
+  { style = "", why = "", pressed }: { style?: string; why?: string; pressed?: boolean } = {},
+): Part {
   return {
     key: `button ${action} ${style}`,
     template: html`<button type="button" class=${`${style} button`.trim()} data-do=${action} aria-pressed=${pressed === undefined ? nothing : String(pressed)} ${allowed(why)}>${text}</button>`,
@@ -81,5 +95,8 @@ export function button(text: string, action: string, { style = "", why = "", pre
 
 /** Write rows of words into a table's body; the first cell of each row is its heading. */
 export function fill(body: HTMLTableSectionElement, rows: readonly (readonly string[])[]): void {
-  draw(body, rows.map(([first = "", ...rest]) => html`<tr><th scope="row">${first}</th>${rest.map((cell) => html`<td>${cell}</td>`)}</tr>`));
+  draw(
+    body,
+    rows.map(([first = "", ...rest]) => html`<tr><th scope="row">${first}</th>${rest.map((cell) => html`<td>${cell}</td>`)}</tr>`),
+  );
 }

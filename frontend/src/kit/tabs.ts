@@ -3,7 +3,10 @@ export class Tabs {
   open = "";
   private tabs: HTMLElement[];
 
-  constructor(box: HTMLElement, private changed: (name: string) => void) {
+  constructor(
+    box: HTMLElement,
+    private changed: (name: string) => void,
+  ) {
     this.tabs = [...box.querySelectorAll<HTMLElement>('[role="tab"]')];
     this.open = nameOf(this.tabs[0]!);
     for (const tab of this.tabs) {

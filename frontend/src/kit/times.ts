@@ -15,6 +15,7 @@ export function ago(ms: number): string {
 
 /** When something was, by this browser's clock: the time, and the day unless it is today. */
 export function timeOfDay(ms: number): string {
-  const at = new Date(ms), time = at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+  const at = new Date(ms),
+    time = at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
   return at.toDateString() === new Date().toDateString() ? time : `${at.toLocaleDateString()} ${time}`;
 }

@@ -1,22 +1,41 @@
 /** A view in three dimensions: drawn when something has changed, turned by dragging, clicked on at the floor. */
 import {
-  AmbientLight, BufferGeometry, DirectionalLight, Group, type Line, type Material, type Object3D, PerspectiveCamera, Plane,
-  Raycaster, Scene, type Texture, Vector2, Vector3, WebGLRenderer,
+  AmbientLight,
+  BufferGeometry,
+  DirectionalLight,
+  Group,
+  type Line,
+  type Material,
+  type Object3D,
+  PerspectiveCamera,
+  Plane,
+  Raycaster,
+  Scene,
+  type Texture,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 type Point = readonly [number, number, number];
-const FAST_MS = 25, SLOW_MS = 300; // between two frames
+const FAST_MS = 25,
+  SLOW_MS = 300; // between two frames
 const SOON_MS = 20; // a pause so short is not waited for
 const DRAG_PX = 5; // a press that moved farther turns the view
 
 export interface ViewSettings {
   /** The camera's field of view (degrees); nearer and farther than these (m) nothing is drawn. */
-  field: number; near: number; far: number;
+  field: number;
+  near: number;
+  far: number;
   /** Where the camera is at first and what it looks at (m; x to the right, y up, z to the viewer). */
-  from: Point; to: Point;
+  from: Point;
+  to: Point;
   /** How bright the light from everywhere is, and a lamp's, and where that hangs. */
-  ambient: number; lamp: number; lampAt: Point;
+  ambient: number;
+  lamp: number;
+  lampAt: Point;
 }
 
 export class View3D {
@@ -34,7 +53,11 @@ export class View3D {
   private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
 
   /** `onPick` gets the place on the floor of the world that was clicked on. Throws where the browser draws nothing in 3D. */
-  constructor(private holder: HTMLElement, { field, near, far, from, to, ambient, lamp, lampAt }: ViewSettings, onPick: (x: number, y: number) => void) {
+  constructor(
+    private holder: HTMLElement,
+    { field, near, far, from, to, ambient, lamp, lampAt }: ViewSettings,
+    onPick: (x: number, y: number) => void,
+  ) {
     this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
     this.renderer.setPixelRatio(Math.min(this.slow ? 1 : 2, devicePixelRatio));
     this.canvas = this.renderer.domElement;
@@ -100,8 +123,12 @@ export class View3D {
     this.canvas.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
     this.canvas.addEventListener("click", (event) => {
       if (Math.hypot(event.clientX - down[0]!, event.clientY - down[1]!) > DRAG_PX) return;
-      const box = this.canvas.getBoundingClientRect(), ray = new Raycaster();
-      ray.setFromCamera(new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2), this.camera);
+      const box = this.canvas.getBoundingClientRect(),
+        ray = new Raycaster();
+      ray.setFromCamera(
+        new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2),
+        this.camera,
+      );
       const point = ray.ray.intersectPlane(new Plane(new Vector3(0, 1, 0), 0), new Vector3());
       if (point) onPick(...(this.world.worldToLocal(point).toArray().slice(0, 2) as [number, number]));
     });

@@ -21,7 +21,9 @@ export class CameraView {
   private at: [number, number] | null = null;
 
   constructor(
-    screen: HTMLElement, private canvas: HTMLCanvasElement, overlay: SVGSVGElement | null,
+    screen: HTMLElement,
+    private canvas: HTMLCanvasElement,
+    overlay: SVGSVGElement | null,
     onPick: (u: number, v: number) => void,
   ) {
     this.context = canvas.getContext("2d")!;
@@ -30,36 +32,41 @@ export class CameraView {
     this.path = shape(overlay, "line", { class: "path", x1: -9, y1: -9, x2: -9, y2: -9 });
     const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
     shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
-    for (const [x, y] of [[1, 0], [-1, 0], [0, 1], [0, -1]] as const)
+    for (const [x, y] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ] as const)
       shape(cross, "line", { x1: x * 4, y1: y * 4, x2: x * 12, y2: y * 12 });
     screen.addEventListener("click", (event) => {
       const box = canvas.getBoundingClientRect();
-      onPick(
-        ((event.clientX - box.left) / box.width) * canvas.width,
-        ((event.clientY - box.top) / box.height) * canvas.height,
-      );
+      onPick(((event.clientX - box.left) / box.width) * canvas.width, ((event.clientY - box.top) / box.height) * canvas.height);
     });
     screen.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
       const step = event.shiftKey ? 20 : 4;
       const by: Record<string, [number, number]> = {
-        ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],
+        ArrowLeft: [-step, 0],
+        ArrowRight: [step, 0],
+        ArrowUp: [0, -step],
+        ArrowDown: [0, step],
       };
       const move = by[event.key];
       if (!move) return;
       event.preventDefault();
       const from = this.at ?? [canvas.width / 2, canvas.height / 2];
-      onPick(
-        Math.min(canvas.width - 1, Math.max(0, from[0] + move[0])),
-        Math.min(canvas.height - 1, Math.max(0, from[1] + move[1])),
-      );
+      onPick(Math.min(canvas.width - 1, Math.max(0, from[0] + move[0])), Math.min(canvas.height - 1, Math.max(0, from[1] + move[1])));
     });
   }
 
   /** Show a picture; one that is older than the picture shown is dropped. */
   async show(packet: PicturePacket): Promise<void> {
     if (!this.order.take(packet)) return;
-    if (packet.image) { this.draw(packet.image, packet.atMs, packet.still, packet.pose); return; }
+    if (packet.image) {
+      this.draw(packet.image, packet.atMs, packet.still, packet.pose);
+      return;
+    }
     const { views } = this;
     const bitmap = await createImageBitmap(packet.jpeg);
     if (views === this.views && this.order.holds(packet)) this.draw(bitmap, packet.atMs, packet.still, packet.pose);
@@ -87,8 +94,12 @@ export class CameraView {
   }
 
   draw(image: ImageBitmap | HTMLImageElement | VideoFrame, atMs: number, still: number, pose: readonly number[] = []): void {
-    const [width, height] = "naturalWidth" in image ? [image.naturalWidth, image.naturalHeight]
-      : "displayWidth" in image ? [image.displayWidth, image.displayHeight] : [image.width, image.height];
+    const [width, height] =
+      "naturalWidth" in image
+        ? [image.naturalWidth, image.naturalHeight]
+        : "displayWidth" in image
+          ? [image.displayWidth, image.displayHeight]
+          : [image.width, image.height];
     if (this.canvas.width !== width) this.canvas.width = width;
     if (this.canvas.height !== height) this.canvas.height = height;
     this.context.drawImage(image, 0, 0);

@@ -6,9 +6,11 @@ export const PACES: readonly Pace[] = ["live", "coarse", "stills", "states"];
 /** A picture that arrives older than this is late: at each pace another age, for a whole one takes its time. */
 const LATE_MS: Record<Pace, number> = { live: 1500, coarse: 1500, stills: 6000, states: Infinity };
 const WINDOW_MS: Record<Pace, number> = { live: 4000, coarse: 4000, stills: 20_000, states: 10_000 };
-const QUICK_MS = 700, SLOW_MS = 1500;
+const QUICK_MS = 700,
+  SLOW_MS = 1500;
 const SHORT_WINDOWS = 2; // in a row, in which too little came of what was asked for
-const FIRST_HOLD_MS = 20_000, LONGEST_HOLD_MS = 320_000;
+const FIRST_HOLD_MS = 20_000,
+  LONGEST_HOLD_MS = 320_000;
 
 /** Whether an answer after `latency` (null: it is overdue) says that the line may carry more; `best` is its best. */
 export function isQuick(latency: number | null, best: number): boolean {

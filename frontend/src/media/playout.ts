@@ -4,7 +4,10 @@ export const DELAY_S = 0.18; // a piece that comes after silence is played so mu
 export const MAX_DELAY_S = 0.3; // later than this nothing is played: what waits is dropped
 
 /** What becomes of a piece: `at` (s, of the audio clock) to play it, null to leave it out; `drop`: what still waits is dropped. */
-export interface Due { at: number | null; drop: boolean }
+export interface Due {
+  at: number | null;
+  drop: boolean;
+}
 
 /** The time line of one listener; a piece's number tells where it stands, so that what is missing stays silent. */
 export class PlayoutBuffer {

@@ -2,7 +2,10 @@
 import type { PicturePacket } from "../socket/packets.ts";
 
 /** When a camera's picture on the page was taken (server ms), and the stored picture to which it belongs. */
-export interface ShownPicture { atMs: number; stillId: number }
+export interface ShownPicture {
+  atMs: number;
+  stillId: number;
+}
 const CALM_MS = 10_000;
 
 /** Whether a live picture is skipped because the person prefers reduced motion: one was shown a short time ago. */

@@ -71,7 +71,8 @@ class Playing {
   }
 
   private play(packet: SoundPacket, data: AudioData): void {
-    const { context } = this, seconds = packet.ms / 1000;
+    const { context } = this,
+      seconds = packet.ms / 1000;
     const due = this.line.take({ run: packet.run, number: packet.number, seconds }, context.currentTime);
     if (due.drop) this.drop();
     if (due.at === null) return;
@@ -182,7 +183,11 @@ export class Sound {
 
   private open(on: boolean): void {
     try {
-      if (on && !this.playing) this.playing = new Playing(() => this.give(CANNOT), () => this.changed());
+      if (on && !this.playing)
+        this.playing = new Playing(
+          () => this.give(CANNOT),
+          () => this.changed(),
+        );
     } catch {
       return this.give(CANNOT);
     }

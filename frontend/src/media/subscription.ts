@@ -7,20 +7,32 @@ import { lineWords, ThroughputMeter, quality, isShort } from "./throughput.ts";
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
 const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed,
-const REST_MS = 5000, REST_MOST_MS = 60_000; //   so JPEG is asked for for so long, each time longer, at most
+const REST_MS = 5000,
+  REST_MOST_MS = 60_000; //   so JPEG is asked for for so long, each time longer, at most
 const FLOWS_MS = 10_000; // video that has come for so long works
 const COARSE_HZ = 5; // the most that is sent coarse
 const TICK_MS = 1000; // between two judgements; one that is later is of a page that did not run
 
 /** The part of a socket that is used here. */
 interface Line {
-  send(message: object): boolean; now(): number; check(): void;
-  readonly latency: number | null; readonly best: number; readonly overdue: boolean; readonly lost: boolean;
+  send(message: object): boolean;
+  now(): number;
+  check(): void;
+  readonly latency: number | null;
+  readonly best: number;
+  readonly overdue: boolean;
+  readonly lost: boolean;
 }
-interface Picture { camera: number; atMs: number; number: number }
+interface Picture {
+  camera: number;
+  atMs: number;
+  number: number;
+}
 
 const SAID: Record<Pace, string> = {
-  live: "", coarse: "Slow connection: the pictures are coarse.", stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
+  live: "",
+  coarse: "Slow connection: the pictures are coarse.",
+  stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
   states: "Very slow connection: only measured values, no new pictures.",
 };
 
@@ -48,7 +60,7 @@ export class Subscription {
   /** `whole`: everything is wanted, whatever was chosen for live pictures. */
   constructor(line: () => Line, coding: Coding, saveData: boolean, whole = false) {
     [this.line, this.coding, this.saveData] = [line, coding, saveData];
-    this.chosen = whole ? "live" : PACES.find((pace) => pace === storage.get("pace")) ?? null;
+    this.chosen = whole ? "live" : (PACES.find((pace) => pace === storage.get("pace")) ?? null);
     this.judge = this.begin();
   }
 
@@ -188,7 +200,9 @@ export class Subscription {
   /** Whether the line carries all that this page asks for, and it asks for everything. */
   get good(): boolean {
     const line = this.line();
-    return this.pace === "live" && !line.lost && !line.overdue && quality(this.carried(performance.now()), line.latency, line.best) === "good";
+    return (
+      this.pace === "live" && !line.lost && !line.overdue && quality(this.carried(performance.now()), line.latency, line.best) === "good"
+    );
   }
 
   private carried(now: number): { arrives: number; needs: number } {
@@ -207,15 +221,20 @@ export class Subscription {
   private wished(): object {
     const { pace } = this;
     return {
-      t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
-      compact: pace !== "live", ...(this.filming ? { video: this.coding } : {}), ...(pace === "coarse" ? { coarse: true } : {}),
+      t: "watch",
+      cameras: pace === "states" ? [] : this.cameras,
+      every_s: pace === "stills" ? STILLS_S : 0,
+      compact: pace !== "live",
+      ...(this.filming ? { video: this.coding } : {}),
+      ...(pace === "coarse" ? { coarse: true } : {}),
       ...(this.sound && !this.soundless ? { sound: true } : {}),
     };
   }
 
   /** Send what this page wants, if the server does not know it; a socket that is not open yet takes nothing. */
   tell(): void {
-    const wish = this.wished(), written = JSON.stringify(wish);
+    const wish = this.wished(),
+      written = JSON.stringify(wish);
     if (written !== this.told && this.line().send(wish)) this.asked(written);
   }
 

@@ -2,12 +2,16 @@
 import { isQuick } from "./pace.ts";
 
 /** Bytes a second. */
-export interface Carried { arrives: number; needs: number }
+export interface Carried {
+  arrives: number;
+  needs: number;
+}
 export type Quality = "good" | "fair" | "poor";
 
 const WINDOW_MS = 4000;
 const FARTHEST = 200; // a greater gap between two pictures' numbers is of another process, or of a pause
-const ENOUGH = 0.6, ALL = 0.9; // of what is needed
+const ENOUGH = 0.6,
+  ALL = 0.9; // of what is needed
 
 /** Whether so little arrives that less has to be asked for. */
 export function isShort({ arrives, needs }: Carried): boolean {
@@ -22,7 +26,8 @@ export function quality(carried: Carried, latency: number | null, best: number):
 
 /** The same for the person who watches, with what comes. */
 export function lineWords(carried: Carried, latency: number | null, best: number): string {
-  const word = quality(carried, latency, best), all = carried.arrives >= ALL * carried.needs;
+  const word = quality(carried, latency, best),
+    all = carried.arrives >= ALL * carried.needs;
   return `Line ${word}, ${all ? "" : `${kilobytes(carried.arrives)} of `}${kilobytes(all ? carried.arrives : carried.needs)} kB/s`;
 }
 
@@ -64,7 +69,8 @@ export class ThroughputMeter {
 
   /** What came and what was needed; of pictures no more are sent than `most` a second. */
   carried(now: number, most = Infinity): Carried {
-    const window = Math.max(1, Math.min(WINDOW_MS, now - this.since)), seconds = window / 1000;
+    const window = Math.max(1, Math.min(WINDOW_MS, now - this.since)),
+      seconds = window / 1000;
     const pictures = this.pictures.filter(({ at }) => now - at < window);
     const arrives = sum(this.taken.filter(({ at }) => now - at < WINDOW_MS).map(({ bytes }) => bytes)) / (WINDOW_MS / 1000);
     const wanted = Math.min(sum(pictures.map(({ missed }) => missed)), Math.max(0, most * seconds - pictures.length));

@@ -7,13 +7,16 @@ import { VideoChain } from "./video_chain.ts";
 const CODECS: Record<Coding, string> = { vp8: "vp8", vp9: "vp09.00.10.08" };
 /** Levels are of the full range, colours by ITU-R BT.601, which VP8 itself does not tell. */
 const config = (coding: Coding): VideoDecoderConfig => ({
-  codec: CODECS[coding], optimizeForLatency: true,
+  codec: CODECS[coding],
+  optimizeForLatency: true,
   colorSpace: { primaries: "smpte170m", transfer: "smpte170m", matrix: "smpte170m", fullRange: true },
 });
 const OVERDUE_MS = 2000; // a picture that is not decoded for so long: the decoder does not work
 const IDLE_MS = 5000; // without a packet; then the decoder is given up
-const CHECK_MS = 500, LATE_MS = 1000; // a check that is so late says nothing: the page did not run
-const AGAIN_MS = 60_000, TRIES = 3; // after a failure it is tried again, so often in all
+const CHECK_MS = 500,
+  LATE_MS = 1000; // a check that is so late says nothing: the page did not run
+const AGAIN_MS = 60_000,
+  TRIES = 3; // after a failure it is tried again, so often in all
 const SHOWN_MS = 200; // while newer ones wait, a picture is shown only so often
 const NONE = new Blob();
 
@@ -25,7 +28,11 @@ class CameraDecoder {
   private shownAt = 0;
   private heardAt = 0; // a packet
 
-  constructor(private coding: Coding, private show: (picture: PicturePacket) => void, private failed: () => void) {}
+  constructor(
+    private coding: Coding,
+    private show: (picture: PicturePacket) => void,
+    private failed: () => void,
+  ) {}
 
   take(packet: VideoPacket): void {
     this.heardAt = performance.now();
@@ -54,7 +61,8 @@ class CameraDecoder {
     const packet = this.waiting.get(frame.timestamp)?.packet;
     this.waiting.delete(frame.timestamp);
     const now = performance.now();
-    if (!frame.colorSpace.fullRange) this.failed(); // it would look pale
+    if (!frame.colorSpace.fullRange)
+      this.failed(); // it would look pale
     else if (packet && (this.waiting.size === 0 || now - this.shownAt > SHOWN_MS)) {
       this.shownAt = now;
       const { camera, number, atMs, still } = packet;
@@ -88,7 +96,11 @@ export class VideoPlayer {
   private checkedAt = performance.now();
 
   /** `show` gets each decoded picture; `works(false)` is called when this browser turns out not to decode them. */
-  constructor(private coding: Coding, private show: (picture: PicturePacket) => void, private works: (on: boolean) => void) {
+  constructor(
+    private coding: Coding,
+    private show: (picture: PicturePacket) => void,
+    private works: (on: boolean) => void,
+  ) {
     document.addEventListener("visibilitychange", () => document.hidden && this.rest());
     setInterval(() => this.check(), CHECK_MS);
   }
@@ -119,13 +131,20 @@ export class VideoPlayer {
   }
 
   private reel(camera: number): CameraDecoder {
-    const reel = this.reels.get(camera) ?? new CameraDecoder(this.coding, (picture) => this.show(picture), () => this.fail());
+    const reel =
+      this.reels.get(camera) ??
+      new CameraDecoder(
+        this.coding,
+        (picture) => this.show(picture),
+        () => this.fail(),
+      );
     this.reels.set(camera, reel);
     return reel;
   }
 
   private check(): void {
-    const now = performance.now(), late = now - this.checkedAt > LATE_MS;
+    const now = performance.now(),
+      late = now - this.checkedAt > LATE_MS;
     this.checkedAt = now;
     if (late || document.hidden) return;
     if ([...this.reels.values()].some((reel) => reel.overdue)) this.fail();

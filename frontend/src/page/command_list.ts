@@ -33,7 +33,8 @@ export class CommandList {
     const ended: CommandInfo[] = [];
     for (const c of commands) {
       const key = `${c.grant}/${c.seq}`;
-      const known = this.rows.get(key), now = laterStage(known, c);
+      const known = this.rows.get(key),
+        now = laterStage(known, c);
       this.rows.set(key, now);
       if (known && !FINAL.has(known.state) && FINAL.has(now.state)) ended.push(now);
     }
@@ -69,7 +70,8 @@ export class CommandList {
 
   /** Show that the server refused it, and why. */
   refuse(grant: number, seq: number, reason: string, at: number): void {
-    const known = this.rows.get(`${grant}/${seq}`), kind = known?.kind ?? "";
+    const known = this.rows.get(`${grant}/${seq}`),
+      kind = known?.kind ?? "";
     if (known?.id) return; // another page's command has that number; the row tells of that one
     this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
   }
@@ -93,15 +95,18 @@ export class CommandList {
   private draw(): void {
     const place = (c: CommandInfo): number => c.id || (this.sent.get(`${c.grant}/${c.seq}`) ?? 0);
     const newest = [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq).slice(0, 8);
-    for (const [key, c] of this.rows)
-      if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
-    draw(this.list, repeat(newest, (c) => `${c.grant}/${c.seq}`, row));
+    for (const [key, c] of this.rows) if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
+    draw(
+      this.list,
+      repeat(newest, (c) => `${c.grant}/${c.seq}`, row),
+    );
   }
 }
 
 function row(c: CommandInfo): TemplateResult {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
-  const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state, reached = GOOD.indexOf(c.state);
+  const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state,
+    reached = GOOD.indexOf(c.state);
   const why = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
   const steps = GOOD.map((_, i) => html`<i class=${i <= reached ? "on" : ""}></i>`);
   return html`<li class=${`command ${mark}`} data-state=${c.state}><b>${COMMAND_LABELS[c.kind] ?? c.kind}</b><span class="steps" aria-hidden="true">${steps}</span><span class="chip">${gaveWay ?? stageOf(c.kind, c.state)}</span><p ?hidden=${!why}>${why}</p>${progress(c)}</li>`;

@@ -17,9 +17,14 @@ export class Commands {
   private snapshotOver = 0; // the socket over which the last snapshot came
 
   /** `refuse` shows why a held motion may not start. */
-  constructor(private connection: () => Connection, refuse: (why: () => string) => void) {
+  constructor(
+    private connection: () => Connection,
+    refuse: (why: () => string) => void,
+  ) {
     this.heldMotion = new HeldMotion({
-      send: (m) => connection().send(m), ended: (seq) => this.list.ended(this.grant, seq), refused: refuse,
+      send: (m) => connection().send(m),
+      ended: (seq) => this.list.ended(this.grant, seq),
+      refused: refuse,
     });
   }
 
@@ -33,7 +38,15 @@ export class Commands {
     const connection = this.connection();
     this.seq += 1;
     this.list.update({
-      id: 0, seq: this.seq, grant: this.grant, kind, state: "sending", reason: "", at_ms: connection.now(), over: connection.opened, result: {},
+      id: 0,
+      seq: this.seq,
+      grant: this.grant,
+      kind,
+      state: "sending",
+      reason: "",
+      at_ms: connection.now(),
+      over: connection.opened,
+      result: {},
     });
     performance.mark(`command-${this.seq}`);
     connection.send({ t: "command", kind, args, seq: this.seq, ...(seen ? { seen } : {}) });

@@ -4,7 +4,11 @@ import type { Snapshot } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
 
 export interface Facts {
-  snapshot: Snapshot | null; state: StatePacket | null; lineUp: boolean; now: number; latency: number | null;
+  snapshot: Snapshot | null;
+  state: StatePacket | null;
+  lineUp: boolean;
+  now: number;
+  latency: number | null;
   busy: boolean;
 }
 
@@ -17,7 +21,8 @@ export function blocked(f: Facts): string {
   if (!s.me.can.drive) return s.robot.turns ? notOperating(s.me) : "Nobody drives this robot; everybody can ask it for a job.";
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
   if (s.robot.state === "offline") return s.robot.why;
-  if (s.stopped || f.state?.stopped) return `${unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;
+  if (s.stopped || f.state?.stopped)
+    return `${unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;
   const limit = Math.min(3000, 1000 + 2 * (f.latency ?? 0));
   if (!f.state || f.now - f.state.atMs > limit) return "The robot's state is not known right now; waiting for it.";
   return "";

@@ -11,7 +11,10 @@ export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
   readonly video = true;
   protected camera: CameraView;
 
-  constructor(protected page: Page, camera?: CameraView) {
+  constructor(
+    protected page: Page,
+    camera?: CameraView,
+  ) {
     this.camera = camera ?? new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
   }
 
@@ -54,7 +57,17 @@ export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
 }
 
 const PARTS = [
-  "watch", "picture", "state", "still", "turn", "command", "draw", "advice", "shown", "pictureAt", "whyNot",
+  "watch",
+  "picture",
+  "state",
+  "still",
+  "turn",
+  "command",
+  "draw",
+  "advice",
+  "shown",
+  "pictureAt",
+  "whyNot",
 ] as const satisfies readonly (keyof Console)[];
 
 /** A complete console: the members of `own`, and defaults for the rest. */

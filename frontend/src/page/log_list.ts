@@ -9,7 +9,14 @@ export class LogList {
   constructor(private list: HTMLElement) {}
 
   draw(entries: readonly LogInfo[], now: number): void {
-    draw(this.list, repeat(entries, ({ id }) => id, (entry) => item(entry, now)));
+    draw(
+      this.list,
+      repeat(
+        entries,
+        ({ id }) => id,
+        (entry) => item(entry, now),
+      ),
+    );
   }
 }
 

@@ -34,7 +34,11 @@ export class Media {
   constructor(private use: MediaUse) {
     const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
     this.subscription = new Subscription(() => use.connection(), facts.video, saving, isReplay());
-    this.player = new VideoPlayer(facts.video, (packet) => this.show(packet), (on) => this.subscription.video(on));
+    this.player = new VideoPlayer(
+      facts.video,
+      (packet) => this.show(packet),
+      (on) => this.subscription.video(on),
+    );
     const pace = byId<HTMLSelectElement>("pace");
     pace.value = this.subscription.choice;
     pace.addEventListener("change", () => this.subscription.choose(pace.value));
@@ -45,8 +49,11 @@ export class Media {
 
   /** What the connection calls with each packet. */
   readonly handlers: Pick<Handlers, "picture" | "stream" | "video" | "sound" | "took"> = {
-    picture: (packet) => this.picture(packet), stream: (packet) => this.take(packet), video: (packet) => this.video(packet),
-    sound: (packet) => this.sound?.take(packet), took: (bytes) => this.subscription.took(bytes),
+    picture: (packet) => this.picture(packet),
+    stream: (packet) => this.take(packet),
+    video: (packet) => this.video(packet),
+    sound: (packet) => this.sound?.take(packet),
+    took: (bytes) => this.subscription.took(bytes),
   };
 
   /** A console is installed: have video if it and this browser can show it. */
@@ -76,8 +83,10 @@ export class Media {
 
   /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
   private show(packet: PicturePacket): void {
-    const console = this.use.console(), snapshot = this.use.snapshot();
-    const shown = console?.shown(packet.camera), still = snapshot?.still;
+    const console = this.use.console(),
+      snapshot = this.use.snapshot();
+    const shown = console?.shown(packet.camera),
+      still = snapshot?.still;
     const placed = packet.pose?.length || !still || still.id !== packet.still ? packet : { ...packet, pose: still.pose };
     if (this.calm.matches && !snapshot?.me.can.drive && !isReplay() && shown && skipsForReducedMotion(packet, shown)) return;
     console?.picture(placed);
@@ -85,7 +94,8 @@ export class Media {
 
   /** Say how old the picture is, what comes over the line, and how well. */
   draw(f: Facts): void {
-    const at = this.use.console()?.pictureAt() ?? 0, age = at ? f.now - at : Infinity;
+    const at = this.use.console()?.pictureAt() ?? 0,
+      age = at ? f.now - at : Infinity;
     const rate = age < RATE_MS ? this.subscription.rate() : 0;
     const often = rate ? `, ${rate < 9.5 ? rate.toFixed(1) : Math.round(rate)} a second` : "";
     const [words, mark] = pictureAge(age, often);

@@ -1,7 +1,8 @@
 /** The page's short messages. One that says why something was refused goes as soon as that is no longer so. */
 import { say } from "../kit/dom.ts";
 
-const INFO_MS = 6000, WARNING_MS = 12_000; // how long one is shown
+const INFO_MS = 6000,
+  WARNING_MS = 12_000; // how long one is shown
 const LEAST_MS = 3000; // a refusal can be read, whatever happens by itself meanwhile
 
 export class Notice {

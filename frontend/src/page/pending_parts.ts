@@ -2,7 +2,9 @@
 import { morph } from "../kit/morph.ts";
 import { request } from "../kit/request.ts";
 
-const FIRST_MS = 1000, LONGEST_MS = 10_000, SLOWER = 1.4;
+const FIRST_MS = 1000,
+  LONGEST_MS = 10_000,
+  SLOWER = 1.4;
 
 /** How long to wait before the part is asked for once more (ms). `moved`: there was news the last time. */
 export function nextPause(pauseMs: number, moved: boolean): number {
@@ -11,7 +13,9 @@ export function nextPause(pauseMs: number, moved: boolean): number {
 
 /** Ask for the page again while a part of it has still to arrive. */
 export function pollPendingParts(): void {
-  let pauseMs = FIRST_MS, timer = 0, asking = false;
+  let pauseMs = FIRST_MS,
+    timer = 0,
+    asking = false;
   const parts = (): HTMLElement[] => [...document.querySelectorAll<HTMLElement>("[data-arrives]")];
   const later = (moved: boolean): void => {
     pauseMs = nextPause(pauseMs, moved);

@@ -40,7 +40,10 @@ export class RobotPage {
   onPlan: ((answer: PlanAnswer) => void) | null = null;
   private page = byId("robot");
   private console: Console | null = null;
-  private commands = new Commands(() => this.live, (why) => this.refuse(why));
+  private commands = new Commands(
+    () => this.live,
+    (why) => this.refuse(why),
+  );
   private media = new Media({ connection: () => this.live, console: () => this.console, snapshot: () => this.snapshot });
   private notices = new Notice(byId("notice"));
   private banner = new Banner(() => this.notices.hide()); // it is newer
@@ -60,17 +63,28 @@ export class RobotPage {
     this.live = openConnection(
       this.slug,
       {
-        ...media.handlers, message: (m) => this.message(m), state: (p) => this.gotState(p), line: (up) => this.gotLine(up),
+        ...media.handlers,
+        message: (m) => this.message(m),
+        state: (p) => this.gotState(p),
+        line: (up) => this.gotLine(up),
         busy: () => this.facts().busy,
       },
       () => (this.operating ? 2000 : 10_000),
-      facts.compact, (moved) => media.subscription.wish(moved),
+      facts.compact,
+      (moved) => media.subscription.wish(moved),
     );
     this.stop = new StopButton({
-      connection: this.live, on: (name, act) => this.on(name, act), notice: (words, level) => this.notice(words, level),
-      snapshot: () => this.snapshot, draw: () => this.draw(),
+      connection: this.live,
+      on: (name, act) => this.on(name, act),
+      notice: (words, level) => this.notice(words, level),
+      snapshot: () => this.snapshot,
+      draw: () => this.draw(),
     });
-    this.turnPanel = new TurnPanel(byId("place"), (m) => this.live.send(m), (why) => this.refuse(why));
+    this.turnPanel = new TurnPanel(
+      byId("place"),
+      (m) => this.live.send(m),
+      (why) => this.refuse(why),
+    );
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
@@ -128,7 +142,10 @@ export class RobotPage {
   on(name: string, act: () => void): void {
     for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
       button.addEventListener("click", () => {
-        if (refusal(button)) { this.refuse(() => refusal(button)); return; }
+        if (refusal(button)) {
+          this.refuse(() => refusal(button));
+          return;
+        }
         act();
       });
   }
@@ -157,7 +174,11 @@ export class RobotPage {
 
   facts(): Facts {
     return {
-      snapshot: this.snapshot, state: this.state, lineUp: !this.live.lost, now: this.live.now(), latency: this.live.latency,
+      snapshot: this.snapshot,
+      state: this.state,
+      lineUp: !this.live.lost,
+      now: this.live.now(),
+      latency: this.live.latency,
       busy: this.commands.busy,
     };
   }
@@ -177,7 +198,9 @@ export class RobotPage {
   }
 
   /** When the picture on the page was taken (ms since 1970), which is stored with what is asked for; 0 without one. */
-  get seen(): number { return Math.max(0, Math.round(this.console?.pictureAt() ?? 0)); }
+  get seen(): number {
+    return Math.max(0, Math.round(this.console?.pictureAt() ?? 0));
+  }
 
   /** Put the next command into the list and send it. Returns its sequence number. */
   issue(kind: string, args: object): number {
@@ -239,7 +262,8 @@ export class RobotPage {
   }
 
   private gotSnapshot(s: Snapshot): void {
-    const wasOperating = this.operating, hadStill = this.snapshot?.still?.id;
+    const wasOperating = this.operating,
+      hadStill = this.snapshot?.still?.id;
     if (!s.replay) s.commands = newest(s.commands, this.snapshot?.commands);
     this.snapshot = s;
     this.storeDown = s.store;
@@ -263,11 +287,20 @@ export class RobotPage {
   }
 
   draw(): void {
-    const f = this.facts(), s = this.snapshot;
-    this.banner.show(bannerWords({
-      lost: !f.lineUp, lostMs: this.live.lostMs, offline: !navigator.onLine, snapshot: s, storeDown: this.storeDown,
-      stopPending: this.stop.press.pending, robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)), now: f.now,
-    }));
+    const f = this.facts(),
+      s = this.snapshot;
+    this.banner.show(
+      bannerWords({
+        lost: !f.lineUp,
+        lostMs: this.live.lostMs,
+        offline: !navigator.onLine,
+        snapshot: s,
+        storeDown: this.storeDown,
+        stopPending: this.stop.press.pending,
+        robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)),
+        now: f.now,
+      }),
+    );
     this.media.draw(f);
     this.notices.draw();
     this.wakeLock.keep(this.operating && !isReplay() && this.live.lostMs < AWAY_MS);

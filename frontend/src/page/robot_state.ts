@@ -19,7 +19,8 @@ export class RobotState {
   }
 
   value(name: string): number | undefined {
-    const joint = facts.names.indexOf(name), channel = [...facts.channels, ...facts.pose].findIndex((c) => c.name === name);
+    const joint = facts.names.indexOf(name),
+      channel = [...facts.channels, ...facts.pose].findIndex((c) => c.name === name);
     const value = joint < 0 ? this.packet?.values[channel] : this.packet?.joints[joint];
     return Number.isNaN(value) ? undefined : value;
   }
@@ -30,7 +31,12 @@ export class RobotState {
   }
 
   hasLeft(pose: readonly number[], near?: Tolerance): boolean {
-    return hasLeft(pose, this.pose, facts.pose.map(({ unit }) => unit), near);
+    return hasLeft(
+      pose,
+      this.pose,
+      facts.pose.map(({ unit }) => unit),
+      near,
+    );
   }
 
   /** Whether the portal was heard after the robot's last message, which is old; without a connection nothing is known. */

@@ -29,7 +29,8 @@ export class Status {
     const driven = s.operator ? `${s.operator} drives` : s.robot.turns ? "Nobody drives" : "";
     const watch = this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`;
     const queue = s.queue === 0 ? (driven ? "nobody waits" : "Nobody waits") : `${s.queue} waiting`;
-    const operator = byId("operator"), who = operator.parentElement as HTMLElement;
+    const operator = byId("operator"),
+      who = operator.parentElement as HTMLElement;
     say(operator, driven);
     say(byId("watchers"), watch);
     say(byId("queue"), queue);

@@ -6,8 +6,8 @@ const ANSWER_MS = 1500;
 /** A Stop is sent late no longer than this after its press, and only into the turn that it was meant for. */
 const LATE_MS = 60_000;
 export const UNSENT =
-  "Stop could not be sent; it is sent when the connection is back. What you hold down ends within half a second, "
-  + "a move that has begun goes on within its limits, and after 20 s the robot is held.";
+  "Stop could not be sent; it is sent when the connection is back. What you hold down ends within half a second, " +
+  "a move that has begun goes on within its limits, and after 20 s the robot is held.";
 
 export class StopPress {
   private at = 0;
@@ -60,7 +60,10 @@ export class StopPress {
       if (this.socket) this.again += 1;
       this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
     } else {
-      this.notice(`The connection is back. The Stop that you pressed ${this.ago()} was not sent: the turn that it was meant for is over.`, "warning");
+      this.notice(
+        `The connection is back. The Stop that you pressed ${this.ago()} was not sent: the turn that it was meant for is over.`,
+        "warning",
+      );
       this.at = 0;
     }
   }

@@ -9,7 +9,10 @@ export class WireTrace {
   private since = performance.now();
   private bytes = 0;
 
-  constructor(private box: HTMLElement, private rate: HTMLElement) {
+  constructor(
+    private box: HTMLElement,
+    private rate: HTMLElement,
+  ) {
     every(1000, () => this.tell());
   }
 

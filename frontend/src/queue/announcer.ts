@@ -67,7 +67,7 @@ export class Announcer {
 
   private news(place: QueuePlace, now: number): void {
     const key = `${place.state}-${place.ticket}-${place.state === "offered" ? place.until_ms : ""}`;
-    const left = (((place.kept_until_ms ?? place.until_ms) ?? now) - now) / 1000;
+    const left = ((place.kept_until_ms ?? place.until_ms ?? now) - now) / 1000;
     if (!this.known.has(key)) {
       this.known.add(key);
       if (place.state === "offered") this.offer(place, key, left);
@@ -111,14 +111,18 @@ export class Announcer {
     if (storage.get("told") === key) return; // another page of this browser told it
     this.chime(() => storage.set("told", key));
     if (touched() && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
-    if (document.hidden || !document.hasFocus()) this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
+    if (document.hidden || !document.hasFocus())
+      this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
   }
 
   private notify(place: QueuePlace, key: string, words: string, body: string): void {
     if (!("Notification" in window) || Notification.permission !== "granted") return;
     try {
       const note = new Notification(words, {
-        body, tag: key, icon: this.calmIcon, requireInteraction: true,
+        body,
+        tag: key,
+        icon: this.calmIcon,
+        requireInteraction: true,
       });
       note.onclick = () => {
         window.focus();

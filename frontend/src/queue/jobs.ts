@@ -4,8 +4,15 @@ import { request } from "../kit/request.ts";
 
 /** A job of the person at this browser. */
 export interface OwnJob {
-  id: number; kind: string; args: Record<string, number | string>; state: string; label: string; reason: string;
-  open: boolean; url: string; asked_ms: number;
+  id: number;
+  kind: string;
+  args: Record<string, number | string>;
+  state: string;
+  label: string;
+  reason: string;
+  open: boolean;
+  url: string;
+  asked_ms: number;
 }
 
 const NOT_ARRIVED = "The request did not arrive. Check your connection and try again.";
@@ -94,7 +101,8 @@ export class Jobs {
       const answer = await this.request(address, { method: "POST", body });
       answered?.();
       const told = (await answer.json().catch(() => ({}))) as OwnJob & { error?: string };
-      if (!answer.ok) return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
+      if (!answer.ok)
+        return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
       this.posted += 1;
       this.own = [told, ...this.own.filter(({ id }) => id !== told.id)];
       this.changed();

@@ -17,7 +17,8 @@ export function guardTurn(operating: () => boolean): void {
     const link = (event.target as Element).closest<HTMLAnchorElement>("a[href]");
     if (!link || event.defaultPrevented || event.button !== 0 || event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return;
     const here = link.origin === location.origin && link.pathname === location.pathname && link.search === location.search;
-    if (!operating() || sure || here || link.origin !== location.origin || (link.target && link.target !== "_self") || link.download) return;
+    if (!operating() || sure || here || link.origin !== location.origin || (link.target && link.target !== "_self") || link.download)
+      return;
     event.preventDefault();
     const go = (): void => {
       sure = true;

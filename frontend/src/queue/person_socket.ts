@@ -5,19 +5,36 @@ import type { EndReason } from "../socket/messages.ts";
 
 export interface QueuePlace {
   state: "offered" | "operating" | "missed" | "ended" | "waiting";
-  ticket: number; robot: string; name: string; simulated?: boolean; ahead: number; away: boolean;
-  until_ms: number | null; kept_until_ms: number | null; ended_ms: number | null; wait_s: [number, number] | null;
+  ticket: number;
+  robot: string;
+  name: string;
+  simulated?: boolean;
+  ahead: number;
+  away: boolean;
+  until_ms: number | null;
+  kept_until_ms: number | null;
+  ended_ms: number | null;
+  wait_s: [number, number] | null;
   /** When the turn ends unless something is done; null while nobody waits for it. */
   idle_ms: number | null;
   /** Whether that is soon; this page's own judgement. */
   idles?: boolean;
   /** Of a place that is over: why, what it cost, and what is next; and the turn's number, where it became one. */
-  end: EndReason | null; turn: number | null;
+  end: EndReason | null;
+  turn: number | null;
 }
 export type PlaceAction = "join" | "leave" | "accept" | "stay" | "dismiss";
-interface Places { t: "places"; now_ms: number; places: QueuePlace[] }
+interface Places {
+  t: "places";
+  now_ms: number;
+  places: QueuePlace[];
+}
 /** A request that waits for its answer over the socket. */
-interface PendingRequest { what: PlaceAction; robot: string; answered(text: string): void }
+interface PendingRequest {
+  what: PlaceAction;
+  robot: string;
+  answered(text: string): void;
+}
 type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
 
 const SIGNED_OUT = 4401;
@@ -101,7 +118,10 @@ export class PersonSocket {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
-      if (event.code === SIGNED_OUT) { this.end(); return; }
+      if (event.code === SIGNED_OUT) {
+        this.end();
+        return;
+      }
       const pause = Math.min(15_000, 500 * 2 ** this.tries++) * (0.5 + Math.random());
       setTimeout(() => this.socket === null && !this.over && this.open(), pause);
     };

@@ -36,7 +36,8 @@ class TurnBar {
     this.home = bar.dataset["home"] ?? "";
     const token = form.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     this.said.setAttribute("role", "status");
-    const polite = region("polite"), assertive = region("assertive");
+    const polite = region("polite"),
+      assertive = region("assertive");
     document.body.append(polite, assertive);
     this.teller = new Announcer(polite, assertive, (place) => this.lead(place));
     this.line = new PersonSocket(token, () => this.draw());
@@ -60,7 +61,8 @@ class TurnBar {
 
   /** The page makes room for the bar at its foot; below one about idleness, over its head, comes what else lies there. */
   private measure(): void {
-    const idle = this.bar.dataset["state"] === "idle", height = this.bar.offsetHeight;
+    const idle = this.bar.dataset["state"] === "idle",
+      height = this.bar.offsetHeight;
     document.documentElement.style.setProperty("--bar-height", `${idle ? 0 : height}px`);
     document.documentElement.style.setProperty("--idle-height", `${idle ? height : 0}px`);
   }
@@ -82,15 +84,27 @@ class TurnBar {
       this.bar.dataset["state"] = state;
       this.measure();
     }
-    drawParts(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))] : []);
+    drawParts(
+      this.words,
+      this.leaving
+        ? LEAVE_WORDS
+        : first
+          ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))]
+          : [],
+    );
     drawParts(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
-    const paused = first?.state === "waiting" && this.teller.paused ? [`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`] : [];
+    const paused =
+      first?.state === "waiting" && this.teller.paused
+        ? [`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`]
+        : [];
     say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
   }
 
   /** How a turn ended was read where the page itself tells it; other pages need not say it again. */
   private seen(places: readonly QueuePlace[]): void {
-    const told = places.find((p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`));
+    const told = places.find(
+      (p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`),
+    );
     if (!told || document.hidden || this.read.has(told.ticket)) return;
     this.read.add(told.ticket);
     void this.line.ask("dismiss", told);
@@ -142,7 +156,11 @@ class TurnBar {
 
   private async notify(): Promise<void> {
     const answer = await Notification.requestPermission();
-    this.tell(answer === "granted" ? "This browser will notify you." : "This browser may not notify you. Keep this page open: its title and a sound tell you.");
+    this.tell(
+      answer === "granted"
+        ? "This browser will notify you."
+        : "This browser may not notify you. Keep this page open: its title and a sound tell you.",
+    );
   }
 
   private tell(words: string): void {
@@ -163,13 +181,10 @@ const LEAVE_WORDS: Part[] = [
   strong("Leave in the middle of your turn?"),
   words("It goes on for 20 s after you leave this page, and ends then unless you come back."),
 ];
-const LEAVE_BUTTONS: Part[] = [
-  button("Stay", `${ASK}keep`, { style: "primary" }),
-  button("Leave the page", `${ASK}go`),
-];
+const LEAVE_BUTTONS: Part[] = [button("Stay", `${ASK}keep`, { style: "primary" }), button("Leave the page", `${ASK}go`)];
 
 function left(p: QueuePlace, now: number): string {
-  return clock((((p.kept_until_ms ?? p.until_ms) ?? now) - now) / 1000);
+  return clock(((p.kept_until_ms ?? p.until_ms ?? now) - now) / 1000);
 }
 
 function badge(p: QueuePlace): Part[] {
@@ -193,13 +208,20 @@ function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
   if (p.state === "missed" || p.state === "ended") return [strong(over(p))];
   return [
     strong(p.ahead === 0 ? "You are next" : `${p.ahead} before you`),
-    words(" for "), link(p.name, `/robots/${p.robot}/`), words(` ${waitSentence(p.wait_s)}`, "quiet"),
+    words(" for "),
+    link(p.name, `/robots/${p.robot}/`),
+    words(` ${waitSentence(p.wait_s)}`, "quiet"),
   ];
 }
 
 /** What was lost or is over, when, why and what it cost. */
 function over(p: QueuePlace): string {
-  const what = p.turn !== null ? `Your turn on ${p.name} ended` : p.away || p.state === "ended" ? `You lost your place for ${p.name}` : `You missed your turn on ${p.name}`;
+  const what =
+    p.turn !== null
+      ? `Your turn on ${p.name} ended`
+      : p.away || p.state === "ended"
+        ? `You lost your place for ${p.name}`
+        : `You missed your turn on ${p.name}`;
   return `${what} at ${timeOfDay(p.ended_ms ?? 0)}.${p.end ? ` ${p.end.why} ${p.end.credited}` : ""}`;
 }
 

@@ -11,7 +11,8 @@ type Send = (message: object) => boolean;
 
 const AGAIN = "Press again to end it";
 const LATELY_MS = 3_600_000;
-const FOLLOWS = "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
+const FOLLOWS =
+  "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
 
 export class TurnPanel {
   private ending = new Confirmation();
@@ -19,11 +20,22 @@ export class TurnPanel {
   private told = "";
   private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
 
-  constructor(private box: HTMLElement, private send: Send, refuse: (why: () => string) => void) {
+  constructor(
+    private box: HTMLElement,
+    private send: Send,
+    refuse: (why: () => string) => void,
+  ) {
     box.addEventListener("click", (event) => {
-      const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"), action = button?.dataset["do"];
-      if (button && refusal(button)) { refuse(() => refusal(button)); return; }
-      if (action === "leave" && this.driving && !this.ending.press()) { this.ask(); return; }
+      const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
+        action = button?.dataset["do"];
+      if (button && refusal(button)) {
+        refuse(() => refusal(button));
+        return;
+      }
+      if (action === "leave" && this.driving && !this.ending.press()) {
+        this.ask();
+        return;
+      }
       if (action) this.send({ t: action });
     });
   }
@@ -56,7 +68,10 @@ export class TurnPanel {
 
   /** `why`: why no button works now. */
   private parts(s: Snapshot, now: number, why: string): Part[] {
-    const { me, robot: { slug } } = s;
+    const {
+      me,
+      robot: { slug },
+    } = s;
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
@@ -130,7 +145,11 @@ function jobsOnly({ me, robot }: Snapshot): Part[] {
   const here = me.can.ask && document.getElementById("asking") !== null; // its console has a part for this
   return [
     heading("It works by itself"),
-    paragraph(me.can.ask ? "Nobody drives this robot. Ask it for something, and watch." : "Nobody drives this robot. It takes jobs from people with clearance."),
+    paragraph(
+      me.can.ask
+        ? "Nobody drives this robot. Ask it for something, and watch."
+        : "Nobody drives this robot. It takes jobs from people with clearance.",
+    ),
     link(me.can.ask ? "Ask for a job" : "See its jobs", here ? "#asking" : jobs, "button primary"),
     ...(here ? [link("All jobs", jobs)] : []),
   ];

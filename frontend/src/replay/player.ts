@@ -30,7 +30,11 @@ export class Player implements Connection {
 
   /** `changed` is called when what is shown, or whether it plays, has changed; `failed` when a slice cannot be read. */
   constructor(
-    private index: Index, address: string, private story: Story, private changed: () => void, private failed: () => void,
+    private index: Index,
+    address: string,
+    private story: Story,
+    private changed: () => void,
+    private failed: () => void,
   ) {
     this.slices = new Slices(address, index.needs);
     this.length = Math.max(0, index.ended_ms - index.began_ms);
@@ -84,7 +88,8 @@ export class Player implements Connection {
     }
     if (seek !== this.seeks) return;
     this.waiting = false;
-    const moment = momentOf(items, this.at), { state } = moment;
+    const moment = momentOf(items, this.at),
+      { state } = moment;
     this.stopped = state !== null && "stopped" in state.packet && state.packet.stopped;
     this.handlers?.message(this.story.snapshot(this.at, this.stopped));
     if (state) this.give(state);
@@ -102,10 +107,12 @@ export class Player implements Connection {
 
   private tick(): void {
     if (!this.playing || this.waiting) return;
-    const now = performance.now(), from = this.at;
+    const now = performance.now(),
+      from = this.at;
     const to = Math.min(this.length, from + (now - this.ticked) * this.speed);
     this.ticked = now;
-    const slice = this.slices.of(to), items = this.here(from, to);
+    const slice = this.slices.of(to),
+      items = this.here(from, to);
     if (!items) return void this.seek(from); // awaited, and shown when it has come
     void this.slices.read(slice + 1).catch(() => undefined);
     this.at = to;

@@ -9,15 +9,25 @@ const KEPT = 24; // slices in memory
 const AT_ONCE = 4; // slices that are asked for at once
 
 /** A packet, and when it arrived (ms since the beginning). */
-export interface Item { at: number; packet: StatePacket | PicturePacket | StreamPacket }
+export interface Item {
+  at: number;
+  packet: StatePacket | PicturePacket | StreamPacket;
+}
 /** What everything looked like at a moment: the newest state, picture of each camera, and chain of each byte stream. */
-export interface Moment { state: Item | null; pictures: Map<number, Item>; chains: Map<number, Item[]> }
+export interface Moment {
+  state: Item | null;
+  pictures: Map<number, Item>;
+  chains: Map<number, Item[]>;
+}
 
 /** Take a slice apart; what cannot be decoded is left out. */
 export function unpackSlice(data: ArrayBuffer): Item[] {
-  const view = new DataView(data), items: Item[] = [];
-  for (let at = 0; at + HEAD <= data.byteLength; ) {
-    const length = view.getUint32(at, true), ms = view.getUint32(at + 4, true), end = at + HEAD + length;
+  const view = new DataView(data),
+    items: Item[] = [];
+  for (let at = 0; at + HEAD <= data.byteLength;) {
+    const length = view.getUint32(at, true),
+      ms = view.getUint32(at + 4, true),
+      end = at + HEAD + length;
     if (end > data.byteLength) break;
     const packet = decode(data.slice(at + HEAD, end));
     if (packet && !("coded" in packet) && !("opus" in packet)) items.push({ at: ms, packet }); // recordings hold whole pictures, no sound
@@ -30,7 +40,8 @@ export function unpackSlice(data: ArrayBuffer): Item[] {
 export function momentOf(items: readonly Item[], at: number): Moment {
   const moment: Moment = { state: null, pictures: new Map(), chains: new Map() };
   for (const item of items) {
-    const { packet } = item, late = item.at > at;
+    const { packet } = item,
+      late = item.at > at;
     if ("jpeg" in packet) {
       if (!late || !moment.pictures.has(packet.camera)) moment.pictures.set(packet.camera, item);
     } else if (late) {
@@ -78,7 +89,8 @@ export class Slices {
 
   /** Everything that is needed to show a moment. */
   async until(at: number): Promise<Item[]> {
-    const last = this.of(at), first = this.needs[last] ?? last;
+    const last = this.of(at),
+      first = this.needs[last] ?? last;
     const parts: Item[][] = [];
     let next = first;
     const reader = async (): Promise<void> => {

@@ -11,7 +11,8 @@ export class ByteStreams {
 
   /** Take a packet. Returns its stream's name; undefined for a delta that does not follow the last packet. */
   take(packet: StreamPacket): string | undefined {
-    const chain = this.chains.get(packet.stream), last = chain?.at(-1);
+    const chain = this.chains.get(packet.stream),
+      last = chain?.at(-1);
     if (packet.key) this.chains.set(packet.stream, [packet]);
     else if (chain && last && packet.run === last.run && packet.number === (last.number + 1) >>> 0) chain.push(packet);
     else return undefined;

@@ -17,7 +17,10 @@ export function compactState(data: Uint8Array, layout: CompactLayout, nearMs: nu
     for (const end = at + bits; at < end; at++) value = value * 2 + ((data[at >> 3]! >> (7 - (at & 7))) & 1);
     return value;
   };
-  const stamp = take(16), moving = take(1) === 1, stopped = take(1) === 1, known = take(modeBits);
+  const stamp = take(16),
+    moving = take(1) === 1,
+    stopped = take(1) === 1,
+    known = take(modeBits);
   const text = known === 2 ** modeBits - 1;
   if (known >= layout.modes.length && !text) return null;
   const numbers: number[] = [];
@@ -29,7 +32,14 @@ export function compactState(data: Uint8Array, layout: CompactLayout, nearMs: nu
   const near = Math.round(nearMs);
   const behind = ((((near - stamp + CLOCK / 2) % CLOCK) + CLOCK) % CLOCK) - CLOCK / 2;
   return {
-    moving, stopped, number: 0, atMs: near - behind, joints: numbers.slice(0, layout.joints), velocities: [], torques: [],
-    values: numbers.slice(layout.joints), mode: text ? words.decode(data.subarray(size)) : layout.modes[known]!,
+    moving,
+    stopped,
+    number: 0,
+    atMs: near - behind,
+    joints: numbers.slice(0, layout.joints),
+    velocities: [],
+    torques: [],
+    values: numbers.slice(layout.joints),
+    mode: text ? words.decode(data.subarray(size)) : layout.modes[known]!,
   };
 }

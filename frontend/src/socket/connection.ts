@@ -4,8 +4,13 @@ import { type Handlers, RobotSocket } from "./robot_socket.ts";
 
 /** What a page uses of its line. */
 export interface Connection {
-  readonly up: boolean; readonly lost: boolean; readonly lostMs: number; readonly opened: number;
-  readonly latency: number | null; readonly best: number; readonly overdue: boolean;
+  readonly up: boolean;
+  readonly lost: boolean;
+  readonly lostMs: number;
+  readonly opened: number;
+  readonly latency: number | null;
+  readonly best: number;
+  readonly overdue: boolean;
   /** Server time, or the time of the recording, ms. */
   now(): number;
   heardSince(at: number): boolean;
@@ -15,7 +20,11 @@ export interface Connection {
   operate?(): void;
 }
 export type OpenConnection = (
-  slug: string, handlers: Handlers, pingEvery: () => number, layout: CompactLayout | null, wish: (moved: boolean) => object,
+  slug: string,
+  handlers: Handlers,
+  pingEvery: () => number,
+  layout: CompactLayout | null,
+  wish: (moved: boolean) => object,
 ) => Connection;
 
 let recording: OpenConnection | null = null;

@@ -2,7 +2,8 @@
 import { request } from "../kit/request.ts";
 
 const PROTOCOL = "farhand.operator";
-const FIRST_MS = 5000, LONGEST_MS = 60_000; // between two attempts
+const FIRST_MS = 5000,
+  LONGEST_MS = 60_000; // between two attempts
 const OPEN_MS = 10_000; // an attempt that takes longer is given up
 /** The close code of a stream whose turn is over or whose code was refused. */
 export const STREAM_OVER = 4410;
@@ -34,7 +35,10 @@ export class OperatorStream {
     if (this.trying || performance.now() < this.after) return;
     this.trying = true;
     const code = await this.code();
-    if (code === null) { this.failed(); return; }
+    if (code === null) {
+      this.failed();
+      return;
+    }
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws/operators/${this.slug}/${query()}`, [PROTOCOL, code]);
     socket.binaryType = "arraybuffer";
@@ -60,7 +64,9 @@ export class OperatorStream {
   private async code(): Promise<string | null> {
     try {
       const answer = await request(`/robots/${this.slug}/stream-code/`, {
-        method: "POST", headers: { "X-CSRFToken": this.token }, redirect: "manual",
+        method: "POST",
+        headers: { "X-CSRFToken": this.token },
+        redirect: "manual",
       });
       return (answer.ok && ((await answer.json()) as { code: string }).code) || null;
     } catch {

@@ -14,19 +14,29 @@ export function splitState(packet: StatePacket, values: number): StatePacket {
 
 /** Poses in the own frame of a robot that is at `here`, in the frame of that pose; both x, y, heading (m, rad). */
 export function fromOwn(here: readonly number[], poses: readonly (readonly number[])[]): number[][] {
-  const [x = NaN, y = NaN, heading = NaN] = here, c = Math.cos(heading), s = Math.sin(heading);
+  const [x = NaN, y = NaN, heading = NaN] = here,
+    c = Math.cos(heading),
+    s = Math.sin(heading);
   return poses.map(([ahead = NaN, aside = NaN, turned = NaN]) => [x + c * ahead - s * aside, y + s * ahead + c * aside, heading + turned]);
 }
 
 /** How far a robot may be from where a picture shows it, for the picture to hold. */
-export interface Tolerance { m: number; rad: number }
+export interface Tolerance {
+  m: number;
+  rad: number;
+}
 export const DEFAULT_TOLERANCE: Tolerance = { m: 0.02, rad: 0.05 };
 
 /**
  * Whether the robot has left the place `then`, by coordinates in the order of its spec; no if either is not known.
  * Half a turn is the most by which two angles differ.
  */
-export function hasLeft(then: readonly number[], now: readonly number[], units: readonly string[], near: Tolerance = DEFAULT_TOLERANCE): boolean {
+export function hasLeft(
+  then: readonly number[],
+  now: readonly number[],
+  units: readonly string[],
+  near: Tolerance = DEFAULT_TOLERANCE,
+): boolean {
   if (then.length !== units.length || now.length !== units.length) return false;
   const m = Math.hypot(...then.map((v, i) => (units[i] === "m" ? now[i]! - v : 0)));
   const turned = then.map((v, i) => (units[i] === "m" ? 0 : Math.abs(Math.atan2(Math.sin(now[i]! - v), Math.cos(now[i]! - v)))));

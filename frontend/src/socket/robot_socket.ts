@@ -23,8 +23,10 @@ export interface Handlers {
 const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
 const OPEN_MS = 10_000; // an attempt that takes longer is given up
-const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
-const DEAD_MS = 6000, SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
+const FULL = 4503,
+  FULL_MS = 20_000; // too many watch: the pause before the next attempt
+const DEAD_MS = 6000,
+  SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
 const WOKEN_MS = 3000; // the same, for a page that ran no more meanwhile
 const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
 const DRAIN_MS = 3000; // for answers to what was asked over the socket before
@@ -61,7 +63,10 @@ export class RobotSocket {
    * another socket takes over.
    */
   constructor(
-    slug: string, handlers: Handlers, pingEvery: () => number, layout: CompactLayout | null = null,
+    slug: string,
+    handlers: Handlers,
+    pingEvery: () => number,
+    layout: CompactLayout | null = null,
     wish: ((moved: boolean) => object) | null = null,
   ) {
     [this.slug, this.handlers, this.pingEvery, this.layout, this.wish] = [slug, handlers, pingEvery, layout, wish];
@@ -159,11 +164,15 @@ export class RobotSocket {
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
-      if (event.code === STREAM_OVER) { this.open(); return; } // the public view, without a pause
+      if (event.code === STREAM_OVER) {
+        this.open();
+        return;
+      } // the public view, without a pause
       this.set(false);
       this.none = event.code === 4404;
       if (this.none) return;
-      if (event.code === 4401 || event.code === 4403 || event.code === FULL) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
+      if (event.code === 4401 || event.code === 4403 || event.code === FULL)
+        this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
       this.full = event.code === FULL;
       const pause = (this.full ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
       this.retry = window.setTimeout(() => this.open(), pause);
@@ -176,17 +185,20 @@ export class RobotSocket {
     const open = this.socket?.readyState === WebSocket.OPEN;
     if (open ? !this.known : this.tries < HOPELESS) return; // the turn may be over
     let asked = "";
-    void this.own.open(() => (asked = this.query(true)), (socket, first) => {
-      if (this.handlers.busy?.()) return false;
-      const before = this.socket;
-      clearTimeout(this.retry);
-      this.use((this.adopted = socket));
-      this.begun();
-      this.receive(first.data as string | ArrayBuffer);
-      if (this.wish && asked !== this.query(true)) this.send(this.wish(true)); // it was changed meanwhile
-      if (before) this.drain(before);
-      return true;
-    });
+    void this.own.open(
+      () => (asked = this.query(true)),
+      (socket, first) => {
+        if (this.handlers.busy?.()) return false;
+        const before = this.socket;
+        clearTimeout(this.retry);
+        this.use((this.adopted = socket));
+        this.begun();
+        this.receive(first.data as string | ArrayBuffer);
+        if (this.wish && asked !== this.query(true)) this.send(this.wish(true)); // it was changed meanwhile
+        if (before) this.drain(before);
+        return true;
+      },
+    );
   }
 
   /** Read what was still asked over that socket, then close it. */

@@ -1,6 +1,7 @@
 /** How long answers take, and by how much the server's clock differs from this one: measured by pings. */
 
-const OVERDUE_MS = 2000, CHECK_MS = 2000;
+const OVERDUE_MS = 2000,
+  CHECK_MS = 2000;
 const MOST = 20; // pings without an answer that are remembered
 
 export class RoundTrip {

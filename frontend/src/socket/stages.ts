@@ -2,8 +2,17 @@
 import type { CommandInfo } from "./messages.ts";
 
 export const STAGES: Record<string, string> = {
-  sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the robot", acknowledged: "Moving",
-  completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",
+  sending: "Sending",
+  queued: "Queued",
+  accepted: "Accepted",
+  sent: "Sent to the robot",
+  acknowledged: "Moving",
+  completed: "Settled",
+  rejected: "Refused",
+  failed: "Failed",
+  expired: "Too late",
+  cancelled: "Stopped",
+  unknown: "Unknown",
 };
 /** Labels of commands, and which of them set something and move nothing: the robot's page tells them. */
 export const COMMAND_LABELS: Record<string, string> = {};

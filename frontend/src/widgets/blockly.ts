@@ -9,11 +9,11 @@ export { Blockly };
 function adopting<T>(run: () => T): T {
   const make = document.createElement;
   const made: HTMLElement[] = [];
-  document.createElement = ((name: string, options?: ElementCreationOptions) => {
+  document.createElement = (name: string, options?: ElementCreationOptions) => {
     const element = make.call(document, name.toLowerCase() === "style" ? "blockly-rules" : name, options);
     if (name.toLowerCase() === "style") made.push(element);
     return element;
-  });
+  };
   try {
     return run();
   } finally {
@@ -34,24 +34,43 @@ const THEME = Blockly.Theme.defineTheme("farhand", {
   name: "farhand",
   base: Blockly.Themes.Zelos,
   componentStyles: {
-    workspaceBackgroundColour: "var(--card)", toolboxBackgroundColour: "var(--paper)", toolboxForegroundColour: "var(--ink)",
-    flyoutBackgroundColour: "var(--paper)", flyoutForegroundColour: "var(--ink)", flyoutOpacity: 0.97,
-    scrollbarColour: "var(--quiet)", scrollbarOpacity: 0.6,
+    workspaceBackgroundColour: "var(--card)",
+    toolboxBackgroundColour: "var(--paper)",
+    toolboxForegroundColour: "var(--ink)",
+    flyoutBackgroundColour: "var(--paper)",
+    flyoutForegroundColour: "var(--ink)",
+    flyoutOpacity: 0.97,
+    scrollbarColour: "var(--quiet)",
+    scrollbarOpacity: 0.6,
   },
 });
 
-export interface Category { name: string; colour: string; types: string[] }
+export interface Category {
+  name: string;
+  colour: string;
+  types: string[];
+}
 
 /** Open a workspace in the box; its block types must be defined. `changed` is called when a person changed a block. */
 export function workspace(box: HTMLElement, categories: Category[], changed: () => void): Blockly.WorkspaceSvg {
   const contents = categories.map(({ name, colour, types }) => ({
-    kind: "category", name, colour, contents: types.map((type) => ({ kind: "block", type })),
+    kind: "category",
+    name,
+    colour,
+    contents: types.map((type) => ({ kind: "block", type })),
   }));
   const made = adopting(() =>
     Blockly.inject(box, {
       toolbox: { kind: "categoryToolbox", contents } as Blockly.utils.toolbox.ToolboxDefinition,
-      trashcan: false, sounds: false, modalInputs: false, theme: THEME, scrollbars: true, horizontalLayout: true, renderer: "zelos",
-      zoom: { startScale: 0.75, controls: false, wheel: false }, move: { scrollbars: true, drag: true, wheel: false },
+      trashcan: false,
+      sounds: false,
+      modalInputs: false,
+      theme: THEME,
+      scrollbars: true,
+      horizontalLayout: true,
+      renderer: "zelos",
+      zoom: { startScale: 0.75, controls: false, wheel: false },
+      move: { scrollbars: true, drag: true, wheel: false },
     }),
   );
   made.addChangeListener((event) => {

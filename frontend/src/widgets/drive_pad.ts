@@ -8,7 +8,12 @@ const direction = (forward: number, turn: number): Record<string, number> => ({ 
 
 export class DrivePad {
   /** `gamepads`: whether it takes them; not where a stick beside it does. */
-  constructor(private page: RobotPage, private pad: HTMLElement, gamepads = true, kind = "drive") {
+  constructor(
+    private page: RobotPage,
+    private pad: HTMLElement,
+    gamepads = true,
+    kind = "drive",
+  ) {
     new Jog<Record<string, number>>(pad, {
       read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
       arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },

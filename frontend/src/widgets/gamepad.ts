@@ -51,7 +51,9 @@ export class Pads {
       return rested.has(name);
     };
     const axes = pad.axes.map((v, i) => ((known || i < LEFT_STICK) && counts(`axis ${i}`, Math.abs(v) < REST) ? v : 0));
-    const buttons = known ? pad.buttons.map((b, i) => (counts(`button ${i}`, !b.pressed) ? b : { pressed: false, touched: b.touched, value: 0 })) : [];
+    const buttons = known
+      ? pad.buttons.map((b, i) => (counts(`button ${i}`, !b.pressed) ? b : { pressed: false, touched: b.touched, value: 0 }))
+      : [];
     this.why ||= held.length ? RELEASE : known ? "" : UNKNOWN;
     return { axes, buttons, connected: true };
   }

@@ -9,7 +9,10 @@ import type { JobInfo } from "../socket/messages.ts";
 import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
 
 /** What a kind of job is called, and what it is when it is done, without it "reached". */
-export interface JobName { noun: string; done?: string }
+export interface JobName {
+  noun: string;
+  done?: string;
+}
 /**
  * What a job of this robot is called, where its values say that it leads, and how people ask for one; other kinds of
  * jobs in the same list.
@@ -33,7 +36,11 @@ export class JobPanel {
   /** Own jobs that were seen waiting: of such a one it is told that it has begun. */
   private waiting = new Set<number>();
 
-  constructor(private page: RobotPage, private words: JobWords, private changed: () => void) {
+  constructor(
+    private page: RobotPage,
+    private words: JobWords,
+    private changed: () => void,
+  ) {
     const token = byId("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     this.jobs = new Jobs(page.slug, token, () => this.follow());
     byId("asked-do").addEventListener("click", (event) => {
@@ -99,7 +106,9 @@ export class JobPanel {
       this.heard = s.jobs;
       this.jobs.heard(s.jobs);
     }
-    this.open = s.jobs.filter(({ kind }) => kind === this.words.kind || this.words.others?.[kind]).map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
+    this.open = s.jobs
+      .filter(({ kind }) => kind === this.words.kind || this.words.others?.[kind])
+      .map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
     const job = this.current();
     const about = this.about(job);
     say(byId("asked"), about);
@@ -114,7 +123,10 @@ export class JobPanel {
   }
 
   private tellBegun(): void {
-    for (const { job: { id, kind, state }, own } of this.open) {
+    for (const {
+      job: { id, kind, state },
+      own,
+    } of this.open) {
       if (own && state === "waiting") this.waiting.add(id);
       else if (own && this.waiting.delete(id)) this.page.notice(this.begun(kind), "info");
     }
@@ -126,7 +138,8 @@ export class JobPanel {
   }
 
   private about(job: OwnJob | undefined): string {
-    const { how } = this.words, { noun } = this.named(job?.kind ?? this.words.kind);
+    const { how } = this.words,
+      { noun } = this.named(job?.kind ?? this.words.kind);
     const s = this.page.snapshot!;
     if (!job) return s.me.can.ask ? `${how} You need not wait here: the ${noun}'s own page tells how it ended.` : this.whyNot();
     if (!job.open) return `${ended(job, this.named(job.kind))} You can ask for another.`;
@@ -145,16 +158,25 @@ export class JobPanel {
   }
 
   private list(): void {
-    draw(byId("goals"), repeat(this.open, ({ job }) => job.id, ({ job, own }) => {
-      const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
-      return html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${`${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`}</span></li>`;
-    }));
+    draw(
+      byId("goals"),
+      repeat(
+        this.open,
+        ({ job }) => job.id,
+        ({ job, own }) => {
+          const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
+          return html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${`${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`}</span></li>`;
+        },
+      ),
+    );
   }
 }
 
 function ended(job: OwnJob, { noun, done = "reached" }: JobName): string {
   const words: Record<string, string> = {
-    done: `Your ${noun} was ${done}.`, cancelled: `Your ${noun} was cancelled.`, failed: `Your ${noun} was not ${done}.`,
+    done: `Your ${noun} was ${done}.`,
+    cancelled: `Your ${noun} was cancelled.`,
+    failed: `Your ${noun} was not ${done}.`,
     unknown: `Nobody knows whether your ${noun} was ${done}.`,
   };
   const why = job.reason && job.reason !== "Cancelled." ? ` ${job.reason}` : "";

@@ -33,7 +33,10 @@ export class Jog<Direction> {
   private hint: HTMLElement | null;
   private advice: string; // the hint's own words
 
-  constructor(private pad: HTMLElement, private jogging: JogSettings<Direction>) {
+  constructor(
+    private pad: HTMLElement,
+    private jogging: JogSettings<Direction>,
+  ) {
     this.hint = pad.querySelector(".hint");
     this.hint?.setAttribute("role", "status");
     this.advice = this.hint?.textContent ?? "";
@@ -59,8 +62,7 @@ export class Jog<Direction> {
       }
       this.begin(this.jogging.read(button.dataset["jog"] ?? ""), "pointer");
     });
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
-      button.addEventListener(name, () => this.end("pointer"));
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(name, () => this.end("pointer"));
     button.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
@@ -78,7 +80,11 @@ export class Jog<Direction> {
   private feelPad(): void {
     const away = document.hidden || this.pad.closest("[hidden]") !== null;
     if (away) this.pads.forget();
-    const direction = this.pads.read(away ? [] : gamepads()).map((pad) => this.jogging.stick(pad)).find((d) => d !== null) ?? null;
+    const direction =
+      this.pads
+        .read(away ? [] : gamepads())
+        .map((pad) => this.jogging.stick(pad))
+        .find((d) => d !== null) ?? null;
     if (this.hint) say(this.hint, this.pads.why || this.advice); // its place is as high as the longest of these
     if (this.by === "pad" && !direction) this.end("pad");
     else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");

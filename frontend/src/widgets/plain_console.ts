@@ -12,7 +12,8 @@ import { HeldButtons } from "./held_buttons.ts";
 class PlainConsole extends Basics<RobotPage> {
   private box = byId("commands");
   private widgets = facts.commands.map((spec) => ({
-    kind: spec.kind, made: spec.held ? new HeldButtons(this.page, spec) : new CommandForm(this.page, spec),
+    kind: spec.kind,
+    made: spec.held ? new HeldButtons(this.page, spec) : new CommandForm(this.page, spec),
   }));
 
   constructor(page: RobotPage) {
@@ -22,10 +23,15 @@ class PlainConsole extends Basics<RobotPage> {
 
   override state(packet: StatePacket): void {
     super.state(packet);
-    fill(byId("readings").querySelector("tbody")!, [...facts.names.map((name) => [name, ""]), ...[...facts.pose, ...facts.channels].map((c) => [c.name, ` ${c.unit}`])].map(([name, unit]) => {
-      const value = this.page.value(name!);
-      return [name!, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
-    }));
+    fill(
+      byId("readings").querySelector("tbody")!,
+      [...facts.names.map((name) => [name, ""]), ...[...facts.pose, ...facts.channels].map((c) => [c.name, ` ${c.unit}`])].map(
+        ([name, unit]) => {
+          const value = this.page.value(name!);
+          return [name!, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
+        },
+      ),
+    );
   }
 
   override draw(f: Facts): void {

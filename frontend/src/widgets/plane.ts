@@ -1,6 +1,14 @@
 /** Points of a plane (m, y up) on a screen (px, y down), and places in the plane. */
-interface Point { x: number; y: number }
-export interface Box { left: number; right: number; low: number; high: number }
+interface Point {
+  x: number;
+  y: number;
+}
+export interface Box {
+  left: number;
+  right: number;
+  low: number;
+  high: number;
+}
 
 const LEAST_M = 0.8; // a map of a few points does not fill the screen
 const MARGIN_PX = 26;
@@ -18,12 +26,14 @@ export function fittingBox(old: Box | null, points: readonly Point[]): Box | nul
   }
   const inside = old && box.left >= old.left && box.right <= old.right && box.low >= old.low && box.high <= old.high;
   if (inside && filled(box, old)) return old;
-  const wide = Math.max(0, LEAST_M - (box.right - box.left)) / 2 + 0.05, tall = Math.max(0, LEAST_M - (box.high - box.low)) / 2 + 0.05;
+  const wide = Math.max(0, LEAST_M - (box.right - box.left)) / 2 + 0.05,
+    tall = Math.max(0, LEAST_M - (box.high - box.low)) / 2 + 0.05;
   return { left: box.left - wide, right: box.right + wide, low: box.low - tall, high: box.high + tall };
 }
 
 function filled(box: Box, frame: Box): boolean {
-  const width = Math.max(LEAST_M, box.right - box.left), height = Math.max(LEAST_M, box.high - box.low);
+  const width = Math.max(LEAST_M, box.right - box.left),
+    height = Math.max(LEAST_M, box.high - box.low);
   return width > LOOSE * (frame.right - frame.left - 0.1) || height > LOOSE * (frame.high - frame.low - 0.1);
 }
 
@@ -56,7 +66,8 @@ export class Scale {
 
 /** The number of the nearest place, at most so far away (m); null if there is none. */
 export function nearest(places: ReadonlyMap<number, Point>, x: number, y: number, most: number): number | null {
-  let found: number | null = null, least = most;
+  let found: number | null = null,
+    least = most;
   for (const [id, place] of places) {
     const away = Math.hypot(place.x - x, place.y - y);
     if (away <= least) [found, least] = [id, away];

@@ -3,13 +3,20 @@ import { html } from "lit-html";
 import { repeat } from "lit-html/directives/repeat.js";
 import { allowed, draw } from "../kit/render.ts";
 
-export interface ListedSpot { letter: string; id: number; words: string }
+export interface ListedSpot {
+  letter: string;
+  id: number;
+  words: string;
+}
 
 export class SpotList {
   private spots: readonly ListedSpot[] = [];
   private why = "";
 
-  constructor(private box: HTMLElement, private onPick: (place: number) => void) {}
+  constructor(
+    private box: HTMLElement,
+    private onPick: (place: number) => void,
+  ) {}
 
   /** Show these places; a button that stays keeps the focus. */
   show(spots: readonly ListedSpot[]): void {
@@ -24,7 +31,14 @@ export class SpotList {
   }
 
   private draw(): void {
-    draw(this.box, repeat(this.spots, ({ letter }) => letter, ({ letter, id, words }) =>
-      html`<li><button type="button" class="button" @click=${() => this.onPick(id)} ${allowed(this.why)}><b>${letter}</b> <span>${words}</span></button></li>`));
+    draw(
+      this.box,
+      repeat(
+        this.spots,
+        ({ letter }) => letter,
+        ({ letter, id, words }) =>
+          html`<li><button type="button" class="button" @click=${() => this.onPick(id)} ${allowed(this.why)}><b>${letter}</b> <span>${words}</span></button></li>`,
+      ),
+    );
   }
 }

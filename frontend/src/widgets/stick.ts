@@ -26,11 +26,19 @@ export class Stick {
   private ticked = 0;
 
   /** `args` are the values of the command for a push: x to the right, y up, each from -1 to 1. */
-  constructor(private page: RobotPage, private kind: string, private args: (push: Push) => Record<string, number>, label = "Stick") {
+  constructor(
+    private page: RobotPage,
+    private kind: string,
+    private args: (push: Push) => Record<string, number>,
+    label = "Stick",
+  ) {
     this.element.className = "stick";
     this.element.tabIndex = 0;
     this.element.setAttribute("role", "application");
-    this.element.setAttribute("aria-label", `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`);
+    this.element.setAttribute(
+      "aria-label",
+      `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`,
+    );
     this.element.setAttribute("aria-describedby", "why");
     this.knob.className = "stick-knob";
     this.element.append(this.knob);
@@ -81,7 +89,11 @@ export class Stick {
 
   private pointed(event: PointerEvent): Push {
     const box = this.element.getBoundingClientRect();
-    return byPointer(event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2, Math.min(box.width, box.height) / 2);
+    return byPointer(
+      event.clientX - box.left - box.width / 2,
+      event.clientY - box.top - box.height / 2,
+      Math.min(box.width, box.height) / 2,
+    );
   }
 
   private key(event: KeyboardEvent, down: boolean): void {
@@ -105,7 +117,11 @@ export class Stick {
   private feelPad(): void {
     const away = document.hidden || this.element.closest("[hidden]") !== null;
     if (away) this.pads.forget();
-    const push = this.pads.read(away ? [] : gamepads()).map(byPad).find((one) => one !== null) ?? null;
+    const push =
+      this.pads
+        .read(away ? [] : gamepads())
+        .map(byPad)
+        .find((one) => one !== null) ?? null;
     if (this.by === "pad" && !push) this.end();
     else if (this.by === "pad" && push) this.wanted = push;
     else if (push && !this.by && document.hasFocus() && performance.now() - this.last > AGAIN_MS) {
@@ -117,7 +133,8 @@ export class Stick {
   private begin(by: StickBy): void {
     if (this.seq) return;
     this.last = performance.now();
-    const again = (): string => this.page.whyNot(this.kind), why = again();
+    const again = (): string => this.page.whyNot(this.kind),
+      why = again();
     if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
     if (why) return this.page.keepAlive.refused(why, again);
     this.by = by;

@@ -4,7 +4,9 @@ import { ArmView, type ForbiddenBox } from "../../arm/view.ts";
 import type { ArmDescription } from "../../arm/types.ts";
 import { FILE_MS, request } from "../../kit/request.ts";
 
-interface Facts extends ArmDescription { posture: number[] }
+interface Facts extends ArmDescription {
+  posture: number[];
+}
 const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
 
 /** Put the editor before the text field; the field stays for people who prefer to write. */

@@ -11,7 +11,8 @@ const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
 const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
 const AT_DOCK = "This place is at the dock, where the robot goes only to charge. Choose one farther away from it.";
-const NOW = "Show the map of now", PAST = `This is an earlier map, where the robot cannot be sent. Press "${NOW}" first.`;
+const NOW = "Show the map of now",
+  PAST = `This is an earlier map, where the robot cannot be sent. Press "${NOW}" first.`;
 const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
 const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
@@ -28,7 +29,9 @@ class RoamingConsole extends Basics<RobotPage> {
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
   private letteredAt = 0;
-  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) => (this.past ? page.refuse(() => (this.past ? PAST : "")) : this.picked(place)));
+  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) =>
+    this.past ? page.refuse(() => (this.past ? PAST : "")) : this.picked(place),
+  );
   private goals: JobPanel;
   private list: SpotList;
   private pad = new DrivePad(page, byId("drive"));
@@ -117,11 +120,20 @@ class RoamingConsole extends Basics<RobotPage> {
       return at ? [{ ...at, text: String(job.ahead), own, now: job.state === "running" }] : [];
     });
     if (this.past) this.map.mark([], new Map());
-    else this.map.mark(marks, new Map([...this.letters].flatMap(([letter, id]) => {
-      const at = spots.get(id);
-      return at ? [[letter, at] as const] : [];
-    })));
-    say(byId("map-said"), this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.");
+    else
+      this.map.mark(
+        marks,
+        new Map(
+          [...this.letters].flatMap(([letter, id]) => {
+            const at = spots.get(id);
+            return at ? [[letter, at] as const] : [];
+          }),
+        ),
+      );
+    say(
+      byId("map-said"),
+      this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.",
+    );
   }
 
   private inWords(id: number): string {

@@ -1,7 +1,22 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
 import {
-  allow, blocked, byId, type CameraView, type CommandInfo, type Console, facts, type Facts, FINAL, type PicturePacket, type PlanAnswer, request,
-  RobotPage, say, type StatePacket, type Still, Tabs,
+  allow,
+  blocked,
+  byId,
+  type CameraView,
+  type CommandInfo,
+  type Console,
+  facts,
+  type Facts,
+  FINAL,
+  type PicturePacket,
+  type PlanAnswer,
+  request,
+  RobotPage,
+  say,
+  type StatePacket,
+  type Still,
+  Tabs,
 } from "/static/farhand/v1/console.js";
 import { type ArmDescription, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
@@ -11,7 +26,11 @@ import { Programs } from "./programs.ts";
 import { showReadings } from "./readings.ts";
 import { Terminal } from "./terminal.ts";
 
-interface Plan { key: string; ok: boolean; text: string }
+interface Plan {
+  key: string;
+  ok: boolean;
+  text: string;
+}
 
 const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] } };
 const NAMES = description.joints.map((j) => j.name);
@@ -63,11 +82,18 @@ class ArmConsole implements Console, Judge {
       const [{ ArmView }, answer] = await Promise.all([import("/static/farhand/v1/arm_view.js"), request(description.model, {}, MODEL_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...NAMES.map((name) => [name]), FINGERS];
-      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...(description.set.boxes ?? [])], (x, y) => {
-        if (byId("modes").hidden) return;
-        this.tabs.choose("position");
-        this.position.place(x, y);
-      });
+      this.view = new ArmView(
+        byId("model"),
+        await answer.text(),
+        names,
+        description.tip,
+        [...description.boxes, ...(description.set.boxes ?? [])],
+        (x, y) => {
+          if (byId("modes").hidden) return;
+          this.tabs.choose("position");
+          this.position.place(x, y);
+        },
+      );
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
       if (page.state) this.view.joints(page.state.joints);
@@ -149,9 +175,15 @@ class ArmConsole implements Console, Judge {
     this.planned += 1; // an answer that is still on its way is of an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
-      if (!target || !page.state) { this.noGhost(); return; }
+      if (!target || !page.state) {
+        this.noGhost();
+        return;
+      }
       const outside = this.tabs.open === "position" ? this.position.outside() : "";
-      if (outside) { this.refuse(outside); return; }
+      if (outside) {
+        this.refuse(outside);
+        return;
+      }
       this.plan = { key: JSON.stringify(target), ok: false, text: "" };
       page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);
@@ -223,7 +255,14 @@ class ArmConsole implements Console, Judge {
 
   draw(f: Facts): void {
     byId("modes").hidden = !page.operating && !page.snapshot?.me.cleared;
-    for (const [name, kind] of [["open", "gripper"], ["close", "gripper"], ["ready", "ready"], ["go-joints", "go"], ["go-pose", "go"], ["run", "run"]] as const) {
+    for (const [name, kind] of [
+      ["open", "gripper"],
+      ["close", "gripper"],
+      ["ready", "ready"],
+      ["go-joints", "go"],
+      ["go-pose", "go"],
+      ["run", "run"],
+    ] as const) {
       const why = this.whyNot(kind, f);
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
       if (button) allow(button, why);

@@ -10,7 +10,11 @@ export class Terminal {
   private last: string[] = [];
   private at = 0;
 
-  constructor(private page: RobotPage, private console: Judge, private axes: string[]) {
+  constructor(
+    private page: RobotPage,
+    private console: Judge,
+    private axes: string[],
+  ) {
     const line = byId<HTMLInputElement>("terminal-line");
     byId<HTMLFormElement>("terminal").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -45,9 +49,7 @@ export class Terminal {
       const why = this.console.whyNot("terminal", this.page.facts());
       if (why) return answer(why);
       const seq = this.page.issue(target.kind, target.args);
-      this.page.ladder.whenEnded(this.page.grant, seq, (c) =>
-        answer(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`),
-      );
+      this.page.ladder.whenEnded(this.page.grant, seq, (c) => answer(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`));
     } catch (error) {
       answer(`e ${(error as Error).message}`);
     }

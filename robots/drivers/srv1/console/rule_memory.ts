@@ -1,7 +1,8 @@
 /** The rule sets that this device has sent, by the CRC under which the rover tells which one is in force. */
 import { crcOf, parse } from "./rules_text.ts";
 
-const MOST = 20, KEY = "srv1-rules";
+const MOST = 20,
+  KEY = "srv1-rules";
 
 export class RuleMemory {
   private known = new Map<number, string>();

@@ -15,9 +15,24 @@ FILES = [
     *(f"frontend/{n}" for n in ("eslint.config.js", "vite.config.ts")),
     *CONSOLES,
 ]
+SCRIPTS = [f"{name}/**/*.{{ts,js}}" if "." not in name else name for name in FILES]
 COMMANDS = (
     (MODULES / "@typescript/native/bin/tsc", "--noEmit", "--project", FRONTEND),
-    (MODULES / "eslint/bin/eslint.js", "--config", FRONTEND / "eslint.config.js", *FILES),
+    (
+        MODULES / "eslint/bin/eslint.js",
+        "--no-error-on-unmatched-pattern",
+        "--config",
+        FRONTEND / "eslint.config.js",
+        *FILES,
+    ),
+    (
+        MODULES / "prettier/bin/prettier.cjs",
+        "--check",
+        "--no-error-on-unmatched-pattern",
+        "--log-level",
+        "warn",
+        *SCRIPTS,
+    ),
 )
 
 node = find_node() / "node"

@@ -35,11 +35,11 @@ test("what was not answered is asked for again at the next snapshot, and then no
   void jobs.refresh();
   asked[0]!.fail();
   await settled();
-  jobs.heard([]);
+  jobs.update([]);
   assert.equal(asked.length, 2);
   asked[1]!.answer({ jobs: [] });
   await settled();
-  jobs.heard([]);
+  jobs.update([]);
   assert.equal(asked.length, 2);
 });
 

@@ -22,7 +22,7 @@ function pressed(): { line: Line; stop: StopPress; said: string[] } {
   const line = new Line(),
     said: string[] = [];
   const stop = new StopPress(line, (words) => said.push(words));
-  stop.heard(snapshot(7));
+  stop.update(snapshot(7));
   line.lost = true;
   stop.press();
   return { line, stop, said };
@@ -38,11 +38,11 @@ test("a Stop that cannot be sent says so until it is", () => {
   assert.equal(stop.pending, UNSENT);
   assert.equal(line.sent, 0);
   back(line);
-  stop.heard(snapshot(7));
+  stop.update(snapshot(7));
   assert.equal(line.sent, 1);
-  stop.heard(snapshot(7));
+  stop.update(snapshot(7));
   assert.equal(line.sent, 1, "sent once on a line");
-  stop.answered(true);
+  stop.answer(true);
   assert.equal(stop.pending, "");
 });
 
@@ -50,7 +50,7 @@ test("a late Stop goes only into the turn that it was meant for", () => {
   for (const now of [snapshot(8), snapshot(null), snapshot(7, false)]) {
     const { line, stop, said } = pressed();
     back(line);
-    stop.heard(now);
+    stop.update(now);
     assert.equal(line.sent, 0);
     assert.match(said[0] ?? "", /was not sent/);
     assert.equal(stop.pending, "");
@@ -61,10 +61,10 @@ test("a Stop that is answered at once says nothing more", () => {
   const line = new Line(),
     said: string[] = [];
   const stop = new StopPress(line, (words) => said.push(words));
-  stop.heard(snapshot(7));
+  stop.update(snapshot(7));
   stop.press();
   assert.equal(stop.pending, "");
-  assert.equal(stop.answered(true), false);
+  assert.equal(stop.answer(true), false);
   assert.deepEqual(said, []);
 });
 
@@ -74,11 +74,11 @@ test("a late Stop that went into two sockets before it was answered is told once
   const { line, stop, said } = pressed();
   clock += 5000;
   back(line);
-  stop.heard(snapshot(7));
+  stop.update(snapshot(7));
   line.opened += 1; // the operator's own stream takes over
-  stop.heard(snapshot(7));
+  stop.update(snapshot(7));
   assert.equal(line.sent, 2);
-  assert.deepEqual([stop.answered(true), stop.answered(true), stop.answered(true)], [true, true, false]);
+  assert.deepEqual([stop.answer(true), stop.answer(true), stop.answer(true)], [true, true, false]);
   assert.equal(said.length, 1);
   assert.match(said[0] ?? "", /has been sent now/);
 });

@@ -11,7 +11,7 @@ function page(): Subscription {
   const made = new Subscription(() => line, "vp8", false);
   made.wish();
   made.opened();
-  made.said(true);
+  made.judgeLine(true);
   made.arrived({ camera: 0, atMs: now, number: 1 }, 6000);
   return made;
 }

@@ -1,9 +1,9 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
-import { Jog, named } from "../widgets/jog.ts";
-import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";
+import { Jog, named } from "../widgets/jog.ts";
 import { TargetEdit } from "./target_edit.ts";
 import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 

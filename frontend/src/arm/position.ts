@@ -1,12 +1,12 @@
 /** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
-import { facts } from "../page/facts.ts";
-import { twist } from "../widgets/gamepad.ts";
-import { Jog, named } from "../widgets/jog.ts";
-import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
-import { TargetEdit } from "./target_edit.ts";
+import { facts } from "../page/facts.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { twist } from "../widgets/gamepad.ts";
+import { Jog, named } from "../widgets/jog.ts";
 import { jogButton } from "./joints.ts";
+import { TargetEdit } from "./target_edit.ts";
 import { deg, type Judge, rangeError, rad, type Target } from "./types.ts";
 
 type Twist = Record<string, number>;

@@ -1,8 +1,8 @@
 /** The robot's sound: a button, the browser's decoder (WebCodecs), and what is heard now. Off until it is pressed. */
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
-import { PlayoutBuffer } from "./playout.ts";
 import type { SoundPacket } from "../socket/packets.ts";
+import { PlayoutBuffer } from "./playout.ts";
 
 const RATE = 48_000;
 const CONFIG: AudioDecoderConfig = { codec: "opus", sampleRate: RATE, numberOfChannels: 1 };

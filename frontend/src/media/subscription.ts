@@ -1,7 +1,7 @@
 /** What this page wants to see: which cameras, and how much of it, as the person chose or as the line allows. */
 import { storage } from "../kit/storage.ts";
-import { LineJudge, type Pace, PACES, isQuick } from "./pace.ts";
 import type { Coding } from "../socket/packets.ts";
+import { LineJudge, type Pace, PACES, isQuick } from "./pace.ts";
 import { lineWords, ThroughputMeter, quality, isShort } from "./throughput.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
@@ -173,7 +173,7 @@ export class Subscription {
   }
 
   /** Judge the line; `expected`: the robot sends pictures now. Returns what to say of it. */
-  said(expected: boolean): string {
+  judgeLine(expected: boolean): string {
     const line = this.line();
     this.expected = expected;
     if (!line.lost) {
@@ -191,7 +191,7 @@ export class Subscription {
   }
 
   /** The line in a word, and what comes over it; empty while there is none. */
-  lineSaid(): string {
+  lineSentence(): string {
     const line = this.line();
     if (line.lost || (line.latency === null && !line.overdue)) return "";
     return lineWords(this.carried(performance.now()), line.overdue ? null : line.latency, line.best);

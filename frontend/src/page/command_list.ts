@@ -1,8 +1,8 @@
 /** The list of commands with their stages, newest first. */
 import { html, nothing, type TemplateResult } from "lit-html";
 import { repeat } from "lit-html/directives/repeat.js";
-import type { CommandInfo } from "../socket/messages.ts";
 import { draw } from "../kit/render.ts";
+import type { CommandInfo } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, laterStage, SETTING_KINDS, stageOf } from "../socket/stages.ts";
 
 const LOST_MS = 3000; // for what an earlier socket's process still carries out

@@ -88,7 +88,7 @@ export class Commands {
 }
 
 /** A snapshot's commands, which may have been read earlier than what is known of them. */
-export function newest(read: readonly CommandInfo[], known: readonly CommandInfo[] = []): CommandInfo[] {
+export function latestStages(read: readonly CommandInfo[], known: readonly CommandInfo[] = []): CommandInfo[] {
   const before = new Map(known.map((c) => [c.id, c]));
   return read.map((c) => laterStage(before.get(c.id), c));
 }

@@ -1,8 +1,8 @@
 /** What a robot's console consists of. */
-import type { Facts } from "./controls.ts";
 import type { ShownPicture } from "../media/reduced_motion.ts";
 import type { CommandInfo, Still } from "../socket/messages.ts";
 import type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
+import type { Facts } from "./controls.ts";
 
 /** The part that differs between robots: the middle of the page. */
 export interface Console {

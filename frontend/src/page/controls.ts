@@ -1,7 +1,7 @@
 /** Whether anything can be commanded now, on any robot. */
-import { unconfirmedStop } from "./banner.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
+import { unconfirmedStop } from "./banner.ts";
 
 export interface Facts {
   snapshot: Snapshot | null;

@@ -1,11 +1,11 @@
 /** The defaults of a console: the first camera is shown, one command at a time. */
+import { byId, say } from "../kit/dom.ts";
 import { CameraView } from "../media/camera_view.ts";
+import type { CommandInfo, Still } from "../socket/messages.ts";
+import type { PicturePacket, StatePacket } from "../socket/packets.ts";
 import type { Console, ConsolePage } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
 import { configKinds } from "./facts.ts";
-import type { CommandInfo, Still } from "../socket/messages.ts";
-import type { PicturePacket, StatePacket } from "../socket/packets.ts";
-import { byId, say } from "../kit/dom.ts";
 
 export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
   readonly video = true;

@@ -1,6 +1,6 @@
 /** What the page knows about its robot: commands and names of the spec, and its description. */
-import type { RobotFacts } from "../socket/messages.ts";
 import { byId } from "../kit/dom.ts";
+import type { RobotFacts } from "../socket/messages.ts";
 
 export const facts = JSON.parse(byId("description").textContent) as RobotFacts;
 /** The kinds of commands that change a setting; they run beside a motion, in the lane `config`. */

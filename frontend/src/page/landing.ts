@@ -1,9 +1,9 @@
 /** The landing page: each robot's thumbnail follows its newest picture, and says where that is not live. */
 import { every } from "../kit/page_clock.ts";
-import { RobotSocket } from "../socket/robot_socket.ts";
+import { LIVE_MS, isLive } from "../media/picture_age.ts";
 import type { Message } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
-import { LIVE_MS, isLive } from "../media/picture_age.ts";
+import { RobotSocket } from "../socket/robot_socket.ts";
 
 for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
   let picture = card.querySelector<HTMLImageElement>("img");

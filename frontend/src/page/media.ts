@@ -7,9 +7,9 @@ import { Subscription } from "../media/subscription.ts";
 import { VideoPlayer } from "../media/video.ts";
 import { ByteStreams } from "../socket/byte_streams.ts";
 import { type Connection, isReplay } from "../socket/connection.ts";
-import { splitPicture } from "../socket/poses.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import type { PicturePacket, StreamPacket, VideoPacket } from "../socket/packets.ts";
+import { splitPicture } from "../socket/poses.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
 import type { Console } from "./console.ts";
 import type { Facts } from "./controls.ts";
@@ -102,8 +102,8 @@ export class Media {
     const badge = byId("age");
     say(badge, at ? words : facts.cameras ? "No picture yet" : "");
     badge.dataset["age"] = mark;
-    say(byId("pace-said"), this.subscription.said(facts.cameras > 0 && f.snapshot?.robot.state !== "offline"));
-    say(byId("line-said"), this.subscription.lineSaid());
+    say(byId("pace-said"), this.subscription.judgeLine(facts.cameras > 0 && f.snapshot?.robot.state !== "offline"));
+    say(byId("line-said"), this.subscription.lineSentence());
     this.sound?.draw(this.subscription.soundless);
     say(byId("latency"), f.latency === null ? "" : `${Math.round(f.latency)} ms`);
   }

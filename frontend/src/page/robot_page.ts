@@ -7,13 +7,13 @@ import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
 import { TurnPanel } from "../queue/turn_panel.ts";
 import { type Connection, isReplay, openConnection } from "../socket/connection.ts";
-import type { Tolerance } from "../socket/poses.ts";
 import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../socket/messages.ts";
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
+import type { Tolerance } from "../socket/poses.ts";
 import { COMMAND_LABELS, SETTING_KINDS } from "../socket/stages.ts";
 import { Banner, bannerWords } from "./banner.ts";
 import type { CommandList } from "./command_list.ts";
-import { Commands, newest } from "./commands.ts";
+import { Commands, latestStages } from "./commands.ts";
 import type { Console } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
 import { completeConsole } from "./default_console.ts";
@@ -252,7 +252,7 @@ export class RobotPage {
   }
 
   private gotAnswer(m: Answer): void {
-    const late = m.to === "stop" && this.stop.press.answered(m.ok);
+    const late = m.to === "stop" && this.stop.press.answer(m.ok);
     if (!m.ok && m.to === "command") this.commands.refused(m);
     if (m.ok) this.settle();
     const unchecked = m.to === "release" && !this.stop.looked;
@@ -264,7 +264,7 @@ export class RobotPage {
   private gotSnapshot(s: Snapshot): void {
     const wasOperating = this.operating,
       hadStill = this.snapshot?.still?.id;
-    if (!s.replay) s.commands = newest(s.commands, this.snapshot?.commands);
+    if (!s.replay) s.commands = latestStages(s.commands, this.snapshot?.commands);
     this.snapshot = s;
     this.storeDown = s.store;
     if (this.commands.follow(s)) this.console?.turn();
@@ -276,7 +276,7 @@ export class RobotPage {
     if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
     if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
     this.log.draw(s.log, this.live.now());
-    this.stop.press.heard(s); // last, because the result of a Stop matters most
+    this.stop.press.update(s); // last, because the result of a Stop matters most
   }
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {

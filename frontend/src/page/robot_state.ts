@@ -1,6 +1,6 @@
 /** The newest state of the robot: its values by the names of its spec, and whether it is still where a picture shows it. */
-import { hasLeft, splitState, type Tolerance } from "../socket/poses.ts";
 import type { StatePacket } from "../socket/packets.ts";
+import { hasLeft, splitState, type Tolerance } from "../socket/poses.ts";
 import { facts } from "./facts.ts";
 
 const SILENT_MS = 3000;

@@ -1,6 +1,6 @@
 /** A press of Stop, until it is known to have arrived at the portal, and the texts meanwhile. */
-import type { RobotSocket } from "../socket/robot_socket.ts";
 import type { Snapshot } from "../socket/messages.ts";
+import type { RobotSocket } from "../socket/robot_socket.ts";
 
 const ANSWER_MS = 1500;
 /** A Stop is sent late no longer than this after its press, and only into the turn that it was meant for. */
@@ -40,7 +40,7 @@ export class StopPress {
    * Note the portal's answer. Returns whether a late arrival was shown, which replaces the answer's text, as that of
    * every further answer to the same press.
    */
-  answered(ok: boolean): boolean {
+  answer(ok: boolean): boolean {
     if (!this.at && ok && this.again > 0) {
       this.again -= 1;
       return true;
@@ -52,7 +52,7 @@ export class StopPress {
   }
 
   /** Note the present snapshot. After a reconnection the press is sent again if it still applies; it can only hold the robot. */
-  heard(s: Snapshot): void {
+  update(s: Snapshot): void {
     this.snapshot = s;
     if (!this.at || this.socket === this.live.opened) return;
     const meant = s.me.can.stop && (s.turn?.grant ?? null) === this.grant && performance.now() - this.at < LATE_MS;

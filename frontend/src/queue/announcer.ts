@@ -1,7 +1,7 @@
 /** Messages for a person who looks elsewhere: title, icon, sound, vibration, notification, screen reader. */
+import { say } from "../kit/dom.ts";
 import { storage } from "../kit/storage.ts";
 import type { QueuePlace } from "./person_socket.ts";
-import { say } from "../kit/dom.ts";
 
 const MOMENTS_S = [60, 20, 10];
 /** What the bar's button for the sound does, as its `data-do` says. */

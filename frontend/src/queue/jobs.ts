@@ -1,6 +1,6 @@
 /** Jobs on a robot: ask for one, as a guest or signed in, follow one's own, cancel one. */
-import type { JobInfo } from "../socket/messages.ts";
 import { request } from "../kit/request.ts";
+import type { JobInfo } from "../socket/messages.ts";
 
 /** A job of the person at this browser. */
 export interface OwnJob {
@@ -67,7 +67,7 @@ export class Jobs {
   }
 
   /** The robot's open jobs are these now: an own one that is not among them, or began, is read again, and so are all if none was read yet. */
-  heard(open: readonly JobInfo[]): void {
+  update(open: readonly JobInfo[]): void {
     const states = new Map(open.map(({ id, state }) => [id, state]));
     if ((!this.known && !this.busy) || this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
   }

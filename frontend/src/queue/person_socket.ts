@@ -1,5 +1,4 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
-
 import { request } from "../kit/request.ts";
 import type { EndReason } from "../socket/messages.ts";
 

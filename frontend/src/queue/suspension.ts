@@ -1,8 +1,8 @@
 /** The part of a robot's page that says that a stop suspended its jobs, where staff resume them. */
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
-import { UNSENT } from "./person_socket.ts";
 import type { Snapshot } from "../socket/messages.ts";
+import { UNSENT } from "./person_socket.ts";
 
 const FIRST = { stopped: "Release the stop first.", released: "Look at the robot first." };
 

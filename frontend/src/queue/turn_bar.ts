@@ -1,12 +1,12 @@
 /** The bar on every page: the person's most urgent place, with countdown and button. */
-import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
 import { say } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { button, drawParts, inlineCountdown, link, type Part, strong, words } from "../kit/render.ts";
+import { clock, timeOfDay } from "../kit/times.ts";
+import { SOUND_ACTION, Announcer } from "./announcer.ts";
+import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
 import { PersonSocket, type QueuePlace, type PlaceAction } from "./person_socket.ts";
 import { currentPlaces, barPlaces } from "./places.ts";
-import { SOUND_ACTION, Announcer } from "./announcer.ts";
-import { clock, timeOfDay } from "../kit/times.ts";
 import { waitSentence } from "./waits.ts";
 
 const BUSY = "Your last press is on its way.";

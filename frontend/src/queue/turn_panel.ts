@@ -1,10 +1,10 @@
 /** The panel that shows whose turn it is and what you can do. */
+import { Confirmation } from "../kit/confirmation.ts";
 import { refusal } from "../kit/refusal.ts";
 import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
-import { UNSENT } from "./person_socket.ts";
-import type { Snapshot } from "../socket/messages.ts";
-import { Confirmation } from "../kit/confirmation.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
+import type { Snapshot } from "../socket/messages.ts";
+import { UNSENT } from "./person_socket.ts";
 import { queueSentence, waitSentence } from "./waits.ts";
 
 type Send = (message: object) => boolean;

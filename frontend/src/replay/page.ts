@@ -1,11 +1,11 @@
 /** The page of a recording: the bar to move in time, and the list of moments to jump to. */
 import "./replay.css";
+import { say, byId } from "../kit/dom.ts";
+import { FILE_MS, request } from "../kit/request.ts";
+import { shape } from "../kit/svg.ts";
+import { clock } from "../kit/times.ts";
 import { useRecording } from "../socket/connection.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
-import { say, byId } from "../kit/dom.ts";
-import { shape } from "../kit/svg.ts";
-import { FILE_MS, request } from "../kit/request.ts";
-import { clock } from "../kit/times.ts";
 import { Player } from "./player.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 

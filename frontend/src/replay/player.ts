@@ -1,7 +1,7 @@
 /** Plays a recording: gives a page's console what was recorded, as if it came from the robot now. */
 import type { Connection } from "../socket/connection.ts";
-import type { Handlers } from "../socket/robot_socket.ts";
 import type { PicturePacket } from "../socket/packets.ts";
+import type { Handlers } from "../socket/robot_socket.ts";
 import { type Item, momentOf, Slices } from "./slices.ts";
 import type { Index, Story } from "./story.ts";
 

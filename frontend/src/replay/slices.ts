@@ -1,7 +1,7 @@
 /** The packets of a recording, read in slices of a few seconds when they are needed. */
+import { FILE_MS, request } from "../kit/request.ts";
 import { decode } from "../socket/decoder.ts";
 import type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
-import { FILE_MS, request } from "../kit/request.ts";
 
 export const SLICE_MS = 5000;
 const HEAD = 8;

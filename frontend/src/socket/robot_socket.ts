@@ -1,8 +1,8 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import type { CompactLayout } from "./compact_state.ts";
-import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
+import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
 import { RoundTrip } from "./round_trip.ts";
 

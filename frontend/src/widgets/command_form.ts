@@ -1,6 +1,6 @@
 /** A command as a form: a field for each of its values with unit and range, and a button. */
-import type { RobotPage } from "../page/robot_page.ts";
 import { allow, refusal } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
 import type { ArgumentInfo, CommandSpec } from "../socket/messages.ts";
 
 export class CommandForm {

@@ -1,8 +1,8 @@
 /** Driving by hand: buttons, arrow keys and a gamepad for a held motion with shares of full speed ahead and turning. */
+import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
 import { stick } from "./gamepad.ts";
 import { Jog } from "./jog.ts";
-import type { RobotPage } from "../page/robot_page.ts";
-import { allow } from "../kit/refusal.ts";
 
 const direction = (forward: number, turn: number): Record<string, number> => ({ forward, turn });
 

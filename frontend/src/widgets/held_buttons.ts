@@ -1,8 +1,8 @@
 /** A held motion: a pair of buttons for each of its values, which are shares of full speed. */
-import { Jog, named } from "./jog.ts";
-import type { RobotPage } from "../page/robot_page.ts";
 import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
 import type { CommandSpec } from "../socket/messages.ts";
+import { Jog, named } from "./jog.ts";
 
 export class HeldButtons {
   readonly element = document.createElement("div");

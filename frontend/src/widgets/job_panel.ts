@@ -1,12 +1,12 @@
 /** Everybody's jobs of one kind: ask for one, one's own place and wait, how it ended, and the list of those that wait. */
 import { html } from "lit-html";
 import { repeat } from "lit-html/directives/repeat.js";
-import { Jobs, type OwnJob } from "../queue/jobs.ts";
-import type { RobotPage } from "../page/robot_page.ts";
 import { say, byId } from "../kit/dom.ts";
 import { button, draw, drawParts, link, type Part } from "../kit/render.ts";
-import type { JobInfo } from "../socket/messages.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { Jobs, type OwnJob } from "../queue/jobs.ts";
 import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
+import type { JobInfo } from "../socket/messages.ts";
 
 /** What a kind of job is called, and what it is when it is done, without it "reached". */
 export interface JobName {
@@ -104,7 +104,7 @@ export class JobPanel {
     if (!s) return;
     if (s.jobs !== this.heard) {
       this.heard = s.jobs;
-      this.jobs.heard(s.jobs);
+      this.jobs.update(s.jobs);
     }
     this.open = s.jobs
       .filter(({ kind }) => kind === this.words.kind || this.words.others?.[kind])

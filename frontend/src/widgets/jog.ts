@@ -1,7 +1,7 @@
 /** A held motion: it goes on while the controls are held, and ends when they are released or the page cannot tell. */
+import { say } from "../kit/dom.ts";
 import type { KeepAlive } from "../socket/held_motion.ts";
 import { gamepads, type Pad, Pads } from "./gamepad.ts";
-import { say } from "../kit/dom.ts";
 
 export interface JogSettings<Direction> extends KeepAlive {
   /** The direction that a control's `data-jog` names. */

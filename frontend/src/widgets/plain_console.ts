@@ -1,11 +1,11 @@
 /** The console of a robot without one of its own: its controls are drawn from its spec. */
-import type { Facts } from "../page/controls.ts";
-import { facts } from "../page/facts.ts";
-import { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { fill } from "../kit/render.ts";
-import type { StatePacket } from "../socket/packets.ts";
+import type { Facts } from "../page/controls.ts";
 import { Basics } from "../page/default_console.ts";
+import { facts } from "../page/facts.ts";
+import { RobotPage } from "../page/robot_page.ts";
+import type { StatePacket } from "../socket/packets.ts";
 import { CommandForm } from "./command_form.ts";
 import { HeldButtons } from "./held_buttons.ts";
 

@@ -1,10 +1,10 @@
 /** Programs of a robot's own language: as text and as blocks, saved, shared, fetched from the gallery. */
-import { storage } from "../kit/storage.ts";
-import type { RobotPage } from "../page/robot_page.ts";
 import { byId } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
-import type { Judgement } from "../socket/messages.ts";
 import { request } from "../kit/request.ts";
+import { storage } from "../kit/storage.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { Judgement } from "../socket/messages.ts";
 
 /** A robot's language: `parse` throws a sentence that names the line. */
 export interface Language<Step> {

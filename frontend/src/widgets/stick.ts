@@ -1,8 +1,8 @@
 /** A stick on the screen for a held motion that is steered: up is speed, to the side is steering. */
+import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
 import { gamepads, Pads } from "./gamepad.ts";
 import { KEEP_MS } from "./jog.ts";
-import type { RobotPage } from "../page/robot_page.ts";
-import { allow } from "../kit/refusal.ts";
 import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
 const TICK_MS = 40;

@@ -1,7 +1,7 @@
 /** The admin's editor of forbidden boxes: a table beside the arm in three dimensions, over the field that is sent. */
 import "../../arm/arm.css";
-import { ArmView, type ForbiddenBox } from "../../arm/view.ts";
 import type { ArmDescription } from "../../arm/types.ts";
+import { ArmView, type ForbiddenBox } from "../../arm/view.ts";
 import { FILE_MS, request } from "../../kit/request.ts";
 
 interface Facts extends ArmDescription {

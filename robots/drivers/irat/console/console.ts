@@ -1,6 +1,6 @@
 /** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
-import { allow, Basics, byId, type Facts, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import type { CellGrid } from "/static/farhand/v1/cells.js";
+import { allow, Basics, byId, type Facts, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";

@@ -16,9 +16,9 @@ import {
   type Still,
 } from "/static/farhand/v1/console.js";
 import "./console.css";
-import { Schematic } from "./schematic.ts";
 import { type SandFacts, whyNot } from "./rules.ts";
 import { type Description, type Map2, nozzlePixel, onSand, target } from "./scara.ts";
+import { Schematic } from "./schematic.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
 

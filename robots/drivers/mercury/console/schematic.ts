@@ -1,6 +1,6 @@
 /** The map from above: base, links, sand, what the camera sees, and a ghost of the target. */
-import { forward, onSand, reach, target, type Arm, type Description } from "./scara.ts";
 import { set, shape, type Still } from "/static/farhand/v1/console.js";
+import { forward, onSand, reach, target, type Arm, type Description } from "./scara.ts";
 
 const MM = 1000;
 const NEAR_RAD = 1e-4; // less than a tenth of a millimetre

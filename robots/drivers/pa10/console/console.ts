@@ -1,4 +1,6 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
+import { type ArmDescription, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
+import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import {
   allow,
   blocked,
@@ -18,8 +20,6 @@ import {
   type Still,
   Tabs,
 } from "/static/farhand/v1/console.js";
-import { type ArmDescription, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
-import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import "./terminal.css";
 import { Cameras } from "./cameras.ts";
 import { Programs } from "./programs.ts";

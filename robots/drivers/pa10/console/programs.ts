@@ -1,6 +1,6 @@
 /** Program mode: steps as blocks and as text, tried on the ghost, run, saved, shared. */
-import { type PlanAnswer, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
 import { deg, type Judge } from "/static/farhand/v1/arm.js";
+import { type PlanAnswer, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
 import { parse, print, type Step } from "./program_text.ts";
 

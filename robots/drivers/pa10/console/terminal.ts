@@ -1,6 +1,6 @@
 /** A terminal for the arm's own lines: each line becomes a command of the portal. */
-import { byId, type RobotPage } from "/static/farhand/v1/console.js";
 import type { Judge } from "/static/farhand/v1/arm.js";
+import { byId, type RobotPage } from "/static/farhand/v1/console.js";
 import { understood } from "./terminal_lines.ts";
 
 const LONGEST = 200;

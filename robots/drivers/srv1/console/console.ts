@@ -14,8 +14,8 @@ import {
 } from "/static/farhand/v1/console.js";
 import { DrivePad, JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
-import { type Description, HallMap } from "./hall_map.ts";
 import { HallInDepth } from "./hall_in_depth.ts";
+import { type Description, HallMap } from "./hall_map.ts";
 import { HistoryPart, type Reading } from "./history_part.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";

@@ -2,8 +2,8 @@
 import { allow, byId, facts, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { firing, type Method, type RuleSet, speed, type Variable } from "./fuzzy.ts";
 import "./rules.css";
-import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
 import { RuleMemory } from "./rule_memory.ts";
+import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
 import { parse, write } from "./rules_text.ts";
 import { cm, Surface } from "./surface.ts";
 

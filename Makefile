@@ -71,6 +71,7 @@ check: setup-test
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy .
+	$(PY) tools/check_frontend.py
 	.venv/bin/lint-imports
 	PYTHONPATH=. $(PY) -m tests.outdated
 	FARHAND_VAR=$$(mktemp -d) $(PY) manage.py makemigrations --check --dry-run

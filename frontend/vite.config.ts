@@ -39,8 +39,15 @@ export default defineConfig({
       preserveEntrySignatures: "exports-only",
       treeshake: { moduleSideEffects: [{ test: /v1.console\.ts$/, sideEffects: false }] }, // it only says what others export
       input: [
-        "src/site.ts", "src/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts", "src/pause.ts", "src/replay/page.ts",
-        ...modules, ...consoles,
+        "src/page/site.ts",
+        "src/page/landing.ts",
+        "src/page/turn_form.ts",
+        "src/page/retry_pause.ts",
+        "src/widgets/plain_console.ts",
+        "src/replay/page.ts",
+        "src/admin/robot_form.ts",
+        ...modules,
+        ...consoles,
       ],
     },
   },

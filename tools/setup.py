@@ -37,7 +37,7 @@ def main() -> None:
     install("test" if tests else "base")
     compile_loops()
     node = find_node()
-    build_frontend(node)
+    build_frontend(node, tests)
     if tests:
         find_chromium(node)
         compile_tests()
@@ -227,14 +227,16 @@ def npm(node: Path, *arguments: str, cwd: Path) -> None:
     run(*command, *arguments, cwd=cwd, env=env)
 
 
-def build_frontend(node: Path) -> None:
-    """Install the front end's tools and build it."""
+def build_frontend(node: Path, tests: bool) -> None:
+    """Install the front end's tools, those for its checks and tests only where they are wanted, and build it."""
     stamp = FRONTEND / "node_modules" / ".farhand.stamp"
     mark = digest(FRONTEND / "package-lock.json", FRONTEND / "package.json")
-    if not done_before(stamp, mark):
+    kinds = ("test",) if tests else ("test", "run")
+    if not any(done_before(stamp, mark + kind) for kind in kinds):
         say("installing the front end's packages")
-        npm(node, "ci", "--loglevel=error", "--no-audit", "--no-fund", cwd=FRONTEND)
-        stamp.write_text(mark)
+        less = () if tests else ("--omit=dev",)
+        npm(node, "ci", *less, "--loglevel=error", "--no-audit", "--no-fund", cwd=FRONTEND)
+        stamp.write_text(mark + kinds[-1])
     stamp = FRONTEND / "dist" / ".farhand.stamp"
     consoles = (ROOT / "robots" / "drivers").glob("*/console")
     mark = digest(FRONTEND / "src", *sorted(consoles), FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark

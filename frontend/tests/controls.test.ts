@@ -2,11 +2,15 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { forward, nozzlePixel, onSand, reach, target } from "../../robots/kit/drivers/mercury/console/scara.ts";
 import { type SandFacts as Facts, whyNot } from "../../robots/kit/drivers/mercury/console/rules.ts";
-import { blocked, tooLively } from "../src/controls.ts";
-import { decode } from "../src/protocol.ts";
-import { ago, clock } from "../src/words.ts";
+import { blocked } from "../src/page/controls.ts";
+import { skipsForReducedMotion } from "../src/media/reduced_motion.ts";
+import { decode } from "../src/socket/decoder.ts";
+import { ago, clock } from "../src/kit/times.ts";
 
-const D = { arm: { link1: 0.4, link2: 0.25, q2_deg: [0, 160] as [number, number], up: 0.075, down: 0 }, sand: { x: [-0.24, 0.24] as [number, number], y: [0.29, 0.55] as [number, number] } };
+const D = {
+  arm: { link1: 0.4, link2: 0.25, q2_deg: [0, 160] as [number, number], up: 0.075, down: 0 },
+  sand: { x: [-0.24, 0.24] as [number, number], y: [0.29, 0.55] as [number, number] },
+};
 
 test("reach and forward agree all over the sand", () => {
   for (let x = -0.24; x <= 0.24; x += 0.06)
@@ -21,7 +25,13 @@ test("reach and forward agree all over the sand", () => {
 });
 
 test("the nozzle's pixel maps to no motion", () => {
-  const map = { matrix: [[4.9e-4, 2e-5, 3e-3], [2e-5, -4.9e-4, -2e-3]], theta: 0 };
+  const map = {
+    matrix: [
+      [4.9e-4, 2e-5, 3e-3],
+      [2e-5, -4.9e-4, -2e-3],
+    ],
+    theta: 0,
+  };
   const [u, v] = nozzlePixel(map, 192, 165);
   const [x, y] = target(map, [0.1, 0.4, 0, 0], u, v, 192, 165);
   assert.ok(Math.hypot(x - 0.1, y - 0.4) < 1e-12);
@@ -30,9 +40,19 @@ test("the nozzle's pixel maps to no motion", () => {
 
 function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
   const f = {
-    snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { can: { drive: true } }, ...snapshot } as never,
+    snapshot: {
+      link: true,
+      stopped: false,
+      robot: { state: "operating", why: "", turns: true },
+      me: { can: { drive: true } },
+      ...snapshot,
+    } as never,
     state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0], velocities: [], torques: [], mode: "" },
-    lineUp: true, now: 10_200, latency: 10, busy: false, ...over,
+    lineUp: true,
+    now: 10_200,
+    latency: 10,
+    busy: false,
+    ...over,
   };
   return { blocked: blocked(f), aim: "good", ...f };
 }
@@ -51,7 +71,9 @@ test("a control is enabled, or it says why not", () => {
   ];
   for (const [f, why] of no) for (const kind of ["go", "up", "down", "air"]) assert.match(whyNot(kind, f), why);
   assert.match(whyNot("up", facts({ busy: true })), /One command at a time/);
-  const up = facts({ state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0.075, 0], velocities: [], torques: [], mode: "" } });
+  const up = facts({
+    state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0.075, 0], velocities: [], torques: [], mode: "" },
+  });
   assert.match(whyNot("air", up), /Down first/);
   assert.match(whyNot("up", up), /up already/);
   assert.match(whyNot("down", facts()), /down already/);
@@ -74,7 +96,14 @@ test("binary packets decode, broken ones do not", () => {
   const packet = decode(view.buffer);
   assert.ok(packet && "moving" in packet);
   assert.deepEqual([packet.moving, packet.stopped, packet.atMs, packet.mode], [true, true, 1234, "RPY"]);
-  assert.deepEqual([packet.joints, packet.velocities, packet.torques], [[-1.5, 4.75], [0.5, 0], [100, -7]]);
+  assert.deepEqual(
+    [packet.joints, packet.velocities, packet.torques],
+    [
+      [-1.5, 4.75],
+      [0.5, 0],
+      [100, -7],
+    ],
+  );
   assert.equal(decode(view.buffer.slice(0, 30)), null, "cut off in the middle of the joints");
   assert.equal(decode(new ArrayBuffer(5)), null);
 });
@@ -100,8 +129,8 @@ test("times in words", () => {
 
 test("a person who prefers reduced motion gets new stills, and one live picture in ten seconds", () => {
   const shown = { atMs: 50_000, stillId: 7 };
-  assert.equal(tooLively({ atMs: 50_250, still: 7 }, shown), true, "the arm rests: the same picture again");
-  assert.equal(tooLively({ atMs: 50_250, still: 0 }, shown), true, "it moves");
-  assert.equal(tooLively({ atMs: 50_250, still: 8 }, shown), false, "a new still");
-  assert.equal(tooLively({ atMs: 60_000, still: 0 }, shown), false, "ten seconds later");
+  assert.equal(skipsForReducedMotion({ atMs: 50_250, still: 7 }, shown), true, "the arm rests: the same picture again");
+  assert.equal(skipsForReducedMotion({ atMs: 50_250, still: 0 }, shown), true, "it moves");
+  assert.equal(skipsForReducedMotion({ atMs: 50_250, still: 8 }, shown), false, "a new still");
+  assert.equal(skipsForReducedMotion({ atMs: 60_000, still: 0 }, shown), false, "ten seconds later");
 });

@@ -6,7 +6,11 @@ import { speed } from "../../robots/kit/drivers/srv1/console/fuzzy.ts";
 import { braking, type Made, wrongIn } from "../../robots/kit/drivers/srv1/console/rules_check.ts";
 import { crcOf, parse, write } from "../../robots/kit/drivers/srv1/console/rules_text.ts";
 
-interface Vectors { made: Made; sets: { text: string; crc: number; refusal: string; cases: [number, number, number][] }[]; texts: { text: string; refusal: string }[] }
+interface Vectors {
+  made: Made;
+  sets: { text: string; crc: number; refusal: string; cases: [number, number, number][] }[];
+  texts: { text: string; refusal: string }[];
+}
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/fuzzy.json", import.meta.url), "utf-8")) as Vectors;
 const { made } = vectors; // of robot.toml, as the page gets it
 
@@ -20,7 +24,12 @@ function said(text: string): string[] {
 }
 
 /** Without the figures, which the two languages round differently, and without quotation marks. */
-const core = (words: string): string => words.replace(/ (is too fast|gives up to).*$/, " $1").replace(/[“”'"][^]*$/, "").replace(/; .*$/, "").replace(/\.$/, "");
+const core = (words: string): string =>
+  words
+    .replace(/ (is too fast|gives up to).*$/, " $1")
+    .replace(/[“”'"][^]*$/, "")
+    .replace(/; .*$/, "")
+    .replace(/\.$/, "");
 
 test("speeds are the rover's, by either method, also at the peaks and beyond them", () => {
   for (const { text, cases } of vectors.sets)
@@ -47,7 +56,13 @@ test("each wrong rule is named with its pair", () => {
   paper.table[1]![4] = 4;
   paper.table[2]![2] = -1;
   const found = wrongIn(paper, braking(made));
-  assert.deepEqual(found.map(({ rule }) => rule), [[1, 4], [2, 2]]);
+  assert.deepEqual(
+    found.map(({ rule }) => rule),
+    [
+      [1, 4],
+      [2, 2],
+    ],
+  );
   assert.match(found[0]!.words, /^Rule 10 \(infrared N, sonar VF\) is too fast: 0\.40 m\/s takes 0\.23 m to stop/);
   assert.ok(Number.isNaN(speed(paper, 0.45, 6)), "no speed where a pair that counts has no rule");
   assert.equal(speed(paper, 0.15, 2), 0.08);

@@ -5,9 +5,23 @@ import { test } from "node:test";
 import { PoseCells } from "../../robots/kit/drivers/irat/console/cell_packets.ts";
 import { ExperienceMap } from "../../robots/kit/drivers/irat/console/map_packets.ts";
 
-interface Packet { hex: string; key: boolean }
+interface Packet {
+  hex: string;
+  key: boolean;
+}
 interface Vectors {
-  map: { what: string; packets: Packet[]; shown: { number: number; spots: Record<string, [number, number]>; links: number[][]; route: number[]; docks: number[]; dock: number[] | null } }[];
+  map: {
+    what: string;
+    packets: Packet[];
+    shown: {
+      number: number;
+      spots: Record<string, [number, number]>;
+      links: number[][];
+      route: number[];
+      docks: number[];
+      dock: number[] | null;
+    };
+  }[];
   cells: { what: string; packets: Packet[]; shown: Record<string, number> }[];
 }
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/irat_streams.json", import.meta.url), "utf-8")) as Vectors;
@@ -32,7 +46,9 @@ for (const one of vectors.cells)
   test(`cells: ${one.what}`, () => {
     const cells = new PoseCells();
     for (const { hex, key } of one.packets) assert.ok(cells.take(bytes(hex), key));
-    const shown = Object.fromEntries([...cells.levels.entries()].filter(([, level]) => level).map(([number, level]) => [String(number), level]));
+    const shown = Object.fromEntries(
+      [...cells.levels.entries()].filter(([, level]) => level).map(([number, level]) => [String(number), level]),
+    );
     assert.deepEqual(shown, one.shown);
   });
 

@@ -1,9 +1,15 @@
 /** One's own jobs: read until an answer has come, and never put back to what they were before a request. */
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
-import { Jobs } from "../src/jobs.ts";
+import { Jobs } from "../src/queue/jobs.ts";
 
-interface Asked { method: string; press: string | null; text: string | null; answer(body: object, ok?: boolean): void; fail(): void }
+interface Asked {
+  method: string;
+  press: string | null;
+  text: string | null;
+  answer(body: object, ok?: boolean): void;
+  fail(): void;
+}
 let asked: Asked[] = [];
 
 function fetched(_address: string, init: RequestInit): Promise<Response> {
@@ -29,11 +35,11 @@ test("what was not answered is asked for again at the next snapshot, and then no
   void jobs.refresh();
   asked[0]!.fail();
   await settled();
-  jobs.heard([]);
+  jobs.update([]);
   assert.equal(asked.length, 2);
   asked[1]!.answer({ jobs: [] });
   await settled();
-  jobs.heard([]);
+  jobs.update([]);
   assert.equal(asked.length, 2);
 });
 
@@ -79,6 +85,9 @@ test("a job carries the text of a program, and another text is another request",
   void jobs.ask("mission", { text: "read" });
   void jobs.ask("mission", { text: "go South\nread" });
   void jobs.ask("goal", { x: 1 });
-  assert.deepEqual(asked.map(({ text }) => text), ["read", "go South\nread", null]);
+  assert.deepEqual(
+    asked.map(({ text }) => text),
+    ["read", "go South\nread", null],
+  );
   assert.notEqual(asked[0]!.press, asked[1]!.press);
 });

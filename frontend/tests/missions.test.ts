@@ -9,7 +9,9 @@ import { parse, print } from "../../robots/kit/drivers/srv1/console/mission_text
 interface Vectors {
   tables: Judged;
   missions: {
-    text: string; here: Pose; written: string;
+    text: string;
+    here: Pose;
+    written: string;
     legs: { step: number; end: number[]; corners: number; seconds: number; least: number }[];
     said: { step: number; at_s: number; text: string; refuses: boolean }[];
   }[];
@@ -17,7 +19,8 @@ interface Vectors {
 }
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/missions.json", import.meta.url), "utf-8")) as Vectors;
 const { hall } = vectors.tables;
-const near = (found: number, wanted: number, what: string): void => assert.ok(Math.abs(found - wanted) < 1e-5, `${what}: ${found}, not ${wanted}`);
+const near = (found: number, wanted: number, what: string): void =>
+  assert.ok(Math.abs(found - wanted) < 1e-5, `${what}: ${found}, not ${wanted}`);
 
 test("a mission is judged alike", () => {
   for (const { text, here, written, legs, said } of vectors.missions) {
@@ -34,7 +37,10 @@ test("a mission is judged alike", () => {
       for (const k of [0, 1]) near(end[k]!, leg.end[k]!, `${text}, step ${leg.step}`);
       near(Math.cos(end[2]), Math.cos(leg.end[2]!), `${text}, step ${leg.step}`);
     }
-    assert.deepEqual(found.said.map(({ step, text: words, refuses }) => [step, words, refuses]), said.map(({ step, text: words, refuses }) => [step, words, refuses]));
+    assert.deepEqual(
+      found.said.map(({ step, text: words, refuses }) => [step, words, refuses]),
+      said.map(({ step, text: words, refuses }) => [step, words, refuses]),
+    );
     for (const [i, one] of said.entries()) near(found.said[i]!.at_s, one.at_s, text);
   }
 });
@@ -49,11 +55,20 @@ test("a text is read alike, or refused with the same sentence", () => {
 
 test("the ghost turns as the rover does, and drives where it looks", () => {
   const here: Pose = [1, 1, 2.5];
-  for (const [text, degrees] of [["turn 270", 270], ["turn -360", -360], ["turn 180", 180], ["look around", 360], ["turn 270\nwait 5\nturn 270", 540]] as const) {
-    const { legs } = judge(vectors.tables, parse(text, hall), here), lasts = legs.reduce((sum, { seconds }) => sum + seconds, 0);
-    let before = here, turned = 0;
+  for (const [text, degrees] of [
+    ["turn 270", 270],
+    ["turn -360", -360],
+    ["turn 180", 180],
+    ["look around", 360],
+    ["turn 270\nwait 5\nturn 270", 540],
+  ] as const) {
+    const { legs } = judge(vectors.tables, parse(text, hall), here),
+      lasts = legs.reduce((sum, { seconds }) => sum + seconds, 0);
+    let before = here,
+      turned = 0;
     for (let n = 0; n <= 400; n++) {
-      const at = ghostAt(vectors.tables, legs, (lasts * n) / 400.000001)!, step = remainder(at[2] - before[2]);
+      const at = ghostAt(vectors.tables, legs, (lasts * n) / 400.000001)!,
+        step = remainder(at[2] - before[2]);
       assert.ok(step * degrees >= -1e-9 && Math.abs(step) < 0.3, `${text}: by ${step} at ${n}`);
       assert.deepEqual([at[0], at[1]], [1, 1]);
       turned += step;
@@ -64,10 +79,12 @@ test("the ghost turns as the rover does, and drives where it looks", () => {
   }
   for (const { text, here: begin } of vectors.missions) {
     const { legs } = judge(vectors.tables, parse(text, hall), begin);
-    let before = begin, passed = 0;
+    let before = begin,
+      passed = 0;
     for (const { seconds, poses } of legs) {
       for (let at = 0; at < seconds - 0.01; at += 0.05) {
-        const now = ghostAt(vectors.tables, legs, passed + at)!, [dx, dy] = [now[0] - before[0], now[1] - before[1]];
+        const now = ghostAt(vectors.tables, legs, passed + at)!,
+          [dx, dy] = [now[0] - before[0], now[1] - before[1]];
         const back = dx * Math.cos(now[2]) + dy * Math.sin(now[2]);
         assert.ok(Math.hypot(dx, dy) < 0.1, `${text}: it jumps to ${String(now)}`);
         assert.ok(back > -0.05, `${text}: it drives backwards at ${String(now)}`);

@@ -1,11 +1,14 @@
 /** How much a page asks for, by what its line can carry. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { LineJudge, type Pace, quick } from "../src/pace.ts";
+import { LineJudge, type Pace, isQuick } from "../src/media/pace.ts";
 
 const STEP_MS = 250;
 
-interface Slowness { age: (pace: Pace) => number | null; latency: (pace: Pace) => number | null }
+interface Slowness {
+  age: (pace: Pace) => number | null;
+  latency: (pace: Pace) => number | null;
+}
 
 /** Let pictures arrive at the present pace with these ages, and pings be answered so; returns the paces of each second. */
 function run(judge: LineJudge, from: number, seconds: number, line: Slowness): Pace[] {
@@ -17,7 +20,7 @@ function run(judge: LineJudge, from: number, seconds: number, line: Slowness): P
       judge.arrived(age);
       next = now + (judge.pace === "stills" ? 5000 : 100);
     }
-    judge.judge(now, true, quick(line.latency(judge.pace), 50));
+    judge.judge(now, true, isQuick(line.latency(judge.pace), 50));
     while (seen.length <= (now - from) / 1000) seen.push(judge.pace);
   }
   return seen;
@@ -26,7 +29,8 @@ function run(judge: LineJudge, from: number, seconds: number, line: Slowness): P
 const GOOD = { age: () => 200, latency: () => 50 };
 /** A line that carries stills, but not live pictures. */
 const NARROW = {
-  age: (pace: Pace) => (pace === "stills" ? 800 : 9000), latency: (pace: Pace) => (pace === "live" || pace === "coarse" ? 5000 : 300),
+  age: (pace: Pace) => (pace === "stills" ? 800 : 9000),
+  latency: (pace: Pace) => (pace === "live" || pace === "coarse" ? 5000 : 300),
 };
 /** A line that carries coarse pictures, but not whole ones. */
 const MIDDLE = { age: (pace: Pace) => (pace === "live" ? 9000 : 500), latency: (pace: Pace) => (pace === "live" ? 5000 : 300) };
@@ -43,7 +47,10 @@ test("a line on which live pictures grow old gets one now and then, and more is 
   assert.ok(!seen.includes("states"));
   const tries = seen.flatMap((pace, i) => (pace === "coarse" && seen[i - 1] === "stills" ? [i] : []));
   assert.ok(tries.length >= 10 && tries.length <= 30, `${tries.length} tries in two hours`);
-  assert.ok(tries.slice(-5).every((at, i, last) => i === 0 || at - last[i - 1]! > 300), "no more often than every five minutes at last");
+  assert.ok(
+    tries.slice(-5).every((at, i, last) => i === 0 || at - last[i - 1]! > 300),
+    "no more often than every five minutes at last",
+  );
 });
 
 test("a line that carries coarse pictures gets those, and whole ones are tried less and less often", () => {
@@ -70,8 +77,8 @@ test("when the line is good again, pictures come back, live at last, or as far a
 });
 
 test("an answer is quick by the line's own best, within limits", () => {
-  assert.ok(quick(690, 20) && !quick(800, 20), "an ordinary line");
-  assert.ok(quick(900, 600) && !quick(1400, 600), "by satellite");
-  assert.ok(!quick(1600, 3000), "a line that was never quick");
-  assert.ok(!quick(null, 20), "no answer");
+  assert.ok(isQuick(690, 20) && !isQuick(800, 20), "an ordinary line");
+  assert.ok(isQuick(900, 600) && !isQuick(1400, 600), "by satellite");
+  assert.ok(!isQuick(1600, 3000), "a line that was never quick");
+  assert.ok(!isQuick(null, 20), "no answer");
 });

@@ -1,12 +1,12 @@
 /** Which of a camera's pictures are shown. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Order } from "../src/picture_order.ts";
+import { PictureOrder } from "../src/media/picture_order.ts";
 
 const picture = (atMs: number, number: number): { atMs: number; number: number } => ({ atMs, number });
 
 test("older pictures are dropped, and the same one again", () => {
-  const order = new Order();
+  const order = new PictureOrder();
   assert.ok(order.take(picture(10_000, 7)));
   assert.ok(!order.take(picture(10_000, 7)));
   assert.ok(!order.take(picture(9_900, 6)));
@@ -18,7 +18,7 @@ test("older pictures are dropped, and the same one again", () => {
 });
 
 test("pictures of a process that has begun again are shown at once", () => {
-  const order = new Order();
+  const order = new PictureOrder();
   assert.ok(order.take(picture(10_000, 900)));
   assert.ok(order.take(picture(12_000, 1)));
   assert.ok(order.take(picture(12_100, 2)));
@@ -26,7 +26,7 @@ test("pictures of a process that has begun again are shown at once", () => {
 });
 
 test("after a jump in time an earlier picture is shown, and those that follow it", () => {
-  const order = new Order();
+  const order = new PictureOrder();
   assert.ok(order.take(picture(20_000, 1)));
   assert.ok(!order.take(picture(17_000, 2)), "no jump");
   assert.ok(order.take({ ...picture(17_000, 3), first: true }));
@@ -35,7 +35,7 @@ test("after a jump in time an earlier picture is shown, and those that follow it
 });
 
 test("a clock that was set back far does not end the pictures", () => {
-  const order = new Order();
+  const order = new PictureOrder();
   assert.ok(order.take(picture(3_600_000, 900)));
   assert.ok(order.take(picture(10_000, 901)));
   assert.ok(order.take(picture(10_100, 902)));

@@ -1,7 +1,7 @@
 /** What is large is loaded beforehand, while the page has nothing else to do. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { prefetch } from "../src/prefetch.ts";
+import { prefetch } from "../src/kit/prefetch.ts";
 
 const settled = async (): Promise<void> => {
   for (let i = 0; i < 20; i++) await Promise.resolve();
@@ -9,7 +9,8 @@ const settled = async (): Promise<void> => {
 
 test("large parts are loaded one after the other, while the page is idle; one that fails keeps none from coming", async () => {
   mock.timers.enable({ apis: ["setTimeout"] });
-  const page = { idle: false }, begun: string[] = [];
+  const page = { idle: false },
+    begun: string[] = [];
   let arrived: () => void = () => assert.fail("it was not begun");
   prefetch(page, () => (begun.push("view"), new Promise<void>((done) => (arrived = done))));
   prefetch(page, () => (begun.push("lost"), Promise.reject(new Error("the line is cut"))));

@@ -2,28 +2,35 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { momentOf, Slices, unpack } from "../src/replay/slices.ts";
+import { momentOf, Slices, unpackSlice } from "../src/replay/slices.ts";
 import { type Index, Story } from "../src/replay/story.ts";
 
 // of tests/vectors, as Python writes it: key 1, state 1, delta 2, picture 1, key 3, state 2, what nobody knows, picture 2
-const SLICES = (JSON.parse(readFileSync(new URL("../../tests/vectors/recording_slices.json", import.meta.url), "utf-8")) as { slices: string[] }).slices;
+const SLICES = (
+  JSON.parse(readFileSync(new URL("../../tests/vectors/recording_slices.json", import.meta.url), "utf-8")) as { slices: string[] }
+).slices;
 const DATA = Uint8Array.from(Buffer.from(SLICES[0]!, "hex")).buffer;
 
 /** A slice of one state, the first of the recording, at another time. */
 function state(at: number): ArrayBuffer {
-  const view = new DataView(DATA), begin = 8 + view.getUint32(0, true), part = DATA.slice(begin, begin + 8 + view.getUint32(begin, true));
+  const view = new DataView(DATA),
+    begin = 8 + view.getUint32(0, true),
+    part = DATA.slice(begin, begin + 8 + view.getUint32(begin, true));
   new DataView(part).setUint32(4, at, true);
   return part;
 }
 
 test("a slice is taken apart; what is not understood is left out, and a part that is cut off too", () => {
-  assert.deepEqual(unpack(DATA).map(({ at }) => at), [0, 100, 200, 300, 900, 950, 990]);
-  assert.equal(unpack(DATA.slice(0, DATA.byteLength - 1)).length, 6);
-  assert.deepEqual(unpack(new ArrayBuffer(0)), []);
+  assert.deepEqual(
+    unpackSlice(DATA).map(({ at }) => at),
+    [0, 100, 200, 300, 900, 950, 990],
+  );
+  assert.equal(unpackSlice(DATA.slice(0, DATA.byteLength - 1)).length, 6);
+  assert.deepEqual(unpackSlice(new ArrayBuffer(0)), []);
 });
 
 test("a moment is the newest of everything, and a stream since its key packet", () => {
-  const items = unpack(DATA);
+  const items = unpackSlice(DATA);
   const numbers = (at: number): unknown[] => {
     const { state: told, pictures, chains } = momentOf(items, at);
     const of = (item: { packet: { number: number } } | undefined | null): number | undefined => item?.packet.number;
@@ -39,7 +46,7 @@ test("slices are read once, from the earliest that is needed, and again after a 
   const asked: string[] = [];
   let fails = true;
   globalThis.fetch = ((address: string) => {
-    const number = asked.push(address);
+    asked.push(address);
     return Promise.resolve(new Response(fails ? "" : DATA, { status: fails ? 503 : 200 }));
   }) as typeof fetch;
   const slices = new Slices("/r/1/", [0, 0, 1]);
@@ -53,13 +60,30 @@ test("slices are read once, from the earliest that is needed, and again after a 
 });
 
 const stage = (after_ms: number, id: number, state: string, more: object = {}): Index["commands"][number] => ({
-  id, seq: id, grant: 1, kind: "up", state, reason: "", at_ms: 0, result: {}, after_ms, ...more,
+  id,
+  seq: id,
+  grant: 1,
+  kind: "up",
+  state,
+  reason: "",
+  at_ms: 0,
+  result: {},
+  after_ms,
+  ...more,
 });
 const INDEX: Index = {
-  began_ms: 1000, ended_ms: 9000, end: "", needs: [0, 0], cameras: [0], pictures: 2,
+  began_ms: 1000,
+  ended_ms: 9000,
+  end: "",
+  needs: [0, 0],
+  cameras: [0],
+  pictures: 2,
   commands: [
-    stage(100, 1, "queued", { args: { x: 1 }, by: "ada" }), stage(300, 1, "completed"), stage(350, 1, "sent"),
-    stage(500, 2, "queued"), stage(700, 2, "failed", { reason: "It slipped." }),
+    stage(100, 1, "queued", { args: { x: 1 }, by: "ada" }),
+    stage(300, 1, "completed"),
+    stage(350, 1, "sent"),
+    stage(500, 2, "queued"),
+    stage(700, 2, "failed", { reason: "It slipped." }),
   ],
   events: [{ after_ms: 600, what: "gap", text: "A gap.", level: "warning" }],
 };
@@ -67,17 +91,36 @@ const INDEX: Index = {
 test("what is known of commands at a moment; a late stage does not take an end back", () => {
   const story = new Story(INDEX, { index: "", slices: "", slug: "r", name: "R", who: "ada" });
   const known = (at: number): string[] => story.snapshot(at, false).commands.map(({ id, state }) => `${id} ${state}`);
-  assert.deepEqual([0, 200, 400, 600, 800].map(known), [[], ["1 queued"], ["1 completed"], ["2 queued", "1 completed"], ["2 failed", "1 completed"]]);
+  assert.deepEqual([0, 200, 400, 600, 800].map(known), [
+    [],
+    ["1 queued"],
+    ["1 completed"],
+    ["2 queued", "1 completed"],
+    ["2 failed", "1 completed"],
+  ]);
   const { me, jobs, replay, operator } = story.snapshot(200, true);
   assert.deepEqual([replay, operator, jobs[0]?.args], [true, "ada", { x: 1 }]);
   assert.deepEqual(me.can, { watch: true, drive: false, ask: false, stop: false });
-  assert.deepEqual(story.marks().map(({ at, bad }) => [at, bad]), [[100, false], [500, false], [600, true], [700, true]]);
-  assert.deepEqual(story.between(500, 700).commands.map(({ state }) => state), ["failed"]);
+  assert.deepEqual(
+    story.marks().map(({ at, bad }) => [at, bad]),
+    [
+      [100, false],
+      [500, false],
+      [600, true],
+      [700, true],
+    ],
+  );
+  assert.deepEqual(
+    story.between(500, 700).commands.map(({ state }) => state),
+    ["failed"],
+  );
 });
 
 test("of many slices that a moment needs, four are asked for at once", async () => {
-  const before = globalThis.fetch, asked: string[] = [];
-  let now = 0, most = 0;
+  const before = globalThis.fetch,
+    asked: string[] = [];
+  let now = 0,
+    most = 0;
   globalThis.fetch = (async (address: string) => {
     const number = asked.push(address);
     most = Math.max(most, ++now);
@@ -86,9 +129,16 @@ test("of many slices that a moment needs, four are asked for at once", async () 
     return new Response(state(number));
   }) as typeof fetch;
   try {
-    const items = await new Slices("/x/", Array.from({ length: 40 }, () => 0)).until(39 * 5000);
+    const items = await new Slices(
+      "/x/",
+      Array.from({ length: 40 }, () => 0),
+    ).until(39 * 5000);
     assert.equal(items.length, 40);
-    assert.deepEqual(items.map(({ at }) => at), Array.from({ length: 40 }, (_, i) => i + 1), "in their order");
+    assert.deepEqual(
+      items.map(({ at }) => at),
+      Array.from({ length: 40 }, (_, i) => i + 1),
+      "in their order",
+    );
     assert.equal(most, 4);
   } finally {
     globalThis.fetch = before;

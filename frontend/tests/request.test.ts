@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
-import { FILE_MS, request } from "../src/request.ts";
+import { FILE_MS, request } from "../src/kit/request.ts";
 
 const ROOT = new URL("../../", import.meta.url);
 
@@ -14,20 +14,22 @@ function sources(folder: string): string[] {
 
 test("nothing in the pages asks the portal without a limit", () => {
   const names = [...sources("frontend/src/"), ...sources("robots/kit/drivers/")];
-  assert.ok(names.includes("frontend/src/person.ts") && names.includes("robots/kit/drivers/pa10/console/programs.ts"));
+  assert.ok(names.includes("frontend/src/queue/person_socket.ts") && names.includes("robots/kit/drivers/pa10/console/programs.ts"));
   const asking = names.filter((name) => /(?<![.\w])fetch\(|XMLHttpRequest|sendBeacon/.test(readFileSync(new URL(name, ROOT), "utf8")));
-  assert.deepEqual(asking, ["frontend/src/request.ts"]);
+  assert.deepEqual(asking, ["frontend/src/kit/request.ts"]);
 });
 
 test("a request that lasts too long fails, also while its answer comes", async (t) => {
-  const limits: number[] = [], limit = new AbortController();
+  const limits: number[] = [],
+    limit = new AbortController();
   t.mock.method(AbortSignal, "timeout", (ms: number) => (limits.push(ms), limit.signal));
   const options: RequestInit[] = [];
   t.mock.method(globalThis, "fetch", (_: string, given: RequestInit) => {
     options.push(given);
     return new Promise((_, reject) => given.signal?.addEventListener("abort", () => reject(given.signal?.reason)));
   });
-  const plain = request("/a", { method: "POST" }), file = request("/b", {}, FILE_MS);
+  const plain = request("/a", { method: "POST" }),
+    file = request("/b", {}, FILE_MS);
   limit.abort(new DOMException("late", "TimeoutError"));
   await assert.rejects(plain, { name: "TimeoutError" });
   await assert.rejects(file, { name: "TimeoutError" });

@@ -1,14 +1,26 @@
 /** Places on a plane, their letters, the frame of a map, and waits in words. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fitted, landmarks, nearest, Scale, whereabouts } from "../src/widgets/plane.ts";
-import { standing, waitWords } from "../src/words.ts";
+import { fittingBox, landmarks, nearest, Scale, whereabouts } from "../src/widgets/plane.ts";
+import { jobSentence, waitWords } from "../src/queue/waits.ts";
 
-const row = (count: number, step = 0.05): Map<number, { x: number; y: number }> => new Map(Array.from({ length: count }, (_, i) => [i, { x: i * step, y: 0 }]));
+const row = (count: number, step = 0.05): Map<number, { x: number; y: number }> =>
+  new Map(Array.from({ length: count }, (_, i) => [i, { x: i * step, y: 0 }]));
 
 test("what is drawn somewhere is found there again", () => {
-  const scale = new Scale(fitted(null, [{ x: -1, y: 2 }, { x: 1, y: 0.5 }]), 320, 290);
-  for (const [x, y] of [[-1, 2], [0.3, 0.7], [1, 0.5]] as const) {
+  const scale = new Scale(
+    fittingBox(null, [
+      { x: -1, y: 2 },
+      { x: 1, y: 0.5 },
+    ]),
+    320,
+    290,
+  );
+  for (const [x, y] of [
+    [-1, 2],
+    [0.3, 0.7],
+    [1, 0.5],
+  ] as const) {
     const [u, v] = scale.toScreen(x, y);
     assert.ok(u > 0 && u < 320 && v > 0 && v < 290, `${u}, ${v}`);
     const [back, up] = scale.toPlane(u, v);
@@ -17,11 +29,30 @@ test("what is drawn somewhere is found there again", () => {
 });
 
 test("the frame stays while the map fills it, grows with it, and follows a map that pulls together", () => {
-  const frame = fitted(null, [{ x: 0, y: 0 }, { x: 2, y: 2 }])!;
-  assert.equal(fitted(frame, [{ x: 0.1, y: 0 }, { x: 1.9, y: 2 }]), frame);
-  assert.ok(fitted(frame, [{ x: 0, y: 0 }, { x: 3, y: 2 }])!.right > 3);
-  assert.ok(fitted(frame, [{ x: 0, y: 0 }, { x: 1, y: 1 }])!.right < 1.2);
-  assert.equal(fitted(null, []), null);
+  const frame = fittingBox(null, [
+    { x: 0, y: 0 },
+    { x: 2, y: 2 },
+  ])!;
+  assert.equal(
+    fittingBox(frame, [
+      { x: 0.1, y: 0 },
+      { x: 1.9, y: 2 },
+    ]),
+    frame,
+  );
+  assert.ok(
+    fittingBox(frame, [
+      { x: 0, y: 0 },
+      { x: 3, y: 2 },
+    ])!.right > 3,
+  );
+  assert.ok(
+    fittingBox(frame, [
+      { x: 0, y: 0 },
+      { x: 1, y: 1 },
+    ])!.right < 1.2,
+  );
+  assert.equal(fittingBox(null, []), null);
   assert.ok(Number.isFinite(new Scale(null, 1, 1).pixels), "a canvas without a size");
 });
 
@@ -46,7 +77,10 @@ test("letters stand apart, stay with their places, and are free again when a pla
 });
 
 test("where a place is", () => {
-  const square = new Map([[0, { x: 0, y: 0 }], [1, { x: 2, y: 2 }]]);
+  const square = new Map([
+    [0, { x: 0, y: 0 }],
+    [1, { x: 2, y: 2 }],
+  ]);
   assert.equal(whereabouts({ x: 0, y: 2 }, square), "top left");
   assert.equal(whereabouts({ x: 1, y: 1 }, square), "centre");
   assert.equal(whereabouts({ x: 1, y: 0 }, square), "bottom");
@@ -61,10 +95,10 @@ test("waits in words", () => {
 });
 
 test("a job that waits says how many are before it, or that staff have to resume", () => {
-  assert.equal(standing("goal", 0, [0, 5], false), "Your goal waits. It is next; any moment now.");
-  assert.equal(standing("goal", 1, [0, 60], false), "Your goal waits. One is before it; at most 1 min.");
-  assert.equal(standing("goal", 3, null, false), "Your goal waits. 3 are before it; the wait is not known now.");
-  const suspended = standing("goal", 0, null, true);
+  assert.equal(jobSentence("goal", 0, [0, 5], false), "Your goal waits. It is next; any moment now.");
+  assert.equal(jobSentence("goal", 1, [0, 60], false), "Your goal waits. One is before it; at most 1 min.");
+  assert.equal(jobSentence("goal", 3, null, false), "Your goal waits. 3 are before it; the wait is not known now.");
+  const suspended = jobSentence("goal", 0, null, true);
   assert.match(suspended, /keeps its place.*until staff press Resume jobs/);
   assert.doesNotMatch(suspended, /next/);
 });

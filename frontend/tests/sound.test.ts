@@ -1,7 +1,7 @@
 /** The robot's sound while the browser pauses it: a telephone call, a page that nobody sees. */
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
-import type { Sound as Heard } from "../src/sound.ts";
+import type { Sound as Heard } from "../src/media/sound.ts";
 
 let now = 0;
 let contexts: Context[] = [];
@@ -46,7 +46,11 @@ class Element {
 
 const on = (name: string, heard: (event: { target: object }) => void): void => void (listeners[name] ??= []).push(heard);
 const stubs = {
-  document: { hidden: false, addEventListener: on }, addEventListener: on, window: globalThis, Node: Element, performance: { now: () => now },
+  document: { hidden: false, addEventListener: on },
+  addEventListener: on,
+  window: globalThis,
+  Node: Element,
+  performance: { now: () => now },
   AudioContext: Context,
   AudioDecoder: class {
     static isConfigSupported = async (): Promise<object> => ({ supported: true });
@@ -56,11 +60,12 @@ const stubs = {
   },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
-const { Sound } = await import("../src/sound.ts");
+const { Sound } = await import("../src/media/sound.ts");
 const PAUSED = "Sound paused. Press to hear again.";
 
 function listening(): { sound: Heard; button: Element; words: Element } {
-  const button = new Element(), words = new Element();
+  const button = new Element(),
+    words = new Element();
   const sound = new Sound(button as never, words as never, new Element() as never, (wanted) => asked.push(wanted));
   button.click();
   return { sound, button, words };

@@ -1,12 +1,17 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Pad } from "../src/gamepad.ts";
-import { byKeys, byPad, byPointer, resisted, type Push } from "../src/widgets/stick_rules.ts";
+import type { Pad } from "../src/widgets/gamepad.ts";
+import { byKeys, byPad, byPointer, dampedPush, type Push } from "../src/widgets/stick_rules.ts";
 
 const pad = (axes: number[], pressed: number[] = [], connected = true): Pad => ({
-  axes, connected, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
+  axes,
+  connected,
+  buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
 });
-const random = (seed: number): (() => number) => () => ((seed = (seed * 1103515245 + 12345) % 2 ** 31) / 2 ** 31);
+const random =
+  (seed: number): (() => number) =>
+  () =>
+    (seed = (seed * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
 
 test("a pointer never pushes beyond one, whatever it is", () => {
   const dice = random(7);
@@ -48,14 +53,16 @@ test("a gamepad pushes by degrees, and its cross as the keys do", () => {
 test("a knob that resists comes later, is never beyond what is wanted, and is drawn back and turned at once", () => {
   const dice = random(3);
   for (let i = 0; i < 2000; i++) {
-    const at: Push = [dice() * 2 - 1, dice() * 2 - 1], wanted: Push = [dice() * 2 - 1, dice() * 2 - 1], force = dice() * 1.4 - 0.2;
-    const [x, y] = resisted(at, wanted, force, dice());
+    const at: Push = [dice() * 2 - 1, dice() * 2 - 1],
+      wanted: Push = [dice() * 2 - 1, dice() * 2 - 1],
+      force = dice() * 1.4 - 0.2;
+    const [x, y] = dampedPush(at, wanted, force, dice());
     assert.equal(x, wanted[0], "it turns at once");
     assert.ok(y <= wanted[1] + 1e-12, "never faster than wanted");
     if (wanted[1] <= 0 || force <= 0) assert.equal(y, wanted[1]);
     else assert.ok(y >= 0, "nothing drives it back");
   }
-  const after = (force: number): number => resisted([0, 0], [0, 1], force, 0.2)[1];
+  const after = (force: number): number => dampedPush([0, 0], [0, 1], force, 0.2)[1];
   assert.equal(after(0), 1);
   assert.equal(after(NaN), 1);
   assert.ok(after(0.2) > after(0.6) && after(0.6) > after(1) && after(1) > 0);
@@ -64,13 +71,17 @@ test("a knob that resists comes later, is never beyond what is wanted, and is dr
 test("a knob that is held ahead is pushed back by what comes near, and comes again when that is gone", () => {
   const rests = (from: number, force: number): number => {
     let at: Push = [0, from];
-    for (let i = 0; i < 500; i++) at = resisted(at, [0, 1], force, 0.04);
+    for (let i = 0; i < 500; i++) at = dampedPush(at, [0, 1], force, 0.04);
     return at[1];
   };
   const resting = [0, 0.2, 0.5, 1].map((force) => rests(1, force));
-  assert.deepEqual([...resting].sort((a, b) => b - a), resting, "the more force, the farther back");
+  assert.deepEqual(
+    [...resting].sort((a, b) => b - a),
+    resting,
+    "the more force, the farther back",
+  );
   assert.ok(resting[0] === 1 && resting[3]! > 0.2 && resting[3]! < 0.4);
   for (const [i, force] of [0.2, 0.5, 1].entries()) assert.ok(Math.abs(rests(0, force) - resting[i + 1]!) < 1e-3, "from either side");
-  const [, soon] = resisted([0, 1], [0, 1], 1, 0.1);
+  const [, soon] = dampedPush([0, 1], [0, 1], 1, 0.1);
   assert.ok(soon < 1 && soon > 0.7, "by degrees, not in one go");
 });

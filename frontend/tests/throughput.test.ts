@@ -1,8 +1,8 @@
 /** What a line carries against what is asked for, and what a page makes of it. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { LineJudge, type Pace } from "../src/pace.ts";
-import { type Carried, lineWords, Meter, quality, short } from "../src/throughput.ts";
+import { LineJudge, type Pace } from "../src/media/pace.ts";
+import { type Carried, lineWords, ThroughputMeter, quality, isShort } from "../src/media/throughput.ts";
 
 const BYTES: Record<Pace, number> = { live: 6000, coarse: 2000, stills: 6000, states: 0 }; // of a picture
 const EVERY_MS: Record<Pace, number> = { live: 100, coarse: 200, stills: 5000, states: Infinity };
@@ -14,8 +14,13 @@ const MOST: Partial<Record<Pace, number>> = { coarse: 5 };
  * that was carried at each.
  */
 function watch(bytesPerS: number, seconds: number): { paces: Pace[]; carried: Map<Pace, Carried> } {
-  const judge = new LineJudge(0), meter = new Meter(0), paces: Pace[] = [], carried = new Map<Pace, Carried>();
-  let free = 0, next = 0, number = 0;
+  const judge = new LineJudge(0),
+    meter = new ThroughputMeter(0),
+    paces: Pace[] = [],
+    carried = new Map<Pace, Carried>();
+  let free = 0,
+    next = 0,
+    number = 0;
   for (let now = 0; now < seconds * 1000; now += 20) {
     if (now % 100 === 0) number += 1;
     if (now >= free && now >= next && judge.pace !== "states") {
@@ -27,9 +32,10 @@ function watch(bytesPerS: number, seconds: number): { paces: Pace[]; carried: Ma
       judge.arrived(free - now);
     }
     if (now % 240 === 0) {
-      const found = meter.carried(now, MOST[judge.pace]), before = judge.pace;
+      const found = meter.carried(now, MOST[judge.pace]),
+        before = judge.pace;
       carried.set(judge.pace, found);
-      if (judge.judge(now, true, true, short(found))) meter.begin(now);
+      if (judge.judge(now, true, true, isShort(found))) meter.begin(now);
       if (judge.pace !== before) assert.notEqual(judge.pace, "states");
     }
     if (now % 1000 === 0) paces.push(judge.pace);
@@ -49,7 +55,7 @@ test("a line that carries half of the pictures, each in time, gets coarse ones, 
   const { paces, carried } = watch(30_000, 3600);
   assert.ok(paces.indexOf("coarse") > 3 && paces.indexOf("coarse") <= 15, "soon, but not at the first gap");
   assert.ok(!paces.includes("stills"));
-  assert.ok(short(carried.get("live")!));
+  assert.ok(isShort(carried.get("live")!));
   assert.ok(Math.abs(carried.get("live")!.needs - 60_000) < 6000, `${carried.get("live")!.needs}`);
   const coarse = carried.get("coarse")!;
   assert.ok(coarse.arrives >= 0.9 * coarse.needs, JSON.stringify(coarse));
@@ -63,21 +69,21 @@ test("a line that carries a quarter of the coarse ones gets stills", () => {
 });
 
 test("single gaps, another process's numbers and a pause are not a short line", () => {
-  const meter = new Meter(0);
+  const meter = new ThroughputMeter(0);
   let number = 1000;
   for (let now = 100; now <= 4000; now += 100) {
     number += now % 1000 === 0 ? 2 : 1;
     meter.took(6000, now);
     meter.picture(0, number, 6000, now);
   }
-  assert.ok(!short(meter.carried(4000)));
+  assert.ok(!isShort(meter.carried(4000)));
   for (const other of [3, 40_000]) meter.picture(0, other, 6000, 4000);
-  assert.ok(!short(meter.carried(4000)));
-  assert.ok(!short(new Meter(0).carried(0)), "nothing came yet");
+  assert.ok(!isShort(meter.carried(4000)));
+  assert.ok(!isShort(new ThroughputMeter(0).carried(0)), "nothing came yet");
 });
 
 test("each camera has its own numbers, and what a word of the server takes is counted", () => {
-  const meter = new Meter(0);
+  const meter = new ThroughputMeter(0);
   for (let now = 100; now <= 4000; now += 100) {
     meter.took(200, now);
     for (const camera of [0, 1]) meter.picture(camera, now / 100 + 500 * camera, 100, now);
@@ -88,7 +94,8 @@ test("each camera has its own numbers, and what a word of the server takes is co
 });
 
 test("the line in words, with what comes of what is needed", () => {
-  const all = { arrives: 61_200, needs: 61_200 }, half = { arrives: 30_400, needs: 61_200 };
+  const all = { arrives: 61_200, needs: 61_200 },
+    half = { arrives: 30_400, needs: 61_200 };
   assert.equal(lineWords(all, 40, 30), "Line good, 61 kB/s");
   assert.equal(lineWords(half, 40, 30), "Line poor, 30 of 61 kB/s");
   assert.equal(lineWords({ arrives: 1040, needs: 1040 }, 900, 60), "Line fair, 1.0 kB/s");

@@ -7,13 +7,14 @@ import { type Description, forward, type Map2, onSand, reach, target } from "../
 import { parse, type Step } from "../../robots/kit/drivers/pa10/console/program_text.ts";
 import { understood } from "../../robots/kit/drivers/pa10/console/terminal_lines.ts";
 import { numbersOf } from "../src/arm/pose.ts";
-import type { CompactLayout } from "../src/compact.ts";
-import { type Box, objectsAfter, type Placed } from "../src/objects.ts";
-import { decode, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
-import { momentOf, unpack } from "../src/replay/slices.ts";
-import { Streams } from "../src/streams.ts";
-import { Chain } from "../src/video_chain.ts";
-import { FINAL, STAGES } from "../src/words.ts";
+import type { CompactLayout } from "../src/socket/compact_state.ts";
+import { type Box, objectsAfter, type Placed } from "../src/socket/objects.ts";
+import { decode } from "../src/socket/decoder.ts";
+import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "../src/socket/packets.ts";
+import { momentOf, unpackSlice } from "../src/replay/slices.ts";
+import { ByteStreams } from "../src/socket/byte_streams.ts";
+import { VideoChain } from "../src/media/video_chain.ts";
+import { FINAL, STAGES } from "../src/socket/stages.ts";
 
 const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
 const near = (found: readonly number[], wanted: readonly number[]): void =>
@@ -43,12 +44,18 @@ function flat(steps: Step[]): (string | number)[][] {
   return steps.flatMap((step): (string | number)[][] => {
     const speed = "speed" in step && step.speed !== undefined ? [step.speed] : [];
     switch (step.do) {
-      case "joints": return [["j", ...step.values, ...speed]];
-      case "pose": return [[step.straight ? "l" : "k", ...step.values, ...speed]];
-      case "grip": return [["g", step.closed ? 1 : 0]];
-      case "wait": return [["d", step.seconds]];
-      case "repeat": return Array.from({ length: step.times }, () => flat(step.steps)).flat();
-      case "line": return [step.text.split(/\s+/).map((word, i) => (i ? Number(word) : word))];
+      case "joints":
+        return [["j", ...step.values, ...speed]];
+      case "pose":
+        return [[step.straight ? "l" : "k", ...step.values, ...speed]];
+      case "grip":
+        return [["g", step.closed ? 1 : 0]];
+      case "wait":
+        return [["d", step.seconds]];
+      case "repeat":
+        return Array.from({ length: step.times }, () => flat(step.steps)).flat();
+      case "line":
+        return [step.text.split(/\s+/).map((word, i) => (i ? Number(word) : word))];
     }
   });
 }
@@ -56,7 +63,12 @@ function flat(steps: Step[]): (string | number)[][] {
 test("the museum arm's programs are read as the arm reads them, and refused in the same line", () => {
   for (const one of read("pa10_programs") as { text: string; steps?: (string | number)[][]; refused?: number | null }[]) {
     if (one.steps) assert.deepEqual(flat(parse(one.text)), one.steps, one.text);
-    else assert.throws(() => parse(one.text), one.refused ? new RegExp(`^Error: Line ${one.refused}: `) : /^Error: (?!Line)/, JSON.stringify(one.text));
+    else
+      assert.throws(
+        () => parse(one.text),
+        one.refused ? new RegExp(`^Error: Line ${one.refused}: `) : /^Error: (?!Line)/,
+        JSON.stringify(one.text),
+      );
   }
 });
 
@@ -76,14 +88,27 @@ test("roll, pitch and yaw are those of Python", () => {
     near(numbersOf(new Matrix4().fromArray(matrix.flat()).transpose()), pose);
 });
 
-interface Pictured { what: string; hex: string; number: number; at_ms: number; still: number; joints: number[]; pose: number[]; twist: number[]; jpeg: string; camera: number }
+interface Pictured {
+  what: string;
+  hex: string;
+  number: number;
+  at_ms: number;
+  still: number;
+  joints: number[];
+  pose: number[];
+  twist: number[];
+  jpeg: string;
+  camera: number;
+}
 
 test("a picture's packet is read as Python packs it, and one that is cut off is none", async () => {
   for (const one of read("picture_packets") as Pictured[]) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer) as PicturePacket;
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")),
+      found = decode(bytes.buffer) as PicturePacket;
     assert.deepEqual(
       [found.camera, found.number, found.atMs, found.still, found.joints],
-      [one.camera, one.number % 2 ** 32, one.at_ms, one.still, [...one.joints, ...one.pose, ...one.twist]], one.what,
+      [one.camera, one.number % 2 ** 32, one.at_ms, one.still, [...one.joints, ...one.pose, ...one.twist]],
+      one.what,
     );
     assert.equal(Buffer.from(await found.jpeg.arrayBuffer()).toString("hex"), one.jpeg, one.what);
     const head = bytes.length - one.jpeg.length / 2;
@@ -93,19 +118,36 @@ test("a picture's packet is read as Python packs it, and one that is cut off is 
 
 test("slices of a recording are taken apart as Python writes them; a packet that nobody knows is left out", () => {
   const { slices, messages } = read("recording_slices") as {
-    slices: string[]; messages: { after_ms: number; topic: string; hex: string }[];
+    slices: string[];
+    messages: { after_ms: number; topic: string; hex: string }[];
   };
-  const items = slices.flatMap((hex) => unpack(Uint8Array.from(Buffer.from(hex, "hex")).buffer));
+  const items = slices.flatMap((hex) => unpackSlice(Uint8Array.from(Buffer.from(hex, "hex")).buffer));
   const known = messages.filter(({ hex }) => !hex.startsWith("63"));
   assert.equal(known.length, messages.length - 1);
-  assert.deepEqual(items.map(({ at }) => at), known.map(({ after_ms }) => after_ms));
+  assert.deepEqual(
+    items.map(({ at }) => at),
+    known.map(({ after_ms }) => after_ms),
+  );
   for (const [i, { hex, topic }] of known.entries()) {
-    const sent = decode(Uint8Array.from(Buffer.from(hex, "hex")).buffer)!, { packet } = items[i]!;
+    const sent = decode(Uint8Array.from(Buffer.from(hex, "hex")).buffer)!,
+      { packet } = items[i]!;
     assert.deepEqual({ ...packet, jpeg: null }, { ...sent, jpeg: null }, topic);
   }
   const end = momentOf(items, 1e9);
-  assert.deepEqual([end.state?.at, [...end.pictures].map(([camera, { at }]) => [camera, at])], [10_100, [[0, 990], [2, 7500]]]);
-  assert.deepEqual(end.chains.get(0)?.map(({ at }) => at), [900, 5000]);
+  assert.deepEqual(
+    [end.state?.at, [...end.pictures].map(([camera, { at }]) => [camera, at])],
+    [
+      10_100,
+      [
+        [0, 990],
+        [2, 7500],
+      ],
+    ],
+  );
+  assert.deepEqual(
+    end.chains.get(0)?.map(({ at }) => at),
+    [900, 5000],
+  );
 });
 
 test("every state of a command has words, and the same ones are final", () => {
@@ -115,25 +157,52 @@ test("every state of a command has words, and the same ones are final", () => {
 });
 
 interface Packet {
-  what: string; hex: string; number: number; at_ms: number; moving: boolean; stopped: boolean; mode: string;
-  joints: number[]; velocities: number[]; torques: number[]; channels: string[]; values: (number | null)[]; twist: number[];
+  what: string;
+  hex: string;
+  number: number;
+  at_ms: number;
+  moving: boolean;
+  stopped: boolean;
+  mode: string;
+  joints: number[];
+  velocities: number[];
+  torques: number[];
+  channels: string[];
+  values: (number | null)[];
+  twist: number[];
 }
 
 test("a state packet is read as Python packs it, and one that is cut off is none", () => {
   for (const one of read("state_packets") as Packet[]) {
     const bytes = Uint8Array.from(Buffer.from(one.hex, "hex"));
     const found = decode(bytes.buffer) as StatePacket;
-    assert.deepEqual([found.number, found.atMs, found.moving, found.stopped, found.mode], [one.number, one.at_ms, one.moving, one.stopped, one.mode], one.what);
+    assert.deepEqual(
+      [found.number, found.atMs, found.moving, found.stopped, found.mode],
+      [one.number, one.at_ms, one.moving, one.stopped, one.mode],
+      one.what,
+    );
     assert.deepEqual([found.joints, found.velocities, found.torques], [one.joints, one.velocities, one.torques], one.what);
-    assert.deepEqual(found.values.map((v) => (Number.isNaN(v) ? null : v)), [...one.values, ...one.twist], one.what);
+    assert.deepEqual(
+      found.values.map((v) => (Number.isNaN(v) ? null : v)),
+      [...one.values, ...one.twist],
+      one.what,
+    );
     const whole = bytes.length - Buffer.from(one.mode).length;
     if (one.values.length) assert.equal(decode(bytes.slice(0, whole - 1).buffer), null, `${one.what}, cut off`);
   }
 });
 
 interface Compacted {
-  what: string; layout: CompactLayout; hex: string; at_ms: number; near_ms: number; moving: boolean; stopped: boolean;
-  joints: number[]; mode: string; told: Record<string, number>;
+  what: string;
+  layout: CompactLayout;
+  hex: string;
+  at_ms: number;
+  near_ms: number;
+  moving: boolean;
+  stopped: boolean;
+  joints: number[];
+  mode: string;
+  told: Record<string, number>;
 }
 
 test("compact states are read as Python writes them, and nothing shorter or of another layout", () => {
@@ -149,53 +218,71 @@ test("compact states are read as Python writes them, and nothing shorter or of a
     const steps = one.layout.scales.map(([, step]) => step);
     told.forEach((value, i) => assert.ok(Math.abs(value - wanted[i]!) <= Math.max(...steps) / 2 + 1e-9, one.what));
     const whole = bytes.length - (one.layout.modes.includes(one.mode) ? 0 : Buffer.from(one.mode).length);
-    for (let length = 0; length < whole; length++) assert.equal(decode(bytes.slice(0, length).buffer, one.layout, one.near_ms), null, one.what);
+    for (let length = 0; length < whole; length++)
+      assert.equal(decode(bytes.slice(0, length).buffer, one.layout, one.near_ms), null, one.what);
     for (const { layout } of all) if (layout.mark !== one.layout.mark) assert.equal(decode(bytes.buffer, layout, one.near_ms), null);
     assert.equal(decode(bytes.buffer), null, `${one.what}, without a layout`);
   }
 });
 
 interface Streamed {
-  what: string; shown: Record<string, string[]>;
+  what: string;
+  shown: Record<string, string[]>;
   packets: { hex: string; stream: number; run: number; number: number; at_ms: number; key: boolean; data: string }[];
 }
 
 test("packets of byte streams are read as Python packs them, and deltas follow their key packet alone", () => {
   const hex = (data: Uint8Array): string => Buffer.from(data).toString("hex");
   for (const one of read("stream_packets") as Streamed[]) {
-    const streams = new Streams(["first", "second", "third"]);
+    const streams = new ByteStreams(["first", "second", "third"]);
     for (const packet of one.packets) {
       const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
       const found = decode(bytes.buffer) as StreamPacket;
       assert.deepEqual(
         [found.stream, found.run, found.number, found.atMs, found.key, hex(found.data)],
-        [packet.stream, packet.run, packet.number, packet.at_ms, packet.key, packet.data], one.what,
+        [packet.stream, packet.run, packet.number, packet.at_ms, packet.key, packet.data],
+        one.what,
       );
       assert.equal(decode(bytes.slice(0, 15).buffer), null, `${one.what}, cut off`);
       streams.take(found);
     }
     for (const [stream, shown] of Object.entries(one.shown))
-      assert.deepEqual(streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data)), shown, one.what);
+      assert.deepEqual(
+        streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data)),
+        shown,
+        one.what,
+      );
   }
 });
 
 interface Filmed {
   what: string;
-  packets: { hex: string; camera: number; run: number; number: number; follows: number | null; at_ms: number; still: number; data: string; taken: boolean }[];
+  packets: {
+    hex: string;
+    camera: number;
+    run: number;
+    number: number;
+    follows: number | null;
+    at_ms: number;
+    still: number;
+    data: string;
+    taken: boolean;
+  }[];
 }
 
 test("packets of video are read as Python packs them, and each is decoded only after the one that it changes", () => {
   for (const one of read("video_packets") as Filmed[]) {
-    const chains = new Map<number, Chain>();
+    const chains = new Map<number, VideoChain>();
     for (const packet of one.packets) {
       const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
       const found = decode(bytes.buffer) as VideoPacket;
       assert.deepEqual(
         [found.camera, found.run, found.number, found.follows, found.atMs, found.still, Buffer.from(found.coded).toString("hex")],
-        [packet.camera, packet.run, packet.number, packet.follows, packet.at_ms, packet.still, packet.data], one.what,
+        [packet.camera, packet.run, packet.number, packet.follows, packet.at_ms, packet.still, packet.data],
+        one.what,
       );
       for (let length = 0; length <= 20; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
-      const chain = chains.get(packet.camera) ?? new Chain();
+      const chain = chains.get(packet.camera) ?? new VideoChain();
       chains.set(packet.camera, chain);
       assert.equal(chain.take(found), packet.taken, one.what);
     }
@@ -208,26 +295,31 @@ test("packets of sound are read as Python packs them, and nothing else is read",
     refused: { what: string; hex: string }[];
   };
   for (const one of good) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer) as SoundPacket;
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")),
+      found = decode(bytes.buffer) as SoundPacket;
     assert.deepEqual(
       [found.run, found.number, found.atMs, found.ms, Buffer.from(found.opus).toString("hex"), found.said],
-      [one.run, one.number, one.at_ms, one.ms, one.data, one.said], one.what,
+      [one.run, one.number, one.at_ms, one.ms, one.data, one.said],
+      one.what,
     );
     for (let length = 0; length <= 16; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
   }
   for (const one of refused) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer);
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")),
+      found = decode(bytes.buffer);
     assert.ok(found === null || !("opus" in found), one.what);
   }
 });
 
 test("objects are read as Python packs them, deltas change what was known, and nothing else is read", () => {
   const { box, packets } = read("object_packets") as {
-    box: Box; packets: { what: string; key: boolean; hex: string; read: Record<string, number[]> }[];
+    box: Box;
+    packets: { what: string; key: boolean; hex: string; read: Record<string, number[]> }[];
   };
   let known = new Map<number, Placed>();
   for (const { what, key, hex, read: wanted } of packets) {
-    const bytes = Uint8Array.from(Buffer.from(hex, "hex")), before = new Map(known);
+    const bytes = Uint8Array.from(Buffer.from(hex, "hex")),
+      before = new Map(known);
     const after = objectsAfter(known, bytes, key, box)!;
     assert.deepEqual(known, before, what);
     assert.deepEqual([...after.keys()].sort((a, b) => a - b).map(String), Object.keys(wanted), what);

@@ -83,5 +83,5 @@ def test_its_start_takes_nothing_from_under_a_finger(waiting, size):
 
 def test_without_news_it_asks_ever_less_often(waiting):
     page = waiting().page
-    for pause in (1000, 1400, 1960, 2744):  # as it says in `arrives.ts`; the page has other timers too
+    for pause in (1000, 1400, 1960, 2744):  # as it says in `page/pending_parts.ts`; the page has other timers too
         page.wait_for_function("(pause) => window.pauses.some((ms) => Math.abs(ms - pause) < 1)", arg=pause)

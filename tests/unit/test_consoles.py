@@ -51,7 +51,7 @@ def test_one_function_alone_switches_controls_off():
     """A control that only looks switched off would not say why."""
     sources = [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/kit/drivers").glob("*/console/*.ts")]
     found = [p.name for p in sources if re.search(r'"aria-disabled"\s*[:,]', p.read_text())]
-    assert found == ["parts.ts"]
+    assert found == ["refusal.ts"]
 
 
 def test_what_is_published_is_described():

@@ -90,7 +90,7 @@ def test_the_published_module_is_a_part_of_the_graph():
     line = 'import { RobotPage } from "/static/farhand/v1/console.js";'
     assert imported(ROOT / "a.ts", line) == {ROOT / "frontend/src/v1/console.ts"}
     edges = scripts()
-    assert ROOT / "frontend/src/page.ts" in edges[ROOT / "frontend/src/v1/console.ts"]
+    assert ROOT / "frontend/src/page/robot_page.ts" in edges[ROOT / "frontend/src/v1/console.ts"]
 
 
 def consoles():
@@ -122,8 +122,8 @@ def test_shipped_consoles_import_only_their_own_files_and_the_published_module()
 @pytest.mark.parametrize(
     "line",
     [
-        'import { allow } from "../../../../frontend/src/parts.ts";',
-        'import type { Facts } from "/static/farhand/../../frontend/src/controls.ts";',
+        'import { allow } from "../../../../frontend/src/kit/refusal.ts";',
+        'import type { Facts } from "/static/farhand/../../frontend/src/page/controls.ts";',
         'import "../../mercury/console/console.css";',
         'import { x } from "./../driver.ts";',
         'export { numeral } from "../../pa10/console/program_text.ts";',

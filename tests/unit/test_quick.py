@@ -30,7 +30,7 @@ def test_who_imports_what_changed_comes_before_who_imports_it_at_second_hand():
         ("tests/vectors/waits.json", "tests/unit/test_wait_words.py"),
         ("templates/pages/statistics.html", "tests/services/test_statistics.py"),
         ("docs/reference/settings.md", "tests/unit/test_settings_page.py"),
-        ("frontend/src/console.ts", "tests/unit/test_consoles.py"),
+        ("frontend/src/page/console.ts", "tests/unit/test_consoles.py"),
         ("robots/kit/drivers/mercury/model.urdf", "tests/unit/test_scara.py"),
         ("queueing/admin.py", "tests/services/test_admin_rights.py"),  # by address alone
         ("portal/web/pages/views.py", "tests/services/test_pages.py"),

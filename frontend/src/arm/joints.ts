@@ -1,20 +1,26 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
-import { Jog, named } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import type { StatePacket } from "../protocol.ts";
-import { byId } from "../svg.ts";
-import { Edited } from "./edited.ts";
+import { byId } from "../kit/dom.ts";
+import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { StatePacket } from "../socket/packets.ts";
+import { Jog, named } from "../widgets/jog.ts";
+import { TargetEdit } from "./target_edit.ts";
 import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 
 export class Joints {
   private sliders: HTMLInputElement[] = [];
   private numbers: HTMLInputElement[] = [];
   private marks: HTMLElement[] = [];
-  private edited = new Edited();
+  private edited = new TargetEdit();
   private box = byId("joints");
 
-  constructor(private page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number, kind: string) {
+  constructor(
+    private page: RobotPage,
+    private console: Judge,
+    private infos: JointInfo[],
+    private speed: () => number,
+    kind: string,
+  ) {
     this.box.append(...infos.map((info) => this.row(info)));
     document.querySelector('[data-fill="joints"]')?.addEventListener("click", () => this.take(page.state?.joints ?? []));
     new Jog<Record<string, number>>(this.box, {
@@ -30,7 +36,8 @@ export class Joints {
   private row(info: JointInfo): HTMLElement {
     const row = document.createElement("div");
     row.className = "joint";
-    const low = Math.ceil(deg(info.low)), high = Math.floor(deg(info.high));
+    const low = Math.ceil(deg(info.low)),
+      high = Math.floor(deg(info.high));
     const label = document.createElement("label");
     label.textContent = info.name;
     label.htmlFor = `joint-${info.name}`;
@@ -55,7 +62,13 @@ export class Joints {
       if (number.value !== "") slider.value = number.value;
       this.console.ask();
     });
-    row.append(label, held(`${info.name},-1`, "−", `Turn ${info.name} back while held`), track, held(`${info.name},1`, "+", `Turn ${info.name} on while held`), number);
+    row.append(
+      label,
+      jogButton(`${info.name},-1`, "−", `Turn ${info.name} back while held`),
+      track,
+      jogButton(`${info.name},1`, "+", `Turn ${info.name} on while held`),
+      number,
+    );
     this.sliders.push(slider);
     this.numbers.push(number);
     this.marks.push(mark);
@@ -85,7 +98,8 @@ export class Joints {
   private fill(joints: number[]): void {
     this.infos.forEach((_, i) => {
       const value = deg(joints[i] ?? 0).toFixed(1);
-      const slider = this.sliders[i], number = this.numbers[i];
+      const slider = this.sliders[i],
+        number = this.numbers[i];
       if (!slider || !number || number.value === value) return;
       slider.value = number.value = value;
       slider.setAttribute("aria-valuetext", `${value} degrees`);
@@ -114,7 +128,7 @@ function input(type: string, low: number, high: number, id: string): HTMLInputEl
   return made;
 }
 
-export function held(jog: string, sign: string, label: string): HTMLButtonElement {
+export function jogButton(jog: string, sign: string, label: string): HTMLButtonElement {
   const button = document.createElement("button");
   button.type = "button";
   button.className = "button";

@@ -1,48 +1,67 @@
 /** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
-import { facts } from "../facts.ts";
-import { twist } from "../gamepad.ts";
-import { Jog, named } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import { byId } from "../svg.ts";
-import { Edited } from "./edited.ts";
-import { held } from "./joints.ts";
-import { deg, type Judge, outside, rad, type Target } from "./types.ts";
+import { byId } from "../kit/dom.ts";
+import { allow } from "../kit/refusal.ts";
+import { facts } from "../page/facts.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { twist } from "../widgets/gamepad.ts";
+import { Jog, named } from "../widgets/jog.ts";
+import { jogButton } from "./joints.ts";
+import { TargetEdit } from "./target_edit.ts";
+import { deg, type Judge, rangeError, rad, type Target } from "./types.ts";
 
 type Twist = Record<string, number>;
 
 const PLACE = [
-  ["x", "mm", "forward"], ["y", "mm", "to the left"], ["z", "mm", "above the table"],
-  ["roll", "°", "about x"], ["pitch", "°", "about y"], ["yaw", "°", "about z"],
+  ["x", "mm", "forward"],
+  ["y", "mm", "to the left"],
+  ["z", "mm", "above the table"],
+  ["roll", "°", "about x"],
+  ["pitch", "°", "about y"],
+  ["yaw", "°", "about z"],
 ] as const;
 const ARROWS = [
-  ["x,1", "x +", "Move the tool away from the base"], ["x,-1", "x −", "Move the tool towards the base"],
-  ["y,1", "y +", "Move the tool to the left"], ["y,-1", "y −", "Move the tool to the right"],
-  ["z,1", "z +", "Move the tool up"], ["z,-1", "z −", "Move the tool down"],
-  ["roll,1", "roll +", "Turn the tool about x"], ["roll,-1", "roll −", "Turn the tool back about x"],
-  ["pitch,1", "pitch +", "Turn the tool about y"], ["pitch,-1", "pitch −", "Turn the tool back about y"],
-  ["yaw,1", "yaw +", "Turn the tool about z"], ["yaw,-1", "yaw −", "Turn the tool back about z"],
+  ["x,1", "x +", "Move the tool away from the base"],
+  ["x,-1", "x −", "Move the tool towards the base"],
+  ["y,1", "y +", "Move the tool to the left"],
+  ["y,-1", "y −", "Move the tool to the right"],
+  ["z,1", "z +", "Move the tool up"],
+  ["z,-1", "z −", "Move the tool down"],
+  ["roll,1", "roll +", "Turn the tool about x"],
+  ["roll,-1", "roll −", "Turn the tool back about x"],
+  ["pitch,1", "pitch +", "Turn the tool about y"],
+  ["pitch,-1", "pitch −", "Turn the tool back about y"],
+  ["yaw,1", "yaw +", "Turn the tool about z"],
+  ["yaw,-1", "yaw −", "Turn the tool back about z"],
 ] as const;
 const OVER_M = 0.15;
 
 export class Position {
   private inputs: HTMLInputElement[] = [];
-  private edited = new Edited();
+  private edited = new TargetEdit();
   private straight = byId<HTMLInputElement>("straight");
   private pad = byId("tool-jog");
 
   constructor(
-    private page: RobotPage, private console: Judge, private speed: () => number, private tool: () => number[] | null, kind: string,
+    private page: RobotPage,
+    private console: Judge,
+    private speed: () => number,
+    private tool: () => number[] | null,
+    kind: string,
   ) {
     byId("pose").append(...PLACE.map(([name, unit, hint]) => this.field(name, unit, hint)));
     this.straight.addEventListener("change", () => console.ask());
     document.querySelector('[data-fill="pose"]')?.addEventListener("click", () => this.take());
     document.querySelector('[data-fill="down"]')?.addEventListener("click", () => this.down());
-    this.pad.prepend(...ARROWS.map(([jog, sign, label]) => held(jog, sign, label)));
+    this.pad.prepend(...ARROWS.map(([jog, sign, label]) => jogButton(jog, sign, label)));
     new Jog<Twist>(this.pad, {
       read: named,
       arrows: {
-        ArrowUp: { x: 1 }, ArrowDown: { x: -1 }, ArrowLeft: { y: 1 }, ArrowRight: { y: -1 }, PageUp: { z: 1 }, PageDown: { z: -1 },
+        ArrowUp: { x: 1 },
+        ArrowDown: { x: -1 },
+        ArrowLeft: { y: 1 },
+        ArrowRight: { y: -1 },
+        PageUp: { z: 1 },
+        PageDown: { z: -1 },
       },
       stick: twist,
       whyNot: () => console.whyNot("jog", page.facts()),
@@ -107,17 +126,19 @@ export class Position {
 
   private fill(values: number[]): void {
     this.inputs.forEach((field, i) => {
-      const value = values[i] ?? NaN, words = String(Math.round(value * 10) / 10);
+      const value = values[i] ?? NaN,
+        words = String(Math.round(value * 10) / 10);
       if (Number.isFinite(value) && field.value !== words) field.value = words;
     });
   }
 
   /** Why the filled-in pose can never be given, in the units of its fields; empty if it may be. */
   outside(): string {
-    const kind = this.target()?.kind, given = facts.commands.find((c) => c.kind === kind)?.arguments ?? [];
+    const kind = this.target()?.kind,
+      given = facts.commands.find((c) => c.kind === kind)?.arguments ?? [];
     const why = PLACE.map(([name, unit], i) => {
       const argument = given.find((a) => a.name === name);
-      return argument ? outside(name, this.inputs[i]?.valueAsNumber ?? NaN, unit, i < 3 ? 1000 : deg(1), argument) : "";
+      return argument ? rangeError(name, this.inputs[i]?.valueAsNumber ?? NaN, unit, i < 3 ? 1000 : deg(1), argument) : "";
     });
     return why.find(Boolean) ?? "";
   }

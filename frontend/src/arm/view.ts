@@ -1,13 +1,30 @@
 /** The arm in 3D: its present pose, the pose at a target, the path between, and the forbidden boxes. */
 import {
-  BoxGeometry, BufferGeometry, Color, EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, type Object3D, Vector3,
+  BoxGeometry,
+  BufferGeometry,
+  Color,
+  EdgesGeometry,
+  GridHelper,
+  Group,
+  Line,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  type Object3D,
+  Vector3,
 } from "three";
 import URDFLoader, { type URDFRobot } from "urdf-loader";
-import { empty, redraw, View3D } from "../view_3d.ts";
+import { disposeContent, setPoints, View3D } from "../kit/view_3d.ts";
 import { numbersOf } from "./pose.ts";
 
-export interface ForbiddenBox { name: string; low: number[]; high: number[] }
+export interface ForbiddenBox {
+  name: string;
+  low: number[];
+  high: number[];
+}
 const GLIDE_MS = 160;
 const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
@@ -28,10 +45,23 @@ export class ArmView extends View3D {
 
   /** `names`: for each value of the state, the joints of the URDF that it moves. */
   constructor(
-    holder: HTMLElement, urdf: string, private names: string[][], private tip: string, boxes: ForbiddenBox[],
+    holder: HTMLElement,
+    urdf: string,
+    private names: string[][],
+    private tip: string,
+    boxes: ForbiddenBox[],
     onTable: (x: number, y: number) => void,
   ) {
-    const look = { field: 38, near: 0.05, far: 20, from: CAMERA_AT, to: [0.2, 0.45, 0], ambient: 1.6, lamp: 2.2, lampAt: [1.5, 3, 1] } as const;
+    const look = {
+      field: 38,
+      near: 0.05,
+      far: 20,
+      from: CAMERA_AT,
+      to: [0.2, 0.45, 0],
+      ambient: 1.6,
+      lamp: 2.2,
+      lampAt: [1.5, 3, 1],
+    } as const;
     super(holder, look, (x, y) => {
       if (Math.hypot(x, y) < REACH) onTable(x, y);
     });
@@ -48,16 +78,20 @@ export class ArmView extends View3D {
     this.controls.minDistance = NEAREST;
     this.controls.maxDistance = FARTHEST;
     this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
-    this.canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey) return; // a pinch on a trackpad is reported with Ctrl
-      event.preventDefault();
-      this.zoom(Math.exp(event.deltaY / 300));
-    }, { passive: false });
+    this.canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (!event.ctrlKey) return; // a pinch on a trackpad is reported with Ctrl
+        event.preventDefault();
+        this.zoom(Math.exp(event.deltaY / 300));
+      },
+      { passive: false },
+    );
   }
 
   /** Draw these forbidden boxes. */
   boxes(boxes: ForbiddenBox[]): void {
-    empty(this.forbidden);
+    disposeContent(this.forbidden);
     this.forbidden.add(...boxes.map(boxOf));
     this.ask();
   }
@@ -77,7 +111,10 @@ export class ArmView extends View3D {
     this.ghost.visible = q !== null;
     if (q) this.pose(this.ghost, q);
     this.path.visible = q !== null && path.length > 1;
-    redraw(this.path, path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
+    setPoints(
+      this.path,
+      path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)),
+    );
     this.ask();
   }
 
@@ -94,7 +131,10 @@ export class ArmView extends View3D {
     show();
     this.playing = window.setInterval(() => {
       i += 1;
-      if (i < poses.length) return show();
+      if (i < poses.length) {
+        show();
+        return;
+      }
       clearInterval(this.playing);
       at(-1);
     }, 100);
@@ -116,7 +156,7 @@ export class ArmView extends View3D {
     if (bad === this.bad) return;
     this.bad = bad;
     this.ghost.traverse((part) => {
-      const { material } = part as Mesh;
+      const { material } = part as { material?: unknown };
       if (material instanceof MeshLambertMaterial) material.color.set(bad ? 0xd23b2f : 0x1292a3);
     });
     this.ask();
@@ -168,6 +208,7 @@ function boxOf(box: ForbiddenBox): Object3D {
 
 function paint(robot: URDFRobot): void {
   robot.traverse((part) => {
-    if (part instanceof Mesh) part.material = new MeshLambertMaterial({ color: 0x1292a3, transparent: true, opacity: 0.38, depthWrite: false });
+    if (part instanceof Mesh)
+      part.material = new MeshLambertMaterial({ color: 0x1292a3, transparent: true, opacity: 0.38, depthWrite: false });
   });
 }

@@ -1,25 +1,31 @@
 /** The page of a recording: the bar to move in time, and the list of moments to jump to. */
 import "./replay.css";
-import { replayWith } from "../line.ts";
-import type { Handlers } from "../live.ts";
-import { say } from "../parts.ts";
-import { FILE_MS, request } from "../request.ts";
-import { byId, shape } from "../svg.ts";
-import { clock } from "../words.ts";
+import { say, byId } from "../kit/dom.ts";
+import { FILE_MS, request } from "../kit/request.ts";
+import { shape } from "../kit/svg.ts";
+import { clock } from "../kit/times.ts";
+import { useRecording } from "../socket/connection.ts";
+import type { Handlers } from "../socket/robot_socket.ts";
 import { Player } from "./player.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 
 const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
 const GONE = "The file of this recording is gone, so it cannot be replayed.";
-const LOADING = "Loading…", LONG_MS = 500;
+const LOADING = "Loading…",
+  LONG_MS = 500;
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
 
-const about = JSON.parse(byId("replay-facts").textContent ?? "{}") as About;
-const button = byId<HTMLButtonElement>("replay-play"), range = byId<HTMLInputElement>("replay-at");
-const speed = byId<HTMLSelectElement>("replay-speed"), said = byId("replay-said"), time = byId("replay-time");
+const about = JSON.parse(byId("replay-facts").textContent) as About;
+const button = byId<HTMLButtonElement>("replay-play"),
+  range = byId<HTMLInputElement>("replay-at");
+const speed = byId<HTMLSelectElement>("replay-speed"),
+  said = byId("replay-said"),
+  time = byId("replay-time");
 let player: Player | null = null;
-let moved = 0, loading = 0, held = false;
+let moved = 0,
+  loading = 0,
+  held = false;
 
 function tellValue(words: string): void {
   if (range.getAttribute("aria-valuetext") !== words) range.setAttribute("aria-valuetext", words);
@@ -63,26 +69,34 @@ function follow(at: number): void {
 
 function show(marks: readonly Mark[], length: number): void {
   const drawing = byId<SVGSVGElement>("replay-marks");
-  byId("replay-list").replaceChildren(...marks.map(({ at, text, bad }) => {
-    const x = length ? (WIDE * at) / length : 0;
-    shape(drawing, "rect", { x: Math.min(WIDE - 3, x), y: 0, width: 3, height: 10, class: bad ? "bad" : "" });
-    const item = document.createElement("li"), jump = document.createElement("button"), when = document.createElement("span");
-    jump.type = "button";
-    jump.dataset["at"] = String(at);
-    jump.className = bad ? "linklike bad" : "linklike";
-    when.textContent = clock(Math.floor(at / 1000));
-    jump.append(when, ` ${text}`);
-    jump.addEventListener("click", () => void player?.seek(at));
-    item.append(jump);
-    return item;
-  }));
+  byId("replay-list").replaceChildren(
+    ...marks.map(({ at, text, bad }) => {
+      const x = length ? (WIDE * at) / length : 0;
+      shape(drawing, "rect", { x: Math.min(WIDE - 3, x), y: 0, width: 3, height: 10, class: bad ? "bad" : "" });
+      const item = document.createElement("li"),
+        jump = document.createElement("button"),
+        when = document.createElement("span");
+      jump.type = "button";
+      jump.dataset["at"] = String(at);
+      jump.className = bad ? "linklike bad" : "linklike";
+      when.textContent = clock(Math.floor(at / 1000));
+      jump.append(when, ` ${text}`);
+      jump.addEventListener("click", () => void player?.seek(at));
+      item.append(jump);
+      return item;
+    }),
+  );
 }
 
 async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
   const answer = await request(about.index, {}, FILE_MS);
-  if (answer.status === 404) return say(said, GONE);
+  if (answer.status === 404) {
+    say(said, GONE);
+    return;
+  }
   if (!answer.ok) throw new Error(`index: ${answer.status}`);
-  const index = (await answer.json()) as Index, story = new Story(index, about);
+  const index = (await answer.json()) as Index,
+    story = new Story(index, about);
   player = new Player(index, about.slices, story, draw, () => say(said, FAILED));
   opened(player);
   range.max = String(Math.ceil(player.length / STEP_MS) * STEP_MS); // the last step is the end itself
@@ -115,14 +129,19 @@ range.addEventListener("input", () => {
   if (player) tellValue(`${clock(Math.floor(at / 1000))} of ${clock(Math.floor(player.length / 1000))}`);
   moved = window.setTimeout(() => void player?.seek(at), 30); // while it is dragged many come
 });
-range.addEventListener("pointerdown", () => { held = true; });
-for (const end of ["change", "pointerup", "pointercancel", "blur"]) range.addEventListener(end, () => { held = false; });
+range.addEventListener("pointerdown", () => {
+  held = true;
+});
+for (const end of ["change", "pointerup", "pointercancel", "blur"])
+  range.addEventListener(end, () => {
+    held = false;
+  });
 speed.addEventListener("change", () => {
   if (player) player.speed = Number(speed.value);
 });
 
 /** Stands in for the player until the index has come, and passes on what the console asks for. */
-replayWith((_, handlers) => {
+useRecording((_, handlers) => {
   let inner: Player | null = null;
   let wish: object | null = null;
   begin(handlers, (made) => {
@@ -130,8 +149,16 @@ replayWith((_, handlers) => {
     if (wish) made.send(wish);
   }).catch(() => say(said, FAILED));
   return {
-    up: true, lost: false, lostMs: 0, opened: 1, latency: null, best: Infinity, overdue: false,
-    now: () => inner?.now() ?? 0, heardSince: () => false, check: () => undefined,
+    up: true,
+    lost: false,
+    lostMs: 0,
+    opened: 1,
+    latency: null,
+    best: Infinity,
+    overdue: false,
+    now: () => inner?.now() ?? 0,
+    heardSince: () => false,
+    check: () => undefined,
     send: (message) => {
       if ("t" in message && message.t === "watch") wish = message;
       return inner?.send(message) ?? wish === message;

@@ -1,11 +1,11 @@
 /** Plays a recording: gives a page's console what was recorded, as if it came from the robot now. */
-import type { Line } from "../line.ts";
-import type { Handlers } from "../live.ts";
-import type { PicturePacket } from "../protocol.ts";
+import type { Connection } from "../socket/connection.ts";
+import type { PicturePacket } from "../socket/packets.ts";
+import type { Handlers } from "../socket/robot_socket.ts";
 import { type Item, momentOf, Slices } from "./slices.ts";
 import type { Index, Story } from "./story.ts";
 
-export class Player implements Line {
+export class Player implements Connection {
   readonly up = true;
   readonly lost = false;
   readonly lostMs = 0;
@@ -30,7 +30,11 @@ export class Player implements Line {
 
   /** `changed` is called when what is shown, or whether it plays, has changed; `failed` when a slice cannot be read. */
   constructor(
-    private index: Index, address: string, private story: Story, private changed: () => void, private failed: () => void,
+    private index: Index,
+    address: string,
+    private story: Story,
+    private changed: () => void,
+    private failed: () => void,
   ) {
     this.slices = new Slices(address, index.needs);
     this.length = Math.max(0, index.ended_ms - index.began_ms);
@@ -84,7 +88,8 @@ export class Player implements Line {
     }
     if (seek !== this.seeks) return;
     this.waiting = false;
-    const moment = momentOf(items, this.at), { state } = moment;
+    const moment = momentOf(items, this.at),
+      { state } = moment;
     this.stopped = state !== null && "stopped" in state.packet && state.packet.stopped;
     this.handlers?.message(this.story.snapshot(this.at, this.stopped));
     if (state) this.give(state);
@@ -102,10 +107,12 @@ export class Player implements Line {
 
   private tick(): void {
     if (!this.playing || this.waiting) return;
-    const now = performance.now(), from = this.at;
+    const now = performance.now(),
+      from = this.at;
     const to = Math.min(this.length, from + (now - this.ticked) * this.speed);
     this.ticked = now;
-    const slice = this.slices.of(to), items = this.here(from, to);
+    const slice = this.slices.of(to),
+      items = this.here(from, to);
     if (!items) return void this.seek(from); // awaited, and shown when it has come
     void this.slices.read(slice + 1).catch(() => undefined);
     this.at = to;

@@ -1,6 +1,7 @@
 /** The packets of a recording, read in slices of a few seconds when they are needed. */
-import { decode, type PicturePacket, type StatePacket, type StreamPacket } from "../protocol.ts";
-import { FILE_MS, request } from "../request.ts";
+import { FILE_MS, request } from "../kit/request.ts";
+import { decode } from "../socket/decoder.ts";
+import type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 
 export const SLICE_MS = 5000;
 const HEAD = 8;
@@ -8,15 +9,25 @@ const KEPT = 24; // slices in memory
 const AT_ONCE = 4; // slices that are asked for at once
 
 /** A packet, and when it arrived (ms since the beginning). */
-export interface Item { at: number; packet: StatePacket | PicturePacket | StreamPacket }
+export interface Item {
+  at: number;
+  packet: StatePacket | PicturePacket | StreamPacket;
+}
 /** What everything looked like at a moment: the newest state, picture of each camera, and chain of each byte stream. */
-export interface Moment { state: Item | null; pictures: Map<number, Item>; chains: Map<number, Item[]> }
+export interface Moment {
+  state: Item | null;
+  pictures: Map<number, Item>;
+  chains: Map<number, Item[]>;
+}
 
 /** Take a slice apart; what cannot be decoded is left out. */
-export function unpack(data: ArrayBuffer): Item[] {
-  const view = new DataView(data), items: Item[] = [];
-  for (let at = 0; at + HEAD <= data.byteLength; ) {
-    const length = view.getUint32(at, true), ms = view.getUint32(at + 4, true), end = at + HEAD + length;
+export function unpackSlice(data: ArrayBuffer): Item[] {
+  const view = new DataView(data),
+    items: Item[] = [];
+  for (let at = 0; at + HEAD <= data.byteLength;) {
+    const length = view.getUint32(at, true),
+      ms = view.getUint32(at + 4, true),
+      end = at + HEAD + length;
     if (end > data.byteLength) break;
     const packet = decode(data.slice(at + HEAD, end));
     if (packet && !("coded" in packet) && !("opus" in packet)) items.push({ at: ms, packet }); // recordings hold whole pictures, no sound
@@ -29,7 +40,8 @@ export function unpack(data: ArrayBuffer): Item[] {
 export function momentOf(items: readonly Item[], at: number): Moment {
   const moment: Moment = { state: null, pictures: new Map(), chains: new Map() };
   for (const item of items) {
-    const { packet } = item, late = item.at > at;
+    const { packet } = item,
+      late = item.at > at;
     if ("jpeg" in packet) {
       if (!late || !moment.pictures.has(packet.camera)) moment.pictures.set(packet.camera, item);
     } else if (late) {
@@ -77,7 +89,8 @@ export class Slices {
 
   /** Everything that is needed to show a moment. */
   async until(at: number): Promise<Item[]> {
-    const last = this.of(at), first = this.needs[last] ?? last;
+    const last = this.of(at),
+      first = this.needs[last] ?? last;
     const parts: Item[][] = [];
     let next = first;
     const reader = async (): Promise<void> => {
@@ -93,7 +106,7 @@ export class Slices {
   private async fetched(number: number): Promise<Item[]> {
     const answer = await request(`${this.address}${number}.bin`, {}, FILE_MS);
     if (!answer.ok) throw new Error(`slice ${number}: ${answer.status}`);
-    const items = unpack(await answer.arrayBuffer());
+    const items = unpackSlice(await answer.arrayBuffer());
     this.ready.set(number, items);
     for (const old of this.ready.keys())
       if (this.ready.size > KEPT && old !== number) {

@@ -1,15 +1,37 @@
 /** What a recording tells of commands and events: what was known of them at a moment, and the moments to jump to. */
-import type { CommandInfo, JobInfo, Snapshot } from "../protocol.ts";
-import { FINAL, KINDS, stageOf } from "../words.ts";
+import type { CommandInfo, JobInfo, Snapshot } from "../socket/messages.ts";
+import { FINAL, COMMAND_LABELS, stageOf } from "../socket/stages.ts";
 
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };
-interface Told { after_ms: number; what: string; text: string; level: string }
-export interface Index {
-  began_ms: number; ended_ms: number; end: string; needs: number[]; cameras: number[]; pictures: number; commands: Stage[]; events: Told[];
+interface Told {
+  after_ms: number;
+  what: string;
+  text: string;
+  level: string;
 }
-export interface About { index: string; slices: string; slug: string; name: string; who: string }
+export interface Index {
+  began_ms: number;
+  ended_ms: number;
+  end: string;
+  needs: number[];
+  cameras: number[];
+  pictures: number;
+  commands: Stage[];
+  events: Told[];
+}
+export interface About {
+  index: string;
+  slices: string;
+  slug: string;
+  name: string;
+  who: string;
+}
 /** A moment that people jump to. `bad`: something failed, or is missing. */
-export interface Mark { at: number; text: string; bad: boolean }
+export interface Mark {
+  at: number;
+  text: string;
+  bad: boolean;
+}
 
 const SHOWN = 8;
 
@@ -36,9 +58,21 @@ export class Story {
     const commands = [...known.values()].sort((a, b) => b.id - a.id);
     const { slug, name, who } = this.about;
     return {
-      t: "snapshot", now_ms: this.index.began_ms + at, link: true, store: "", replay: true,
+      t: "snapshot",
+      now_ms: this.index.began_ms + at,
+      link: true,
+      store: "",
+      replay: true,
       robot: { slug, name, state: "operating", label: "Recording", why: "", turns: true },
-      stopped, suspended: false, stop: null, operator: who || null, queue: 0, turn: null, still: null, before: null, log: [],
+      stopped,
+      suspended: false,
+      stop: null,
+      operator: who || null,
+      queue: 0,
+      turn: null,
+      still: null,
+      before: null,
+      log: [],
       jobs: commands.filter(({ state }) => !FINAL.has(state)).map(job),
       me: { signed_in: false, cleared: false, ticket: null, can: { watch: true, drive: false, ask: false, stop: false } },
       commands: commands.slice(0, SHOWN),
@@ -49,7 +83,7 @@ export class Story {
   marks(): Mark[] {
     const begun = new Set<number>();
     const marks = this.index.commands.flatMap((stage): Mark[] => {
-      const name = KINDS[stage.kind] ?? stage.kind;
+      const name = COMMAND_LABELS[stage.kind] ?? stage.kind;
       if (!begun.has(stage.id)) {
         begun.add(stage.id);
         return [{ at: stage.after_ms, text: name, bad: false }];

@@ -1,7 +1,16 @@
 /** Activity of cells that stand in a grid of three dimensions, in three.js: bright where it is great. */
 import {
-  BoxGeometry, Color, EdgesGeometry, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, PerspectiveCamera,
-  Scene, WebGLRenderer,
+  BoxGeometry,
+  Color,
+  EdgesGeometry,
+  InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  MeshBasicMaterial,
+  PerspectiveCamera,
+  Scene,
+  WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -23,7 +32,11 @@ export class CellGrid {
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   /** `size`: cells along x, y and z; z goes from left to right, y up. Levels go from 0 to `most`. */
-  constructor(private holder: HTMLElement, private size: readonly [number, number, number], private most: number) {
+  constructor(
+    private holder: HTMLElement,
+    private size: readonly [number, number, number],
+    private most: number,
+  ) {
     const [nx, ny, nz] = size;
     this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
     this.renderer.setPixelRatio(this.slow ? Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio));
@@ -55,7 +68,9 @@ export class CellGrid {
     let count = 0;
     for (const [number, level] of levels.entries()) {
       if (!level) continue;
-      const x = number % nx, y = Math.floor(number / nx) % ny, z = Math.floor(number / (nx * ny));
+      const x = number % nx,
+        y = Math.floor(number / nx) % ny,
+        z = Math.floor(number / (nx * ny));
       const wide = 0.4 + (0.6 * level) / this.most;
       at.makeScale(wide, wide, wide).setPosition(z - (nz - 1) / 2, y - (ny - 1) / 2, x - (nx - 1) / 2);
       this.cells.setMatrixAt(count, at);
@@ -71,7 +86,8 @@ export class CellGrid {
   private paint(): void {
     const style = getComputedStyle(this.holder);
     const named = (name: string): Color => new Color(style.getPropertyValue(`--${name}`).trim());
-    const faint = named("cell-faint"), bright = named("cell-bright");
+    const faint = named("cell-faint"),
+      bright = named("cell-bright");
     this.ramp = Array.from({ length: this.most + 1 }, (_, level) => faint.clone().lerp(bright, level / this.most));
     (this.frame.material as LineBasicMaterial).color = named("quiet");
     this.ask();
@@ -91,10 +107,14 @@ export class CellGrid {
     if (this.asked) return;
     this.asked = true;
     const least = this.calm.matches ? CALM_MS : this.slow ? SLOW_MS : FAST_MS;
-    setTimeout(() => requestAnimationFrame(() => {
-      this.asked = false;
-      this.drawn = performance.now();
-      this.renderer.render(this.scene, this.camera);
-    }), Math.max(0, least - (performance.now() - this.drawn)));
+    setTimeout(
+      () =>
+        requestAnimationFrame(() => {
+          this.asked = false;
+          this.drawn = performance.now();
+          this.renderer.render(this.scene, this.camera);
+        }),
+      Math.max(0, least - (performance.now() - this.drawn)),
+    );
   }
 }

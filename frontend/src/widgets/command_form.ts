@@ -1,13 +1,16 @@
 /** A command as a form: a field for each of its values with unit and range, and a button. */
-import type { RobotPage } from "../page.ts";
-import { allow, refusal } from "../parts.ts";
-import type { ArgumentInfo, CommandSpec } from "../protocol.ts";
+import { allow, refusal } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { ArgumentInfo, CommandSpec } from "../socket/messages.ts";
 
 export class CommandForm {
   readonly element = document.createElement("form");
   private button = document.createElement("button");
 
-  constructor(private page: RobotPage, private spec: CommandSpec) {
+  constructor(
+    private page: RobotPage,
+    private spec: CommandSpec,
+  ) {
     this.element.className = "plain-command";
     const fields = spec.arguments.map((argument) => this.field(argument));
     this.button.className = "button";
@@ -29,7 +32,8 @@ export class CommandForm {
     if (refusal(this.button)) return this.page.refuse(() => refusal(this.button));
     const args: Record<string, number | string> = {};
     for (const [, input, argument] of fields) {
-      if (argument.text ? input.value : Number.isFinite(input.valueAsNumber)) args[argument.name] = argument.text ? input.value : input.valueAsNumber;
+      if (argument.text ? input.value : Number.isFinite(input.valueAsNumber))
+        args[argument.name] = argument.text ? input.value : input.valueAsNumber;
       else if (argument.required) return this.page.refuse(() => (input.value ? "" : `Fill in ${titled(argument)} first.`));
     }
     this.page.command(this.spec.kind, args);

@@ -1,14 +1,19 @@
 /** Driving by hand: buttons, arrow keys and a gamepad for a held motion with shares of full speed ahead and turning. */
-import { stick } from "../gamepad.ts";
-import { Jog } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
+import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { stick } from "./gamepad.ts";
+import { Jog } from "./jog.ts";
 
 const direction = (forward: number, turn: number): Record<string, number> => ({ forward, turn });
 
 export class DrivePad {
   /** `gamepads`: whether it takes them; not where a stick beside it does. */
-  constructor(private page: RobotPage, private pad: HTMLElement, gamepads = true, kind = "drive") {
+  constructor(
+    private page: RobotPage,
+    private pad: HTMLElement,
+    gamepads = true,
+    kind = "drive",
+  ) {
     new Jog<Record<string, number>>(pad, {
       read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
       arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },

@@ -1,23 +1,55 @@
 /** A floor in 3D: walls, cuboids and round things with their names, a robot that drives on it, its ghost and a path. */
 import {
-  BoxGeometry, BufferGeometry, CanvasTexture, CircleGeometry, CylinderGeometry, EdgesGeometry, Group, Line, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, RingGeometry, Sprite, SpriteMaterial, Vector3,
+  BoxGeometry,
+  BufferGeometry,
+  CanvasTexture,
+  CircleGeometry,
+  CylinderGeometry,
+  EdgesGeometry,
+  Group,
+  Line,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  PlaneGeometry,
+  RingGeometry,
+  Sprite,
+  SpriteMaterial,
+  Vector3,
 } from "three";
-import { empty, redraw, View3D } from "../view_3d.ts";
+import { disposeContent, setPoints, View3D } from "../kit/view_3d.ts";
 
 /** What stands on the floor (m): a cuboid by its half sides, or something round by its radius. */
-export interface Standing { name: string; at: readonly [number, number]; high: number; half?: readonly [number, number]; radius?: number; dark?: boolean }
-export interface Floor { width: number; depth: number; standing: readonly Standing[]; marks: readonly { name: string; at: readonly [number, number] }[] }
+export interface Standing {
+  name: string;
+  at: readonly [number, number];
+  high: number;
+  half?: readonly [number, number];
+  radius?: number;
+  dark?: boolean;
+}
+export interface Floor {
+  width: number;
+  depth: number;
+  standing: readonly Standing[];
+  marks: readonly { name: string; at: readonly [number, number] }[];
+}
 /** Length, width and height of the robot (m). */
 export type Size = readonly [number, number, number];
 type Pose = readonly [number, number, number];
 
-const PATH_M = 0.03, RING_M = 0.02; // above the floor
+const PATH_M = 0.03,
+  RING_M = 0.02; // above the floor
 const WALL_M = 0.7;
 const FROM = new Vector3(0, 1.05, 1.02); // the direction in which the camera is at first
 const TURNED_RAD = 0.01;
 const EDGE = 0.96; // of the view, in which the whole floor is
-const COLOURS = { light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33", ring: 0x0c6471 }, dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2", ring: 0x6cc6d3 } };
+const COLOURS = {
+  light: { floor: 0xe9dcc4, wall: 0xcdbfa6, line: 0x8b8272, ink: "#2b2f33", ring: 0x0c6471 },
+  dark: { floor: 0x34373c, wall: 0x55585e, line: 0x9a9fa8, ink: "#f1ece2", ring: 0x6cc6d3 },
+};
 
 export class FloorView extends View3D {
   private fixed = new Group();
@@ -29,15 +61,32 @@ export class FloorView extends View3D {
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xb4531b, linewidth: 2 }));
 
   /** `onPick` gets the place on the floor (m) that was clicked on. */
-  constructor(holder: HTMLElement, private floor: Floor, size: Size, onPick: (x: number, y: number) => void) {
+  constructor(
+    holder: HTMLElement,
+    private floor: Floor,
+    size: Size,
+    onPick: (x: number, y: number) => void,
+  ) {
     const { width, depth } = floor;
-    const look = { field: 40, near: 0.1, far: 100, from: FROM.toArray(), to: [0, 0, 0], ambient: 1.5, lamp: 1.9, lampAt: [3, 9, 5] } as const;
+    const look = {
+      field: 40,
+      near: 0.1,
+      far: 100,
+      from: FROM.toArray(),
+      to: [0, 0, 0],
+      ambient: 1.5,
+      lamp: 1.9,
+      lampAt: [3, 9, 5],
+    } as const;
     super(holder, look, (x, y) => {
       if (x >= 0 && y >= 0 && x <= width && y <= depth) onPick(x, y);
     });
     this.world.position.set(-width / 2, 0, depth / 2);
     this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
-    this.controls.addEventListener("end", () => (this.turned = Math.hypot(this.controls.getAzimuthalAngle(), this.controls.getPolarAngle() - this.polar) > TURNED_RAD));
+    this.controls.addEventListener(
+      "end",
+      () => (this.turned = Math.hypot(this.controls.getAzimuthalAngle(), this.controls.getPolarAngle() - this.polar) > TURNED_RAD),
+    );
     this.robot = bodyOf(size, 0x0c6471, 1);
     this.robot.add(...ring(size, this.ringLook));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
@@ -61,7 +110,10 @@ export class FloorView extends View3D {
 
   /** Draw a path by its corners; null for none. */
   plan(corners: readonly Pose[] | null, good: boolean): void {
-    redraw(this.path, (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)));
+    setPoints(
+      this.path,
+      (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)),
+    );
     this.path.visible = (corners?.length ?? 0) > 1;
     this.path.material.color.set(good ? 0xb4531b : 0xc0271f);
     this.ask();
@@ -69,13 +121,15 @@ export class FloorView extends View3D {
 
   /** Put the camera just so far away that the whole floor is seen, until somebody has turned the view. */
   protected override fit(): void {
-    if (!this.floor || this.turned) return; // the size is told before there is a floor
+    // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the size is told before there is a floor
+    if (!this.floor || this.turned) return;
     const { width, depth } = this.floor;
     const corners = [-1, 1].flatMap((x) => [-1, 1].map((z) => new Vector3((x * width) / 2, z < 0 ? WALL_M : 0, (z * depth) / 2)));
-    const seen = (): boolean => corners.every((corner) => {
-      const { x, y } = corner.clone().project(this.camera);
-      return Math.abs(x) < EDGE && Math.abs(y) < EDGE;
-    });
+    const seen = (): boolean =>
+      corners.every((corner) => {
+        const { x, y } = corner.clone().project(this.camera);
+        return Math.abs(x) < EDGE && Math.abs(y) < EDGE;
+      });
     for (let far = depth; far < 10 * depth; far *= 1.02) {
       this.camera.position.copy(FROM).setLength(far);
       this.camera.lookAt(this.controls.target);
@@ -87,14 +141,19 @@ export class FloorView extends View3D {
   }
 
   private build(): void {
-    const colours = COLOURS[this.dark.matches ? "dark" : "light"], { width, depth, standing, marks } = this.floor;
-    empty(this.fixed);
+    const colours = COLOURS[this.dark.matches ? "dark" : "light"],
+      { width, depth, standing, marks } = this.floor;
+    disposeContent(this.fixed);
     this.ringLook.color.set(colours.ring);
     const ground = new Mesh(new PlaneGeometry(width, depth), new MeshLambertMaterial({ color: colours.floor }));
     ground.position.set(width / 2, depth / 2, 0);
     this.fixed.add(ground);
     const wall = new MeshLambertMaterial({ color: colours.wall });
-    for (const [x, y, w, d] of [[width / 2, depth + 0.05, width + 0.2, 0.1], [-0.05, depth / 2, 0.1, depth], [width + 0.05, depth / 2, 0.1, depth]] as const) {
+    for (const [x, y, w, d] of [
+      [width / 2, depth + 0.05, width + 0.2, 0.1],
+      [-0.05, depth / 2, 0.1, depth],
+      [width + 0.05, depth / 2, 0.1, depth],
+    ] as const) {
       const made = new Mesh(new BoxGeometry(w, d, WALL_M), wall);
       made.position.set(x, y, WALL_M / 2);
       this.fixed.add(made);
@@ -110,10 +169,18 @@ export class FloorView extends View3D {
   }
 }
 
-function thing({ name, at: [x, y], high, half, radius = 0.3, dark }: Standing, colours: { line: number; ink: string }): (Mesh | LineSegments | Sprite)[] {
+function thing(
+  { name, at: [x, y], high, half, radius = 0.3, dark }: Standing,
+  colours: { line: number; ink: string },
+): (Mesh | LineSegments | Sprite)[] {
   const shape = half ? new BoxGeometry(2 * half[0], 2 * half[1], high) : new CylinderGeometry(radius, radius, high, 32);
-  const look = new MeshLambertMaterial({ color: dark ? 0x23262a : half ? 0x9fc3c8 : 0xb9a684, transparent: !!half && !dark, opacity: half && !dark ? 0.75 : 1 });
-  const made = new Mesh(shape, look), edges = new LineSegments(new EdgesGeometry(shape, 30), new LineBasicMaterial({ color: colours.line }));
+  const look = new MeshLambertMaterial({
+    color: dark ? 0x23262a : half ? 0x9fc3c8 : 0xb9a684,
+    transparent: !!half && !dark,
+    opacity: half && !dark ? 0.75 : 1,
+  });
+  const made = new Mesh(shape, look),
+    edges = new LineSegments(new EdgesGeometry(shape, 30), new LineBasicMaterial({ color: colours.line }));
   for (const part of [made, edges]) {
     if (!half) part.rotation.x = Math.PI / 2;
     part.position.set(x, y, high / 2);
@@ -123,7 +190,8 @@ function thing({ name, at: [x, y], high, half, radius = 0.3, dark }: Standing, c
 
 /** `behind`: what stands before it hides it. */
 function label(words: string, [x, y, z]: readonly [number, number, number], ink: string, tall: number, behind = false): Sprite {
-  const canvas = document.createElement("canvas"), context = canvas.getContext("2d")!;
+  const canvas = document.createElement("canvas"),
+    context = canvas.getContext("2d")!;
   const font = "600 44px system-ui, sans-serif";
   context.font = font;
   canvas.width = Math.ceil(context.measureText(words).width) + 16;
@@ -137,23 +205,32 @@ function label(words: string, [x, y, z]: readonly [number, number, number], ink:
 }
 
 function bodyOf([long, wide, high]: Size, colour: number, opacity: number): Group {
-  const group = new Group(), look = new MeshLambertMaterial({ color: colour, transparent: opacity < 1, opacity });
+  const group = new Group(),
+    look = new MeshLambertMaterial({ color: colour, transparent: opacity < 1, opacity });
   const hull = new Mesh(new BoxGeometry(long, wide * 0.8, high * 0.6), look);
   hull.position.z = high * 0.55;
-  const eye = new Mesh(new BoxGeometry(long * 0.16, wide * 0.3, high * 0.35), new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity }));
+  const eye = new Mesh(
+    new BoxGeometry(long * 0.16, wide * 0.3, high * 0.35),
+    new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity }),
+  );
   eye.position.set(long * 0.42, 0, high * 0.95);
   group.add(hull, eye);
-  for (const side of [-1, 1]) for (const end of [-1, 1]) {
-    const wheel = new Mesh(new CylinderGeometry(high * 0.28, high * 0.28, wide * 0.18, 18), new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity }));
-    wheel.position.set(end * long * 0.3, side * wide * 0.45, high * 0.28);
-    group.add(wheel);
-  }
+  for (const side of [-1, 1])
+    for (const end of [-1, 1]) {
+      const wheel = new Mesh(
+        new CylinderGeometry(high * 0.28, high * 0.28, wide * 0.18, 18),
+        new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity }),
+      );
+      wheel.position.set(end * long * 0.3, side * wide * 0.45, high * 0.28);
+      group.add(wheel);
+    }
   return group;
 }
 
 /** A ring around the robot with a tip where it looks, because the robot is small in its hall. */
 function ring([long]: Size, look: MeshBasicMaterial): Mesh[] {
-  const around = new Mesh(new RingGeometry(long * 1.15, long * 1.4, 40), look), tip = new Mesh(new CircleGeometry(long * 0.45, 3), look);
+  const around = new Mesh(new RingGeometry(long * 1.15, long * 1.4, 40), look),
+    tip = new Mesh(new CircleGeometry(long * 0.45, 3), look);
   tip.position.x = long * 1.6;
   for (const part of [around, tip]) part.position.z = RING_M;
   return [around, tip];

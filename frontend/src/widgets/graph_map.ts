@@ -1,7 +1,10 @@
 /** A map that a robot draws while it drives: places and links on a canvas, its pose, a path, marks; a click finds a place. */
-import { type Box, fitted, nearest, Scale } from "./plane.ts";
+import { type Box, fittingBox, nearest, Scale } from "./plane.ts";
 
-export interface Spot { x: number; y: number }
+export interface Spot {
+  x: number;
+  y: number;
+}
 export interface Graph {
   spots: ReadonlyMap<number, Spot>;
   links: readonly (readonly [number, number])[];
@@ -11,8 +14,14 @@ export interface Graph {
   dock: Spot | null;
 }
 /** A numbered x: `now` for the goal that the robot drives to, `own` for the viewer's. */
-export interface Mark extends Spot { text: string; own: boolean; now: boolean }
-export interface Pose extends Spot { heading: number }
+export interface Mark extends Spot {
+  text: string;
+  own: boolean;
+  now: boolean;
+}
+export interface Pose extends Spot {
+  heading: number;
+}
 
 const PAUSE_MS = 80; // between two drawings
 const CALM_MS = 1000; // the same where the person prefers reduced motion
@@ -36,7 +45,10 @@ export class GraphMap {
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   /** `onPick` gets the place that was clicked on; null for a click where no place is near. */
-  constructor(private canvas: HTMLCanvasElement, onPick: (place: number | null) => void) {
+  constructor(
+    private canvas: HTMLCanvasElement,
+    onPick: (place: number | null) => void,
+  ) {
     this.context = canvas.getContext("2d")!;
     new ResizeObserver(() => this.ask()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
@@ -99,7 +111,7 @@ export class GraphMap {
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.clearRect(0, 0, width, height);
     const spots = [...(this.graph?.spots.values() ?? [])];
-    this.box = fitted(this.box, this.pose ? [...spots, this.pose] : spots);
+    this.box = fittingBox(this.box, this.pose ? [...spots, this.pose] : spots);
     this.scale = new Scale(this.box, width, height);
     if (this.graph) this.drawGraph(this.graph, this.colours);
     if (this.pose) this.drawPose(this.pose, this.colours);
@@ -107,14 +119,22 @@ export class GraphMap {
   }
 
   private drawGraph(graph: Graph, colours: Colours): void {
-    this.lines(graph.links.map(([a, b]) => [graph.spots.get(a), graph.spots.get(b)]), colours.line, 1.5);
+    this.lines(
+      graph.links.map(([a, b]) => [graph.spots.get(a), graph.spots.get(b)]),
+      colours.line,
+      1.5,
+    );
     const small = graph.spots.size > CROWD ? 1.3 : 2.6;
     this.dots(graph.spots.values(), colours.quiet, small);
     const at = (id: number): Spot[] => [graph.spots.get(id)].filter((spot) => spot !== undefined);
     this.dots(graph.docks.flatMap(at), colours.dock, small + 1.8);
     if (graph.dock) this.drawDock(graph.dock, colours);
     const way = graph.route.flatMap(at);
-    this.lines(way.slice(1).map((spot, i) => [way[i], spot]), colours.route, 3.5);
+    this.lines(
+      way.slice(1).map((spot, i) => [way[i], spot]),
+      colours.route,
+      3.5,
+    );
     this.letters(colours);
     const over = this.over === null ? undefined : graph.spots.get(this.over);
     if (over) this.ring(over, 9, colours.accent);
@@ -123,7 +143,14 @@ export class GraphMap {
   private drawDock(dock: Spot, colours: Colours): void {
     const c = this.context;
     const [x, y] = this.scale.toScreen(dock.x, dock.y);
-    Object.assign(c, { strokeStyle: colours.dock, lineWidth: 2.5, font: "600 12px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineJoin: "round" });
+    Object.assign(c, {
+      strokeStyle: colours.dock,
+      lineWidth: 2.5,
+      font: "600 12px system-ui, sans-serif",
+      textAlign: "center",
+      textBaseline: "middle",
+      lineJoin: "round",
+    });
     c.strokeRect(x - 7, y - 7, 14, 14);
     this.words("dock", x, y + 17, colours.dock, colours);
   }
@@ -200,7 +227,10 @@ export class GraphMap {
     const [x, y] = this.scale.toScreen(mark.x, mark.y);
     const colour = mark.now ? colours.route : colours.ink;
     if (mark.own) this.ring(mark, 12, colours.accent);
-    for (const [wide, ink] of [[6, colours.card], [3, colour]] as const) {
+    for (const [wide, ink] of [
+      [6, colours.card],
+      [3, colour],
+    ] as const) {
       c.beginPath();
       for (const way of [1, -1]) {
         c.moveTo(x - 6, y - 6 * way);
@@ -217,5 +247,13 @@ export class GraphMap {
 function coloursOf(element: Element): Colours {
   const style = getComputedStyle(element);
   const named = (name: string): string => style.getPropertyValue(`--${name}`).trim();
-  return { ink: named("ink"), quiet: named("quiet"), line: named("map-line"), card: named("card"), accent: named("accent"), route: named("stop"), dock: named("good") };
+  return {
+    ink: named("ink"),
+    quiet: named("quiet"),
+    line: named("map-line"),
+    card: named("card"),
+    accent: named("accent"),
+    route: named("stop"),
+    dock: named("good"),
+  };
 }

@@ -1,8 +1,8 @@
 /** A held motion: a pair of buttons for each of its values, which are shares of full speed. */
-import { Jog, named } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import type { CommandSpec } from "../protocol.ts";
+import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { CommandSpec } from "../socket/messages.ts";
+import { Jog, named } from "./jog.ts";
 
 export class HeldButtons {
   readonly element = document.createElement("div");
@@ -13,7 +13,10 @@ export class HeldButtons {
     this.element.setAttribute("role", "group");
     this.element.setAttribute("aria-label", `${spec.label}: hold to move`);
     for (const argument of spec.arguments)
-      for (const [way, sign] of [[-1, "−"], [1, "+"]] as const) {
+      for (const [way, sign] of [
+        [-1, "−"],
+        [1, "+"],
+      ] as const) {
         const button = document.createElement("button");
         Object.assign(button, { type: "button", className: "button", textContent: `${argument.name} ${sign}` });
         button.dataset["jog"] = `${argument.name},${way}`;
@@ -23,7 +26,8 @@ export class HeldButtons {
     this.element.append(...this.buttons);
     new Jog<Record<string, number>>(this.element, {
       read: named,
-      arrows: {}, stick: () => null,
+      arrows: {},
+      stick: () => null,
       whyNot: () => page.whyNot(spec.kind),
       begin: (direction) => page.issue(spec.kind, direction),
       ...page.keepAlive,

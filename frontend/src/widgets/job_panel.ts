@@ -1,22 +1,27 @@
 /** Everybody's jobs of one kind: ask for one, one's own place and wait, how it ended, and the list of those that wait. */
-import { Jobs, type OwnJob } from "../jobs.ts";
-import type { RobotPage } from "../page.ts";
-import { arrange, type Part, say, show } from "../parts.ts";
-import type { JobInfo } from "../protocol.ts";
-import { byId } from "../svg.ts";
-import { standing, SUSPENDED, waitWords } from "../words.ts";
+import { html } from "lit-html";
+import { repeat } from "lit-html/directives/repeat.js";
+import { say, byId } from "../kit/dom.ts";
+import { button, draw, drawParts, link, type Part } from "../kit/render.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { Jobs, type OwnJob } from "../queue/jobs.ts";
+import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
+import type { JobInfo } from "../socket/messages.ts";
 
 /** What a kind of job is called, and what it is when it is done, without it "reached". */
-export interface Named { noun: string; done?: string }
+export interface JobName {
+  noun: string;
+  done?: string;
+}
 /**
  * What a job of this robot is called, where its values say that it leads, and how people ask for one; other kinds of
  * jobs in the same list.
  */
-export interface Words extends Named {
+export interface JobWords extends JobName {
   kind: string;
   how: string;
   where(values: Record<string, number | string>, kind: string): string;
-  others?: Record<string, Named>;
+  others?: Record<string, JobName>;
 }
 
 export class JobPanel {
@@ -30,9 +35,12 @@ export class JobPanel {
   private fresh = 0;
   /** Own jobs that were seen waiting: of such a one it is told that it has begun. */
   private waiting = new Set<number>();
-  private rows = new Map<number, HTMLElement>();
 
-  constructor(private page: RobotPage, private words: Words, private changed: () => void) {
+  constructor(
+    private page: RobotPage,
+    private words: JobWords,
+    private changed: () => void,
+  ) {
     const token = byId("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     this.jobs = new Jobs(page.slug, token, () => this.follow());
     byId("asked-do").addEventListener("click", (event) => {
@@ -67,7 +75,7 @@ export class JobPanel {
     return !refused;
   }
 
-  private named(kind: string): Named {
+  private named(kind: string): JobName {
     return this.words.others?.[kind] ?? this.words;
   }
 
@@ -96,13 +104,15 @@ export class JobPanel {
     if (!s) return;
     if (s.jobs !== this.heard) {
       this.heard = s.jobs;
-      this.jobs.heard(s.jobs);
+      this.jobs.update(s.jobs);
     }
-    this.open = s.jobs.filter(({ kind }) => kind === this.words.kind || this.words.others?.[kind]).map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
+    this.open = s.jobs
+      .filter(({ kind }) => kind === this.words.kind || this.words.others?.[kind])
+      .map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
     const job = this.current();
     const about = this.about(job);
     say(byId("asked"), about);
-    show(byId("asked-do"), this.actions(job));
+    drawParts(byId("asked-do"), this.actions(job));
     if (this.fresh && this.open.some(({ job: { id } }) => id === this.fresh)) {
       this.fresh = 0;
       this.page.notice(about, "info");
@@ -113,7 +123,10 @@ export class JobPanel {
   }
 
   private tellBegun(): void {
-    for (const { job: { id, kind, state }, own } of this.open) {
+    for (const {
+      job: { id, kind, state },
+      own,
+    } of this.open) {
       if (own && state === "waiting") this.waiting.add(id);
       else if (own && this.waiting.delete(id)) this.page.notice(this.begun(kind), "info");
     }
@@ -125,7 +138,8 @@ export class JobPanel {
   }
 
   private about(job: OwnJob | undefined): string {
-    const { how } = this.words, { noun } = this.named(job?.kind ?? this.words.kind);
+    const { how } = this.words,
+      { noun } = this.named(job?.kind ?? this.words.kind);
     const s = this.page.snapshot!;
     if (!job) return s.me.can.ask ? `${how} You need not wait here: the ${noun}'s own page tells how it ended.` : this.whyNot();
     if (!job.open) return `${ended(job, this.named(job.kind))} You can ask for another.`;
@@ -133,36 +147,36 @@ export class JobPanel {
     if (!told) return `Your ${noun} was taken.${s.suspended ? ` ${SUSPENDED}` : ""}`;
     if (told.state === "running") return this.begun(job.kind);
     const why = [job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean);
-    return [standing(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
+    return [jobSentence(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
   }
 
   private actions(job: OwnJob | undefined): Part[] {
     if (!job) return [];
     const { noun } = this.named(job.kind);
-    const page: Part = { tag: "a", href: job.url, text: `Page of your ${noun}` };
-    return job.open ? [{ tag: "button", do: "cancel", text: `Cancel my ${noun}` }, page] : [page];
+    const page = link(`Page of your ${noun}`, job.url);
+    return job.open ? [button(`Cancel my ${noun}`, "cancel"), page] : [page];
   }
 
   private list(): void {
-    const shown = this.open.map(({ job, own }) => {
-      const row = this.rows.get(job.id) ?? document.createElement("li");
-      this.rows.set(job.id, row);
-      row.className = own ? "own" : "";
-      const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
-      const parts: Part[] = [
-        { tag: "b", text: String(job.ahead) }, { tag: "span", text: `${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}` },
-      ];
-      show(row, parts);
-      return row;
-    });
-    for (const id of [...this.rows.keys()]) if (!this.open.some(({ job }) => job.id === id)) this.rows.delete(id);
-    arrange(byId("goals"), shown);
+    draw(
+      byId("goals"),
+      repeat(
+        this.open,
+        ({ job }) => job.id,
+        ({ job, own }) => {
+          const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
+          return html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${`${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`}</span></li>`;
+        },
+      ),
+    );
   }
 }
 
-function ended(job: OwnJob, { noun, done = "reached" }: Named): string {
+function ended(job: OwnJob, { noun, done = "reached" }: JobName): string {
   const words: Record<string, string> = {
-    done: `Your ${noun} was ${done}.`, cancelled: `Your ${noun} was cancelled.`, failed: `Your ${noun} was not ${done}.`,
+    done: `Your ${noun} was ${done}.`,
+    cancelled: `Your ${noun} was cancelled.`,
+    failed: `Your ${noun} was not ${done}.`,
     unknown: `Nobody knows whether your ${noun} was ${done}.`,
   };
   const why = job.reason && job.reason !== "Cancelled." ? ` ${job.reason}` : "";

@@ -1,13 +1,21 @@
 /** Points of a plane (m, y up) on a screen (px, y down), and places in the plane. */
-interface Point { x: number; y: number }
-export interface Box { left: number; right: number; low: number; high: number }
+interface Point {
+  x: number;
+  y: number;
+}
+export interface Box {
+  left: number;
+  right: number;
+  low: number;
+  high: number;
+}
 
 const LEAST_M = 0.8; // a map of a few points does not fill the screen
 const MARGIN_PX = 26;
 const LOOSE = 0.72; // a map that fills less of its frame than this gets a new frame
 
 /** The frame of these points: the old one while they fill it, so that the map does not tremble. */
-export function fitted(old: Box | null, points: readonly Point[]): Box | null {
+export function fittingBox(old: Box | null, points: readonly Point[]): Box | null {
   if (!points.length) return old;
   const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
   for (const { x, y } of points) {
@@ -18,12 +26,14 @@ export function fitted(old: Box | null, points: readonly Point[]): Box | null {
   }
   const inside = old && box.left >= old.left && box.right <= old.right && box.low >= old.low && box.high <= old.high;
   if (inside && filled(box, old)) return old;
-  const wide = Math.max(0, LEAST_M - (box.right - box.left)) / 2 + 0.05, tall = Math.max(0, LEAST_M - (box.high - box.low)) / 2 + 0.05;
+  const wide = Math.max(0, LEAST_M - (box.right - box.left)) / 2 + 0.05,
+    tall = Math.max(0, LEAST_M - (box.high - box.low)) / 2 + 0.05;
   return { left: box.left - wide, right: box.right + wide, low: box.low - tall, high: box.high + tall };
 }
 
 function filled(box: Box, frame: Box): boolean {
-  const width = Math.max(LEAST_M, box.right - box.left), height = Math.max(LEAST_M, box.high - box.low);
+  const width = Math.max(LEAST_M, box.right - box.left),
+    height = Math.max(LEAST_M, box.high - box.low);
   return width > LOOSE * (frame.right - frame.left - 0.1) || height > LOOSE * (frame.high - frame.low - 0.1);
 }
 
@@ -56,7 +66,8 @@ export class Scale {
 
 /** The number of the nearest place, at most so far away (m); null if there is none. */
 export function nearest(places: ReadonlyMap<number, Point>, x: number, y: number, most: number): number | null {
-  let found: number | null = null, least = most;
+  let found: number | null = null,
+    least = most;
   for (const [id, place] of places) {
     const away = Math.hypot(place.x - x, place.y - y);
     if (away <= least) [found, least] = [id, away];
@@ -64,7 +75,7 @@ export function nearest(places: ReadonlyMap<number, Point>, x: number, y: number
   return found;
 }
 
-const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+const LETTERS = Array.from("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
 const APART_M = 0.42;
 const CLOSE_M = 0.2;
 
@@ -81,14 +92,14 @@ export function landmarks(old: ReadonlyMap<string, number>, places: ReadonlyMap<
     if (kept.length === LETTERS.length) break;
     if (!far(at, APART_M)) continue;
     const used = new Set(kept.map(([letter]) => letter));
-    kept.push([[...LETTERS].find((letter) => !used.has(letter))!, id]);
+    kept.push([LETTERS.find((letter) => !used.has(letter))!, id]);
   }
   return new Map(kept.sort(([a], [b]) => (a < b ? -1 : 1)));
 }
 
 /** Where a place is on the map as it is drawn: "top left", "centre", "bottom". */
 export function whereabouts(at: Point, places: ReadonlyMap<number, Point>): string {
-  const box = fitted(null, [...places.values(), at])!;
+  const box = fittingBox(null, [...places.values(), at])!;
   const third = (share: number, names: [string, string, string]): string => names[share < 1 / 3 ? 0 : share < 2 / 3 ? 1 : 2];
   const row = third((at.y - box.low) / (box.high - box.low), ["bottom", "", "top"]);
   const column = third((at.x - box.left) / (box.right - box.left), ["left", "", "right"]);

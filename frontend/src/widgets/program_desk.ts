@@ -1,14 +1,19 @@
 /** Programs of a robot's own language: as text and as blocks, saved, shared, fetched from the gallery. */
-import { kept } from "../kept.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import type { Judgement } from "../protocol.ts";
-import { request } from "../request.ts";
-import { byId } from "../svg.ts";
+import { byId } from "../kit/dom.ts";
+import { allow } from "../kit/refusal.ts";
+import { request } from "../kit/request.ts";
+import { storage } from "../kit/storage.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { Judgement } from "../socket/messages.ts";
 
 /** A robot's language: `parse` throws a sentence that names the line. */
-export interface Language<Step> { parse(text: string): Step[]; print(steps: readonly Step[]): string }
-export interface StepBlocks<Step> { show(steps: readonly Step[]): void }
+export interface Language<Step> {
+  parse(text: string): Step[];
+  print(steps: readonly Step[]): string;
+}
+export interface StepBlocks<Step> {
+  show(steps: readonly Step[]): void;
+}
 /** What a console does with programs. */
 export interface ProgramUse<Step> {
   /** Load the blocks, once, and show them in `box`; `changed` gets the steps after each change by a person. */
@@ -18,7 +23,15 @@ export interface ProgramUse<Step> {
   /** The text is no program; `why` says where. */
   refused(why: string): void;
 }
-interface Saved { id: number; name: string; text: string; shared: boolean; approved: boolean; by: string; mine: boolean }
+interface Saved {
+  id: number;
+  name: string;
+  text: string;
+  shared: boolean;
+  approved: boolean;
+  by: string;
+  mine: boolean;
+}
 
 const DRAFT_MS = 400; // after the last key, until what was written is kept on this device
 
@@ -37,7 +50,12 @@ export class ProgramDesk<Step> {
   private shared = byId<HTMLInputElement>("program-shared");
 
   /** `noun`: what a program of this robot is called. */
-  constructor(private page: RobotPage, private language: Language<Step>, private noun: string, private use: ProgramUse<Step>) {
+  constructor(
+    private page: RobotPage,
+    private language: Language<Step>,
+    private noun: string,
+    private use: ProgramUse<Step>,
+  ) {
     this.area.addEventListener("input", () => this.typed());
     this.list.addEventListener("change", () => this.load(Number(this.list.value)));
     const act: Record<string, () => void> = { new: () => this.clear(), save: () => void this.save(), delete: () => void this.remove() };
@@ -49,7 +67,7 @@ export class ProgramDesk<Step> {
     void this.openBlocks();
     if (this.opened) return;
     this.opened = true;
-    const draft = this.area.value || kept.get(this.place);
+    const draft = this.area.value || storage.get(this.place);
     if (draft) {
       this.area.value = draft;
       this.typed();
@@ -58,7 +76,8 @@ export class ProgramDesk<Step> {
       await this.refresh();
     } catch {
       this.opened = false; // the next opening tries again
-      return this.tell(`The list of ${this.noun}s did not come. What you write here works all the same.`, "warning");
+      this.tell(`The list of ${this.noun}s did not come. What you write here works all the same.`, "warning");
+      return;
     }
     if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
   }
@@ -80,7 +99,8 @@ export class ProgramDesk<Step> {
 
   /** The blocks did not come: say so in their place, and let them be asked for again. */
   private offerBlocks(box: HTMLElement): void {
-    const words = document.createElement("p"), again = document.createElement("button");
+    const words = document.createElement("p"),
+      again = document.createElement("button");
     words.setAttribute("role", "status");
     words.textContent = "The blocks did not come. Lines of text work without them.";
     Object.assign(again, { type: "button", className: "button", textContent: "Load the blocks" });
@@ -113,12 +133,14 @@ export class ProgramDesk<Step> {
 
   /** Show what is to say of its steps, in the element `program-judged`, if the page has one. */
   judge(said: readonly Judgement[]): void {
-    document.getElementById("program-judged")?.replaceChildren(...said.map(({ text, at_s, refuses }) => {
-      const item = document.createElement("li");
-      item.className = refuses ? "bad" : "warning";
-      item.textContent = `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`;
-      return item;
-    }));
+    document.getElementById("program-judged")?.replaceChildren(
+      ...said.map(({ text, at_s, refuses }) => {
+        const item = document.createElement("li");
+        item.className = refuses ? "bad" : "warning";
+        item.textContent = `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`;
+        return item;
+      }),
+    );
   }
 
   private async refresh(): Promise<void> {
@@ -130,12 +152,17 @@ export class ProgramDesk<Step> {
       ["Gallery", this.saved.filter((p) => p.by && !p.mine)],
     ];
     const none = new Option(`A new ${this.noun}`, "0");
-    this.list.replaceChildren(none, ...groups.filter(([, found]) => found.length).map(([label, found]) => {
-      const group = document.createElement("optgroup");
-      group.label = label;
-      group.append(...found.map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id))));
-      return group;
-    }));
+    this.list.replaceChildren(
+      none,
+      ...groups
+        .filter(([, found]) => found.length)
+        .map(([label, found]) => {
+          const group = document.createElement("optgroup");
+          group.label = label;
+          group.append(...found.map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id))));
+          return group;
+        }),
+    );
     this.list.value = String(this.current?.id ?? 0);
   }
 
@@ -184,7 +211,7 @@ export class ProgramDesk<Step> {
   /** What is written stays on this device, so that a page that is loaded again, or a lost line, loses nothing. */
   private keep(): void {
     clearTimeout(this.keeping);
-    this.keeping = window.setTimeout(() => kept.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
+    this.keeping = window.setTimeout(() => storage.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
   }
 
   private get place(): string {
@@ -202,7 +229,10 @@ export class ProgramDesk<Step> {
     if (!said) return;
     this.current = said as Saved;
     this.keep();
-    this.tell(this.current.shared && !this.current.approved ? "Saved. It appears in the gallery after staff have approved it." : "Saved.", "good");
+    this.tell(
+      this.current.shared && !this.current.approved ? "Saved. It appears in the gallery after staff have approved it." : "Saved.",
+      "good",
+    );
     await this.refresh();
     byId<HTMLButtonElement>("program-delete").hidden = false;
   }
@@ -222,7 +252,9 @@ export class ProgramDesk<Step> {
     const token = document.querySelector<HTMLInputElement>("#program-form [name=csrfmiddlewaretoken]")?.value ?? "";
     try {
       const answer = await request(`/robots/${this.page.slug}/programs/`, {
-        method, body: JSON.stringify(what), headers: { "Content-Type": "application/json", "X-CSRFToken": token },
+        method,
+        body: JSON.stringify(what),
+        headers: { "Content-Type": "application/json", "X-CSRFToken": token },
       });
       const said = (await answer.json()) as { error?: string };
       if (answer.ok) return said;

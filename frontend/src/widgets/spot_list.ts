@@ -1,40 +1,44 @@
 /** Places as a list of buttons, so that the keyboard alone suffices to choose one. */
-import { allow, arrange, say } from "../parts.ts";
+import { html } from "lit-html";
+import { repeat } from "lit-html/directives/repeat.js";
+import { allowed, draw } from "../kit/render.ts";
 
-export interface ListedSpot { letter: string; id: number; words: string }
+export interface ListedSpot {
+  letter: string;
+  id: number;
+  words: string;
+}
 
 export class SpotList {
-  private items = new Map<string, { element: HTMLElement; button: HTMLElement; id: number }>();
+  private spots: readonly ListedSpot[] = [];
+  private why = "";
 
-  constructor(private box: HTMLElement, private onPick: (place: number) => void) {}
+  constructor(
+    private box: HTMLElement,
+    private onPick: (place: number) => void,
+  ) {}
 
   /** Show these places; a button that stays keeps the focus. */
   show(spots: readonly ListedSpot[]): void {
-    const shown = spots.map(({ letter, id, words }) => {
-      const item = this.items.get(letter) ?? this.made(letter);
-      item.id = id;
-      say(item.button.lastElementChild!, words);
-      return item.element;
-    });
-    for (const letter of [...this.items.keys()]) if (!spots.some((spot) => spot.letter === letter)) this.items.delete(letter);
-    arrange(this.box, shown);
+    this.spots = spots;
+    this.draw();
   }
 
   /** Enable the list, or disable it with a reason. */
   enable(why: string): void {
-    for (const { button } of this.items.values()) allow(button, why);
+    this.why = why;
+    this.draw();
   }
 
-  private made(letter: string): { element: HTMLElement; button: HTMLElement; id: number } {
-    const element = document.createElement("li"), button = document.createElement("button");
-    const name = document.createElement("b"), words = document.createElement("span");
-    name.textContent = letter;
-    Object.assign(button, { type: "button", className: "button" });
-    button.append(name, " ", words);
-    element.append(button);
-    const item = { element, button, id: 0 };
-    button.addEventListener("click", () => this.onPick(item.id));
-    this.items.set(letter, item);
-    return item;
+  private draw(): void {
+    draw(
+      this.box,
+      repeat(
+        this.spots,
+        ({ letter }) => letter,
+        ({ letter, id, words }) =>
+          html`<li><button type="button" class="button" @click=${() => this.onPick(id)} ${allowed(this.why)}><b>${letter}</b> <span>${words}</span></button></li>`,
+      ),
+    );
   }
 }

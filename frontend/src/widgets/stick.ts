@@ -1,9 +1,9 @@
 /** A stick on the screen for a held motion that is steered: up is speed, to the side is steering. */
-import { gamepads, Pads } from "../gamepad.ts";
-import { KEEP_MS } from "../jog.ts";
-import type { RobotPage } from "../page.ts";
-import { allow } from "../parts.ts";
-import { byKeys, byPad, byPointer, isStickKey, resisted, type Push, REST } from "./stick_rules.ts";
+import { allow } from "../kit/refusal.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { gamepads, Pads } from "./gamepad.ts";
+import { KEEP_MS } from "./jog.ts";
+import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
 const TICK_MS = 40;
 const AGAIN_MS = 250; // a gamepad that stays pushed begins nothing sooner
@@ -26,11 +26,19 @@ export class Stick {
   private ticked = 0;
 
   /** `args` are the values of the command for a push: x to the right, y up, each from -1 to 1. */
-  constructor(private page: RobotPage, private kind: string, private args: (push: Push) => Record<string, number>, label = "Stick") {
+  constructor(
+    private page: RobotPage,
+    private kind: string,
+    private args: (push: Push) => Record<string, number>,
+    label = "Stick",
+  ) {
     this.element.className = "stick";
     this.element.tabIndex = 0;
     this.element.setAttribute("role", "application");
-    this.element.setAttribute("aria-label", `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`);
+    this.element.setAttribute(
+      "aria-label",
+      `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`,
+    );
     this.element.setAttribute("aria-describedby", "why");
     this.knob.className = "stick-knob";
     this.element.append(this.knob);
@@ -81,7 +89,11 @@ export class Stick {
 
   private pointed(event: PointerEvent): Push {
     const box = this.element.getBoundingClientRect();
-    return byPointer(event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2, Math.min(box.width, box.height) / 2);
+    return byPointer(
+      event.clientX - box.left - box.width / 2,
+      event.clientY - box.top - box.height / 2,
+      Math.min(box.width, box.height) / 2,
+    );
   }
 
   private key(event: KeyboardEvent, down: boolean): void {
@@ -92,7 +104,10 @@ export class Stick {
     if (!down) this.keys.delete(event.key);
     else if (event.key !== "Shift") this.keys.add(event.key);
     const push = byKeys(this.keys, event.shiftKey);
-    if (!push) return void (this.by === "key" && this.end());
+    if (!push) {
+      if (this.by === "key") this.end();
+      return;
+    }
     if (this.by === "" && down && !event.repeat) {
       this.wanted = push;
       this.begin("key");
@@ -102,7 +117,11 @@ export class Stick {
   private feelPad(): void {
     const away = document.hidden || this.element.closest("[hidden]") !== null;
     if (away) this.pads.forget();
-    const push = this.pads.read(away ? [] : gamepads()).map(byPad).find((one) => one !== null) ?? null;
+    const push =
+      this.pads
+        .read(away ? [] : gamepads())
+        .map(byPad)
+        .find((one) => one !== null) ?? null;
     if (this.by === "pad" && !push) this.end();
     else if (this.by === "pad" && push) this.wanted = push;
     else if (push && !this.by && document.hasFocus() && performance.now() - this.last > AGAIN_MS) {
@@ -114,11 +133,12 @@ export class Stick {
   private begin(by: StickBy): void {
     if (this.seq) return;
     this.last = performance.now();
-    const again = (): string => this.page.whyNot(this.kind), why = again();
+    const again = (): string => this.page.whyNot(this.kind),
+      why = again();
     if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
     if (why) return this.page.keepAlive.refused(why, again);
     this.by = by;
-    this.at = resisted(REST, this.wanted, this.pointing ? this.resistance : 0, 0);
+    this.at = dampedPush(REST, this.wanted, this.pointing ? this.resistance : 0, 0);
     this.kept = this.ticked = performance.now();
     this.seq = this.page.issue(this.kind, this.args(this.at));
     this.element.classList.add("held");
@@ -128,7 +148,7 @@ export class Stick {
     this.feelPad();
     const now = performance.now();
     if (this.seq) {
-      this.at = resisted(this.at, this.wanted, this.pointing ? this.resistance : 0, (now - this.ticked) / 1000);
+      this.at = dampedPush(this.at, this.wanted, this.pointing ? this.resistance : 0, (now - this.ticked) / 1000);
       if (this.page.keepAlive.ended(this.seq)) this.end();
       else if (now - this.kept >= KEEP_MS - TICK_MS / 2) {
         this.kept = now;

@@ -22,7 +22,7 @@ class Console:
     style: str = ""
 
 
-PLAIN = Console("consoles/plain.html", "consoles/side.html", "consoles/keys.html", built="src/plain.ts")
+PLAIN = Console("consoles/plain.html", "consoles/side.html", "consoles/keys.html", built="src/widgets/plain_console.ts")
 
 
 def console_of(driver: str) -> Console:

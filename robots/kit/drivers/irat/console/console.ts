@@ -1,16 +1,18 @@
 /** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
-import { allow, Basics, byId, type Facts, fill, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import type { CellGrid } from "/static/farhand/v1/cells.js";
+import { allow, Basics, byId, type Facts, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
+import { showReadings } from "./readings.ts";
 
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
 const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
 const AT_DOCK = "This place is at the dock, where the robot goes only to charge. Choose one farther away from it.";
-const NOW = "Show the map of now", PAST = `This is an earlier map, where the robot cannot be sent. Press "${NOW}" first.`;
+const NOW = "Show the map of now",
+  PAST = `This is an earlier map, where the robot cannot be sent. Press "${NOW}" first.`;
 const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
 const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
@@ -27,7 +29,9 @@ class RoamingConsole extends Basics<RobotPage> {
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
   private letteredAt = 0;
-  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) => (this.past ? page.refuse(() => (this.past ? PAST : "")) : this.picked(place)));
+  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) =>
+    this.past ? page.refuse(() => (this.past ? PAST : "")) : this.picked(place),
+  );
   private goals: JobPanel;
   private list: SpotList;
   private pad = new DrivePad(page, byId("drive"));
@@ -63,7 +67,7 @@ class RoamingConsole extends Basics<RobotPage> {
     const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
     const known = x !== undefined && y !== undefined && heading !== undefined && !this.past;
     this.map.place(known ? { x, y, heading } : null);
-    readings();
+    showReadings(page);
   }
 
   stream(name: string, { data, key }: StreamPacket): void {
@@ -116,11 +120,20 @@ class RoamingConsole extends Basics<RobotPage> {
       return at ? [{ ...at, text: String(job.ahead), own, now: job.state === "running" }] : [];
     });
     if (this.past) this.map.mark([], new Map());
-    else this.map.mark(marks, new Map([...this.letters].flatMap(([letter, id]) => {
-      const at = spots.get(id);
-      return at ? [[letter, at] as const] : [];
-    })));
-    say(byId("map-said"), this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.");
+    else
+      this.map.mark(
+        marks,
+        new Map(
+          [...this.letters].flatMap(([letter, id]) => {
+            const at = spots.get(id);
+            return at ? [[letter, at] as const] : [];
+          }),
+        ),
+      );
+    say(
+      byId("map-said"),
+      this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.",
+    );
   }
 
   private inWords(id: number): string {
@@ -162,25 +175,6 @@ class RoamingConsole extends Basics<RobotPage> {
 
 function round(metres: number): number {
   return Math.round(metres * 1000) / 1000;
-}
-
-/** The values that the robot tells, for people. */
-function readings(): void {
-  const told = (name: string, words: (value: number) => string): string => {
-    const value = page.value(name);
-    return value === undefined ? "not known" : words(value);
-  };
-  const charge = page.value("charge");
-  byId<HTMLMeterElement>("charge").value = charge ?? 0;
-  say(byId("charge-said"), `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
-  fill(byId("readings").querySelector("tbody")!, [
-    ["Now", page.state?.mode || "not known"],
-    ["Charging", told("charging", (v) => (v > 0 ? "yes, current flows" : "no"))],
-    ["Remembered places", told("experiences", (v) => v.toFixed(0))],
-    ["Map", told("map", (v) => `number ${v.toFixed(0)}`)],
-    ["Dock seen from", told("docks", (v) => `${v.toFixed(0)} places`)],
-    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
-  ]);
 }
 
 page.begin(new RoamingConsole());

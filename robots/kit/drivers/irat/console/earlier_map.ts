@@ -11,13 +11,19 @@ const WHY = [
 ] as const;
 const RULE = "As in its paper, the robot begins a new map after 10 to 20 minutes outside its dock.";
 
-export interface Earlier { map: ExperienceMap; endedMs: number; why: string }
+export interface Earlier {
+  map: ExperienceMap;
+  endedMs: number;
+  why: string;
+}
 
 /** Take a packet; null for one that cannot be read. */
 export function earlierOf(data: Uint8Array): Earlier | null {
-  const view = new DataView(data.buffer, data.byteOffset, data.byteLength), map = new ExperienceMap();
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength),
+    map = new ExperienceMap();
   if (data.byteLength < HEAD || view.getUint8(0) !== VERSION || !map.take(data.subarray(HEAD), true)) return null;
-  const minutes = Math.round(view.getFloat32(2, true) / 60), why = WHY[view.getUint8(1)];
+  const minutes = Math.round(view.getFloat32(2, true) / 60),
+    why = WHY[view.getUint8(1)];
   return { map, endedMs: Number(view.getBigUint64(6, true)), why: why?.(minutes === 1 ? "1 minute" : `${minutes} minutes`) ?? "" };
 }
 

@@ -29,9 +29,13 @@ export class ExperienceMap implements Graph {
   take(data: Uint8Array, key: boolean): boolean {
     const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
     if (data.byteLength < HEAD || view.getUint8(0) !== VERSION) return false;
-    const flags = view.getUint8(1), number = view.getUint32(2, true), n = view.getUint32(6, true), m = view.getUint32(10, true);
+    const flags = view.getUint8(1),
+      number = view.getUint32(2, true),
+      n = view.getUint32(6, true),
+      m = view.getUint32(10, true);
     if (!key && number !== this.number) return false;
-    const links = HEAD + 8 * n, lists = links + 8 * m;
+    const links = HEAD + 8 * n,
+      lists = links + 8 * m;
     if (lists > data.byteLength) return false;
     const route = flags & ROUTE ? idsAt(view, lists) : null;
     const docks = flags & DOCKS ? idsAt(view, lists + lengthOf(route)) : null;
@@ -44,7 +48,8 @@ export class ExperienceMap implements Graph {
     }
     this.number = number;
     for (let i = 0; i < n; i++) {
-      const x = view.getInt16(HEAD + 4 * n + 2 * i, true) * UNIT_M, y = view.getInt16(HEAD + 6 * n + 2 * i, true) * UNIT_M;
+      const x = view.getInt16(HEAD + 4 * n + 2 * i, true) * UNIT_M,
+        y = view.getInt16(HEAD + 6 * n + 2 * i, true) * UNIT_M;
       this.spots.set(view.getUint32(HEAD + 4 * i, true), { x, y });
     }
     for (let i = 0; i < m; i++) this.links.push([view.getUint32(links + 8 * i, true), view.getUint32(links + 8 * i + 4, true)]);

@@ -1,11 +1,24 @@
 /** The console of an arm with a camera and an air jet over sand: a picture and a map to click. */
 import {
-  allow, Basics, blocked, byId, CameraView, type CommandInfo, facts, type Facts, Jog, RobotPage, say, type StatePacket, stick, type Still,
+  allow,
+  Basics,
+  blocked,
+  byId,
+  CameraView,
+  type CommandInfo,
+  facts,
+  type Facts,
+  Jog,
+  RobotPage,
+  say,
+  type StatePacket,
+  stick,
+  type Still,
 } from "/static/farhand/v1/console.js";
 import "./console.css";
-import { Schematic } from "./schematic.ts";
 import { type SandFacts, whyNot } from "./rules.ts";
 import { type Description, type Map2, nozzlePixel, onSand, target } from "./scara.ts";
+import { Schematic } from "./schematic.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
 
@@ -20,9 +33,10 @@ class SandConsole extends Basics<RobotPage> {
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
   constructor() {
-    super(page, new CameraView(
-      byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v),
-    ));
+    super(
+      page,
+      new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v)),
+    );
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => this.give(kind));
     byId("stage").addEventListener("keydown", (event) => this.key(event));

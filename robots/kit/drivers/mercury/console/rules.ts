@@ -2,7 +2,10 @@
 import type { Facts } from "/static/farhand/v1/console.js";
 
 /** `blocked`: why nothing at all can be commanded. */
-export interface SandFacts extends Facts { blocked: string; aim: "none" | "good" | "refused" | "old" }
+export interface SandFacts extends Facts {
+  blocked: string;
+  aim: "none" | "good" | "refused" | "old";
+}
 
 const DOWN_M = 0.001;
 

@@ -4,7 +4,10 @@ export interface Description {
   arm: { link1: number; link2: number; q2_deg: [number, number]; up: number; down: number };
   sand: { x: [number, number]; y: [number, number] };
 }
-export interface Arm { elbow: [number, number]; tool: [number, number] }
+export interface Arm {
+  elbow: [number, number];
+  tool: [number, number];
+}
 
 /** Return elbow and tool (m) of joints q1, q2 (rad). */
 export function forward(d: Description, q: number[]): Arm {
@@ -27,18 +30,20 @@ export function onSand(d: Description, x: number, y: number): boolean {
   return x >= d.sand.x[0] && x <= d.sand.x[1] && y >= d.sand.y[0] && y <= d.sand.y[1];
 }
 
-export interface Map2 { matrix: number[][]; theta: number }
+export interface Map2 {
+  matrix: number[][];
+  theta: number;
+}
 
 /** Return the tool target (m) for a pixel, as the server computes it. */
 export function target(map: Map2, pose: number[], u: number, v: number, w: number, h: number): [number, number] {
   const [[a = 0, b = 0, c = 0] = [], [d = 0, e = 0, f = 0] = []] = map.matrix;
-  const pu = u - (w - 1) / 2, pv = v - (h - 1) / 2;
-  const dx = a * pu + b * pv + c, dy = d * pu + e * pv + f;
+  const pu = u - (w - 1) / 2,
+    pv = v - (h - 1) / 2;
+  const dx = a * pu + b * pv + c,
+    dy = d * pu + e * pv + f;
   const turn = (pose[3] ?? 0) - map.theta;
-  return [
-    (pose[0] ?? 0) + Math.cos(turn) * dx - Math.sin(turn) * dy,
-    (pose[1] ?? 0) + Math.sin(turn) * dx + Math.cos(turn) * dy,
-  ];
+  return [(pose[0] ?? 0) + Math.cos(turn) * dx - Math.sin(turn) * dy, (pose[1] ?? 0) + Math.sin(turn) * dx + Math.cos(turn) * dy];
 }
 
 /** Return the pixel that is under the nozzle: where the map sends no motion. */

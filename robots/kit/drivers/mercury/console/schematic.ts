@@ -1,6 +1,6 @@
 /** The map from above: base, links, sand, what the camera sees, and a ghost of the target. */
-import { forward, onSand, reach, target, type Arm, type Description } from "./scara.ts";
 import { set, shape, type Still } from "/static/farhand/v1/console.js";
+import { forward, onSand, reach, target, type Arm, type Description } from "./scara.ts";
 
 const MM = 1000;
 const NEAR_RAD = 1e-4; // less than a tenth of a millimetre
@@ -20,12 +20,23 @@ export class Schematic {
   private gliding = false;
   private drawn = 0;
 
-  constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
+  constructor(
+    private svg: SVGSVGElement,
+    private d: Description,
+    onPick: (x: number, y: number) => void,
+  ) {
     const { x, y } = d.sand;
     set(svg, { viewBox: "-330 -640 660 700", preserveAspectRatio: "xMidYMid meet" });
     const outer = (d.arm.link1 + d.arm.link2) * MM;
     shape(svg, "path", { d: `M ${-outer} 0 A ${outer} ${outer} 0 0 1 ${outer} 0`, class: "reach" });
-    shape(svg, "rect", { x: x[0] * MM - 28, y: -y[1] * MM - 28, width: (x[1] - x[0]) * MM + 56, height: (y[1] - y[0]) * MM + 56, rx: 10, class: "tray" });
+    shape(svg, "rect", {
+      x: x[0] * MM - 28,
+      y: -y[1] * MM - 28,
+      width: (x[1] - x[0]) * MM + 56,
+      height: (y[1] - y[0]) * MM + 56,
+      rx: 10,
+      class: "tray",
+    });
     shape(svg, "rect", { x: x[0] * MM, y: -y[1] * MM, width: (x[1] - x[0]) * MM, height: (y[1] - y[0]) * MM, rx: 4, class: "sand" });
     for (let gx = Math.ceil((x[0] * MM) / 100) * 100; gx <= x[1] * MM; gx += 100)
       shape(svg, "line", { x1: gx, x2: gx, y1: -y[0] * MM, y2: -y[1] * MM, class: "grid" });
@@ -57,7 +68,10 @@ export class Schematic {
     if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
     const step = event.shiftKey ? 0.05 : 0.01;
     const by: Record<string, [number, number]> = {
-      ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step],
+      ArrowLeft: [-step, 0],
+      ArrowRight: [step, 0],
+      ArrowUp: [0, step],
+      ArrowDown: [0, -step],
     };
     const move = by[event.key];
     if (!move) return;
@@ -65,10 +79,7 @@ export class Schematic {
     const tool = forward(this.d, this.wanted).tool;
     const from = this.cursor ?? tool;
     const { x, y } = this.d.sand;
-    onPick(
-      Math.min(x[1], Math.max(x[0], from[0] + move[0])),
-      Math.min(y[1], Math.max(y[0], from[1] + move[1])),
-    );
+    onPick(Math.min(x[1], Math.max(x[0], from[0] + move[0])), Math.min(y[1], Math.max(y[0], from[1] + move[1])));
   }
 
   /** Show the joints; drawn gliding, so five packets a second look like a motion. */
@@ -111,7 +122,12 @@ export class Schematic {
   covers(still: Still | null, map: { matrix: number[][]; theta: number } | null): void {
     if (!still || !map) return set(this.view, { points: "" });
     const { width: w, height: h } = still;
-    const corners = [[0, 0], [w - 1, 0], [w - 1, h - 1], [0, h - 1]];
+    const corners = [
+      [0, 0],
+      [w - 1, 0],
+      [w - 1, h - 1],
+      [0, h - 1],
+    ];
     const at = corners.map(([u = 0, v = 0]) => target(map, still.pose, u, v, w, h));
     set(this.view, { points: at.map(([x, y]) => `${x * MM},${-y * MM}`).join(" ") });
   }

@@ -1,17 +1,39 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
-import {
-  allow, blocked, byId, CameraView, type CommandInfo, type Console, facts, type Facts, fill, FINAL, type PicturePacket, type PlanAnswer, request,
-  RobotPage, say, type StatePacket, type Still, Tabs,
-} from "/static/farhand/v1/console.js";
-import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
+import { type ArmDescription, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
+import {
+  allow,
+  blocked,
+  byId,
+  type CameraView,
+  type CommandInfo,
+  type Console,
+  facts,
+  type Facts,
+  FINAL,
+  type PicturePacket,
+  type PlanAnswer,
+  request,
+  RobotPage,
+  say,
+  type StatePacket,
+  type Still,
+  Tabs,
+} from "/static/farhand/v1/console.js";
 import "./terminal.css";
+import { Cameras } from "./cameras.ts";
 import { Programs } from "./programs.ts";
+import { showReadings } from "./readings.ts";
 import { Terminal } from "./terminal.ts";
 
-interface Plan { key: string; ok: boolean; text: string }
+interface Plan {
+  key: string;
+  ok: boolean;
+  text: string;
+}
 
 const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] } };
+const NAMES = description.joints.map((j) => j.name);
 const page = new RobotPage();
 const FINGERS = ["left_finger", "right_finger"]; // of the model; the state has one width for both
 const PLAN_MS = 120;
@@ -24,12 +46,10 @@ const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) 
 
 class ArmConsole implements Console, Judge {
   readonly video = true;
-  private cameras: CameraView[];
-  private chosen = 0;
+  private cameras = new Cameras(page);
   private view: ArmView | null = null;
   private plan: Plan | null = null;
   private planned = 0;
-  private narrow = matchMedia("(max-width: 45.99rem)");
   private planTimer = 0;
   private known = false; // where the arm is: a state has come
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
@@ -46,10 +66,8 @@ class ArmConsole implements Console, Judge {
     const share = (): number => Number(speed.value) / 100;
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
-    this.programs = new Programs(page, this, description.joints.map((j) => j.name));
-    new Terminal(page, this, description.joints.map((j) => j.name));
-    this.cameras = this.thumbnails();
-    this.narrow.addEventListener("change", () => this.watch());
+    this.programs = new Programs(page, this, NAMES);
+    new Terminal(page, this, NAMES);
     page.on("open", () => page.command("gripper", { closed: 0 }));
     page.on("close", () => page.command("gripper", { closed: 1 }));
     page.on("ready", () => page.command("ready"));
@@ -63,12 +81,19 @@ class ArmConsole implements Console, Judge {
     try {
       const [{ ArmView }, answer] = await Promise.all([import("/static/farhand/v1/arm_view.js"), request(description.model, {}, MODEL_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
-      const names = [...description.joints.map((j) => [j.name]), FINGERS];
-      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...(description.set.boxes ?? [])], (x, y) => {
-        if (byId("modes").hidden) return;
-        this.tabs.choose("position");
-        this.position.place(x, y);
-      });
+      const names = [...NAMES.map((name) => [name]), FINGERS];
+      this.view = new ArmView(
+        byId("model"),
+        await answer.text(),
+        names,
+        description.tip,
+        [...description.boxes, ...(description.set.boxes ?? [])],
+        (x, y) => {
+          if (byId("modes").hidden) return;
+          this.tabs.choose("position");
+          this.position.place(x, y);
+        },
+      );
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
       if (page.state) this.view.joints(page.state.joints);
@@ -81,38 +106,24 @@ class ArmConsole implements Console, Judge {
     }
   }
 
-  /** Each camera has a small canvas; the chosen one fills the screen. */
-  private thumbnails(): CameraView[] {
-    const buttons = [...byId("views").querySelectorAll<HTMLElement>("[data-view]")];
-    const screen = new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
-    for (const [i, button] of buttons.entries())
-      button.addEventListener("click", () => {
-        this.chosen = i;
-        for (const [k, other] of buttons.entries()) other.setAttribute("aria-pressed", String(k === i));
-        screen.forget();
-        this.watch();
-      });
-    const small = buttons.map((button) => new CameraView(button, button.querySelector("canvas")!, null, () => undefined));
-    return [screen, ...small];
-  }
-
-  /** A phone shows one camera at a time, and requests only that one. */
   watch(): void {
-    const all = this.cameras.slice(1).map((_, i) => i);
-    page.watch(this.narrow.matches ? [this.chosen] : all);
+    this.cameras.watch();
   }
 
   picture(packet: PicturePacket): void {
-    void this.cameras[packet.camera + 1]?.show(packet);
-    if (packet.camera === this.chosen) void this.cameras[0]?.show(packet).then(() => page.draw());
+    this.cameras.picture(packet);
+  }
+
+  still(still: Still): void {
+    this.cameras.still(still);
   }
 
   shown(camera: number): CameraView | undefined {
-    return this.cameras[camera + 1];
+    return this.cameras.shown(camera);
   }
 
   pictureAt(): number {
-    return this.cameras[0]?.atMs ?? 0;
+    return this.cameras.atMs;
   }
 
   state(packet: StatePacket): void {
@@ -120,14 +131,10 @@ class ArmConsole implements Console, Judge {
     this.joints.show(packet);
     this.programs.state(packet);
     say(byId("mode"), packet.mode);
-    readings(packet);
+    showReadings(packet, NAMES);
     if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
-  }
-
-  still(still: Still): void {
-    if (this.chosen === 0) this.cameras[0]?.still(still, () => page.draw());
   }
 
   turn(): void {
@@ -168,9 +175,15 @@ class ArmConsole implements Console, Judge {
     this.planned += 1; // an answer that is still on its way is of an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
-      if (!target || !page.state) return this.noGhost();
+      if (!target || !page.state) {
+        this.noGhost();
+        return;
+      }
       const outside = this.tabs.open === "position" ? this.position.outside() : "";
-      if (outside) return this.refuse(outside);
+      if (outside) {
+        this.refuse(outside);
+        return;
+      }
       this.plan = { key: JSON.stringify(target), ok: false, text: "" };
       page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);
@@ -242,7 +255,14 @@ class ArmConsole implements Console, Judge {
 
   draw(f: Facts): void {
     byId("modes").hidden = !page.operating && !page.snapshot?.me.cleared;
-    for (const [name, kind] of [["open", "gripper"], ["close", "gripper"], ["ready", "ready"], ["go-joints", "go"], ["go-pose", "go"], ["run", "run"]] as const) {
+    for (const [name, kind] of [
+      ["open", "gripper"],
+      ["close", "gripper"],
+      ["ready", "ready"],
+      ["go-joints", "go"],
+      ["go-pose", "go"],
+      ["run", "run"],
+    ] as const) {
       const why = this.whyNot(kind, f);
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
       if (button) allow(button, why);
@@ -251,17 +271,6 @@ class ArmConsole implements Console, Judge {
     this.joints.enable(why);
     this.position.enable(why);
   }
-}
-
-function readings(packet: StatePacket): void {
-  const rows = [...description.joints.map((j) => j.name), "Gripper"].map((name, i) => {
-    const last = i === description.joints.length;
-    const q = packet.joints[i] ?? 0, v = packet.velocities[i], t = packet.torques[i];
-    return last
-      ? [name, `${(q * 1000).toFixed(0)} mm`, "", ""]
-      : [name, `${deg(q).toFixed(1)}°`, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
-  });
-  fill(byId("readings").querySelector("tbody")!, rows);
 }
 
 page.begin(new ArmConsole());

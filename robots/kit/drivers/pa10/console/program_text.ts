@@ -9,17 +9,35 @@ export type Step =
   | { do: "line"; text: string };
 
 /** The least and the greatest of each value after a letter, and how many are required; see FORMS in forms.py. */
-interface Form { values: readonly Bounds[]; least: number }
-interface Bounds { low: number; high: number; whole?: boolean }
+interface Form {
+  values: readonly Bounds[];
+  least: number;
+}
+interface Bounds {
+  low: number;
+  high: number;
+  whole?: boolean;
+}
 const six = (first: number, last: number): Bounds[] => [first, first, first, last, last, last].map((most) => ({ low: -most, high: most }));
 const SPEED: Bounds = { low: 0.05, high: 1 };
-const PLACE: Form = { values: [...six(2000, 720), SPEED], least: 6 }, NONE: Form = { values: [], least: 0 };
+const PLACE: Form = { values: [...six(2000, 720), SPEED], least: 6 },
+  NONE: Form = { values: [], least: 0 };
 const one = (values: Bounds): Form => ({ values: [values], least: 1 });
 const FORMS: Readonly<Record<string, Form>> = {
-  j: { values: [...six(720, 720), SPEED], least: 6 }, k: PLACE, l: PLACE, K: PLACE, W: NONE, g: one({ low: 0, high: 1, whole: true }),
-  d: one({ low: 0, high: 30 }), R: one({ low: 1, high: 100, whole: true }), E: NONE,
+  j: { values: [...six(720, 720), SPEED], least: 6 },
+  k: PLACE,
+  l: PLACE,
+  K: PLACE,
+  W: NONE,
+  g: one({ low: 0, high: 1, whole: true }),
+  d: one({ low: 0, high: 30 }),
+  R: one({ low: 1, high: 100, whole: true }),
+  E: NONE,
 };
-const LONGEST_TEXT = 20_000, LONGEST_LINE = 200, LONGEST = 500, DEEPEST = 8; // characters (code points); steps, and lines that say something
+const LONGEST_TEXT = 20_000,
+  LONGEST_LINE = 200,
+  LONGEST = 500,
+  DEEPEST = 8; // characters (code points); steps, and lines that say something
 const NUMERAL = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/; // the arm's own: no 0x10, no Infinity
 
 /** A number as the arm reads it; NaN if the arm would refuse it. */
@@ -36,7 +54,11 @@ export function words(line: string): string[] {
 }
 
 /** A repetition, or the program itself, that is being read; `size`: its steps with inner repetitions written out. */
-interface Open { steps: Step[]; times: number; size: number }
+interface Open {
+  steps: Step[];
+  times: number;
+  size: number;
+}
 
 /** Return the steps in a text. Throws a sentence that names the line. */
 export function parse(text: string): Step[] {
@@ -62,7 +84,11 @@ export function parse(text: string): Step[] {
 function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
   const form = Object.hasOwn(FORMS, letter) ? FORMS[letter] : undefined;
   if (!form) throw new Error(`there is no step that begins with “${letter}”; known: ${Object.keys(FORMS).join(" ")}.`);
-  const { least, values: { length: most } } = form, numbers = parts.map(numeral);
+  const {
+      least,
+      values: { length: most },
+    } = form,
+    numbers = parts.map(numeral);
   const bad = numbers.findIndex((n) => !Number.isFinite(n));
   if (bad >= 0) throw new Error(`“${parts[bad]}” is not a number.`);
   if (numbers.length < least || numbers.length > most)
@@ -70,13 +96,19 @@ function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
   for (const [n, { low, high, whole }] of form.values.slice(0, numbers.length).entries())
     if (numbers[n]! < low || numbers[n]! > high || (whole && !Number.isInteger(numbers[n])))
       throw new Error(`number ${n + 1} of ${letter} must be ${whole ? "a whole number " : ""}from ${low} to ${high}.`);
-  const here = stack.at(-1)!, speed = numbers.length > 6 ? { speed: numbers[6]! } : {};
+  const here = stack.at(-1)!,
+    speed = numbers.length > 6 ? { speed: numbers[6]! } : {};
   const add = (step: Step): void => void (here.steps.push(step), (here.size += 1));
   switch (letter) {
-    case "j": return add({ do: "joints", values: numbers.slice(0, 6), ...speed });
-    case "k": case "l": return add({ do: "pose", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
-    case "g": return add({ do: "grip", closed: numbers[0] === 1 });
-    case "d": return add({ do: "wait", seconds: numbers[0]! });
+    case "j":
+      return add({ do: "joints", values: numbers.slice(0, 6), ...speed });
+    case "k":
+    case "l":
+      return add({ do: "pose", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
+    case "g":
+      return add({ do: "grip", closed: numbers[0] === 1 });
+    case "d":
+      return add({ do: "wait", seconds: numbers[0]! });
     case "R": {
       if (stack.length > DEEPEST) throw new Error(`repetitions stand at most ${DEEPEST} deep in each other.`);
       const steps: Step[] = [];
@@ -88,7 +120,8 @@ function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
       stack.pop();
       return void (stack.at(-1)!.size += here.times * here.size);
     }
-    default: return add({ do: "line", text: [letter, ...parts].join(" ") });
+    default:
+      return add({ do: "line", text: [letter, ...parts].join(" ") });
   }
 }
 
@@ -101,12 +134,18 @@ function lines(step: Step): string {
   const row = (letter: string, values: number[], speed?: number): string =>
     [letter, ...values.map(tidy), ...(speed === undefined ? [] : [tidy(speed)])].join(" ");
   switch (step.do) {
-    case "joints": return row("j", step.values, step.speed);
-    case "pose": return row(step.straight ? "l" : "k", step.values, step.speed);
-    case "grip": return `g ${step.closed ? 1 : 0}`;
-    case "wait": return `d ${tidy(step.seconds)}`;
-    case "repeat": return [`R ${step.times}`, ...(step.steps.length ? [print(step.steps)] : []), "E"].join("\n");
-    case "line": return step.text;
+    case "joints":
+      return row("j", step.values, step.speed);
+    case "pose":
+      return row(step.straight ? "l" : "k", step.values, step.speed);
+    case "grip":
+      return `g ${step.closed ? 1 : 0}`;
+    case "wait":
+      return `d ${tidy(step.seconds)}`;
+    case "repeat":
+      return [`R ${step.times}`, ...(step.steps.length ? [print(step.steps)] : []), "E"].join("\n");
+    case "line":
+      return step.text;
   }
 }
 

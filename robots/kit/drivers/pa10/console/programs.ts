@@ -1,16 +1,24 @@
 /** Program mode: steps as blocks and as text, tried on the ghost, run, saved, shared. */
-import { type PlanAnswer, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
 import { deg, type Judge } from "/static/farhand/v1/arm.js";
+import { type PlanAnswer, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
 import { parse, print, type Step } from "./program_text.ts";
 
-interface Arm extends Judge { refuse(why: string): void; tool(): number[] | null; play(answer: PlanAnswer): void }
+interface Arm extends Judge {
+  refuse(why: string): void;
+  tool(): number[] | null;
+  play(answer: PlanAnswer): void;
+}
 
 export class Programs {
   private ran = false;
   private desk: ProgramDesk<Step>;
 
-  constructor(private page: RobotPage, private arm: Arm, private axes: string[]) {
+  constructor(
+    private page: RobotPage,
+    private arm: Arm,
+    private axes: string[],
+  ) {
     this.desk = new ProgramDesk<Step>(page, { parse, print }, "program", {
       blocks: async (box, changed) => new (await import("./blocks.ts")).Blocks(box, axes, changed),
       changed: () => arm.ask(),
@@ -34,7 +42,12 @@ export class Programs {
 
   private addHere(): void {
     const here = this.arm.tool();
-    if (here) this.desk.add({ do: "pose", straight: false, values: [...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)].map(tenth) });
+    if (here)
+      this.desk.add({
+        do: "pose",
+        straight: false,
+        values: [...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)].map(tenth),
+      });
   }
 
   private addJoints(): void {

@@ -1,6 +1,6 @@
 /** A terminal for the arm's own lines: each line becomes a command of the portal. */
-import { byId, type RobotPage } from "/static/farhand/v1/console.js";
 import type { Judge } from "/static/farhand/v1/arm.js";
+import { byId, type RobotPage } from "/static/farhand/v1/console.js";
 import { understood } from "./terminal_lines.ts";
 
 const LONGEST = 200;
@@ -10,7 +10,11 @@ export class Terminal {
   private last: string[] = [];
   private at = 0;
 
-  constructor(private page: RobotPage, private console: Judge, private axes: string[]) {
+  constructor(
+    private page: RobotPage,
+    private console: Judge,
+    private axes: string[],
+  ) {
     const line = byId<HTMLInputElement>("terminal-line");
     byId<HTMLFormElement>("terminal").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -45,9 +49,7 @@ export class Terminal {
       const why = this.console.whyNot("terminal", this.page.facts());
       if (why) return answer(why);
       const seq = this.page.issue(target.kind, target.args);
-      this.page.ladder.whenEnded(this.page.grant, seq, (c) =>
-        answer(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`),
-      );
+      this.page.ladder.whenEnded(this.page.grant, seq, (c) => answer(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`));
     } catch (error) {
       answer(`e ${(error as Error).message}`);
     }

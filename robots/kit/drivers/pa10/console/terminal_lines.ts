@@ -1,6 +1,6 @@
 /** The arm's own lines as commands of the portal. */
-import { numeral, words } from "./program_text.ts";
 import type { Target } from "/static/farhand/v1/arm.js";
+import { numeral, words } from "./program_text.ts";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 

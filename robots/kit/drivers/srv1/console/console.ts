@@ -1,9 +1,21 @@
 /** The console of a rover in a hall: camera, map, readings; driven by hand or sent to a place. */
-import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, RobotPage, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
+import {
+  allow,
+  Basics,
+  byId,
+  type CommandInfo,
+  type Facts,
+  facts,
+  fill,
+  FINAL,
+  RobotPage,
+  type StatePacket,
+  type StreamPacket,
+} from "/static/farhand/v1/console.js";
 import { DrivePad, JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
-import { type Description, HallMap } from "./hall_map.ts";
 import { HallInDepth } from "./hall_in_depth.ts";
+import { type Description, HallMap } from "./hall_map.ts";
 import { HistoryPart, type Reading } from "./history_part.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";
@@ -30,9 +42,13 @@ const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {
   private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.picked(round(x), round(y)));
-  private deep = new HallInDepth(page, byId("hall-3d"), byId<HTMLButtonElement>("deep"), description, (x, y) => this.picked(round(x), round(y)));
+  private deep = new HallInDepth(page, byId("hall-3d"), byId<HTMLButtonElement>("deep"), description, (x, y) =>
+    this.picked(round(x), round(y)),
+  );
   private missions = new Missions(page, {
-    description, here, send: (text) => this.sendMission(text),
+    description,
+    here,
+    send: (text) => this.sendMission(text),
     plan: (corners, good) => [this.map, this.deep].forEach((view) => view.plan(corners, good)),
     ghost: (at) => [this.map, this.deep].forEach((view) => view.ghost(at)),
   });
@@ -47,7 +63,11 @@ class HallConsole extends Basics<RobotPage> {
 
   constructor() {
     super(page);
-    this.jobs = new JobPanel(page, { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } }, () => this.mark());
+    this.jobs = new JobPanel(
+      page,
+      { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } },
+      () => this.mark(),
+    );
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
     for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
     page.on("left", () => page.command("turn", { angle: TURN_RAD }));
@@ -55,7 +75,8 @@ class HallConsole extends Basics<RobotPage> {
   }
 
   private listPlace(name: string, x: number, y: number): void {
-    const item = document.createElement("li"), button = document.createElement("button");
+    const item = document.createElement("li"),
+      button = document.createElement("button");
     Object.assign(button, { type: "button", className: "button", textContent: name });
     button.addEventListener("click", () => this.picked(x, y, name));
     item.append(button);
@@ -91,7 +112,9 @@ class HallConsole extends Basics<RobotPage> {
     const [x, y, heading] = [told("x"), told("y"), told("heading")];
     const known = x !== undefined && y !== undefined && heading !== undefined;
     this.deep.show(known ? [x, y, heading] : null);
-    this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
+    this.map.show(
+      known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null,
+    );
     readings();
     this.rules.state();
     this.stick.state();
@@ -113,6 +136,7 @@ class HallConsole extends Basics<RobotPage> {
 
   /** The mark is where the rover is on its way to. */
   private mark(): void {
+    // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
     const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
     this.map.mark(this.sent ?? (args ? [Number(args["x"]), Number(args["y"])] : null));
   }
@@ -126,7 +150,12 @@ class HallConsole extends Basics<RobotPage> {
     allow(byId("mission-send"), (page.operating ? page.whyNot(MISSION) : this.jobs.whyNot()) || this.missions.whyNot());
     this.pad.draw(this.whyNot("drive", f));
     this.stick.enable(this.whyNot("drive", f));
-    for (const [name, kind] of [["patrol", "patrol"], ["look", "look"], ["left", "turn"], ["right", "turn"]] as const)
+    for (const [name, kind] of [
+      ["patrol", "patrol"],
+      ["look", "look"],
+      ["left", "turn"],
+      ["right", "turn"],
+    ] as const)
       allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
   }
 }

@@ -1,16 +1,29 @@
 /** With how much force what is ahead pushes back, by what the rover's sensors read; and how that is felt. */
 
-export interface Ranges { infrared: { stop: number; far: number }; sonar: { stop: number } }
+export interface Ranges {
+  infrared: { stop: number; far: number };
+  sonar: { stop: number };
+}
 /** What a gamepad's motors get, as `playEffect` takes it. */
-export interface Rumble { duration: number; strongMagnitude: number; weakMagnitude: number }
+export interface Rumble {
+  duration: number;
+  strongMagnitude: number;
+  weakMagnitude: number;
+}
 
-const SONAR_FAR_M = 1.5, SONAR_NEAR_M = 0.3; // between them its force grows
+const SONAR_FAR_M = 1.5,
+  SONAR_NEAR_M = 0.3; // between them its force grows
 const SONAR_MOST = 0.6; // it may look past what infrared sees, so it alone is never the whole force
 const LEAST = 0.05; // less is not felt
 export const EVERY_MS = 200; // between two effects; each lasts until the next
 
 /** From 0, nothing is near, to 1, the reflex. `ahead`: how far the stick is pushed ahead; who drives back feels nothing. */
-export function force(infrared: number | undefined, sonar: number | undefined, ahead: number, { infrared: { stop, far }, sonar: reflex }: Ranges): number {
+export function force(
+  infrared: number | undefined,
+  sonar: number | undefined,
+  ahead: number,
+  { infrared: { stop, far }, sonar: reflex }: Ranges,
+): number {
   if (!(ahead > 0)) return 0;
   const near = (value: number | undefined, from: number, to: number): number =>
     value === undefined || !Number.isFinite(value) || !(from > to) ? 0 : Math.max(0, Math.min(1, (from - value) / (from - to))) ** 2;

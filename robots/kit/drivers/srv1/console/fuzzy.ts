@@ -2,16 +2,33 @@
 export const TERMS = 5;
 export type Method = "sugeno" | "mamdani";
 /** A reading or the speed: its five terms, each with its label and where it has its peak. */
-export interface Variable { name: string; unit: string; labels: string[]; peaks: number[] }
+export interface Variable {
+  name: string;
+  unit: string;
+  labels: string[];
+  peaks: number[];
+}
 /** `table[first][second]` is the number of a term of the output; -1 where a pair has no rule. */
-export interface RuleSet { method: Method; inputs: [Variable, Variable]; output: Variable; table: number[][] }
+export interface RuleSet {
+  method: Method;
+  inputs: [Variable, Variable];
+  output: Variable;
+  table: number[][];
+}
 
 /** Return the pairs that count for two readings, at most four, with how much each fires. */
 export function firing(rules: RuleSet, first: number, second: number): [i: number, j: number, weight: number][] {
-  const [i, s] = place(rules.inputs[0].peaks, first), [j, t] = place(rules.inputs[1].peaks, second);
+  const [i, s] = place(rules.inputs[0].peaks, first),
+    [j, t] = place(rules.inputs[1].peaks, second);
   const found: [number, number, number][] = [];
-  for (const [m, a] of [[i, 1 - s], [i + 1, s]] as const)
-    for (const [n, b] of [[j, 1 - t], [j + 1, t]] as const)
+  for (const [m, a] of [
+    [i, 1 - s],
+    [i + 1, s],
+  ] as const)
+    for (const [n, b] of [
+      [j, 1 - t],
+      [j + 1, t],
+    ] as const)
       if (Math.min(a, b) > 0) found.push([m, n, Math.min(a, b)]);
   return found;
 }
@@ -32,10 +49,12 @@ function centroid(peaks: readonly number[], fired: readonly [number, number][]):
   const clipped = Array.from({ length: TERMS + 2 }, () => 0); // with one that never fires on either side
   for (const [weight, term] of fired) clipped[term + 1] = Math.max(clipped[term + 1]!, weight);
   const ends = [2 * peaks[0]! - peaks[1]!, ...peaks, 2 * peaks[TERMS - 1]! - peaks[TERMS - 2]!];
-  let area = 0, moment = 0;
+  let area = 0,
+    moment = 0;
   for (let n = 0; n <= TERMS; n++) {
     if (!clipped[n] && !clipped[n + 1]) continue;
-    const [size, centre] = union(clipped[n]!, clipped[n + 1]!), width = ends[n + 1]! - ends[n]!;
+    const [size, centre] = union(clipped[n]!, clipped[n + 1]!),
+      width = ends[n + 1]! - ends[n]!;
     area += width * size;
     moment += width * (size * ends[n]! + width * centre);
   }
@@ -46,9 +65,13 @@ function centroid(peaks: readonly number[], fired: readonly [number, number][]):
 function union(falling: number, rising: number): [number, number] {
   const corners = [0, 1 - falling, 1 - rising, falling, rising, 1].sort((a, b) => a - b);
   const height = (x: number): number => Math.max(Math.min(falling, 1 - x), Math.min(rising, x));
-  let area = 0, moment = 0;
+  let area = 0,
+    moment = 0;
   for (let n = 0; n + 1 < corners.length; n++) {
-    const a = corners[n]!, b = corners[n + 1]!, f = height(a), g = height(b);
+    const a = corners[n]!,
+      b = corners[n + 1]!,
+      f = height(a),
+      g = height(b);
     area += ((b - a) * (f + g)) / 2;
     moment += ((b - a) * (f * (2 * a + b) + g * (a + 2 * b))) / 6;
   }

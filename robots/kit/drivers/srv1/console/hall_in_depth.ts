@@ -1,6 +1,6 @@
 /** The hall in 3D in the map's place, once somebody asks for it; loaded while the page is idle, for a line that is cut. */
-import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
+import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import type { Description } from "./hall_map.ts";
 
 type Pose = readonly [number, number, number];
@@ -11,7 +11,13 @@ export class HallInDepth {
   private at: Pose | null = null;
   private planned: [readonly Pose[] | null, boolean] = [null, true];
 
-  constructor(private page: RobotPage, private box: HTMLElement, private button: HTMLButtonElement, private d: Description, private onPick: (x: number, y: number) => void) {
+  constructor(
+    private page: RobotPage,
+    private box: HTMLElement,
+    private button: HTMLButtonElement,
+    private d: Description,
+    private onPick: (x: number, y: number) => void,
+  ) {
     prefetch(page, parts);
     button.addEventListener("click", () => void this.turn(button.getAttribute("aria-pressed") !== "true"));
   }
@@ -20,7 +26,10 @@ export class HallInDepth {
     this.face(deep);
     if (!deep || this.view) return;
     const loaded = await parts().catch(() => null);
-    if (loaded) return this.open(loaded.FloorView);
+    if (loaded) {
+      this.open(loaded.FloorView);
+      return;
+    }
     this.face(false);
     this.page.notice("The 3D view did not come. Try again when the connection is back; the map works.", "warning");
   }
@@ -41,7 +50,12 @@ export class HallInDepth {
         ...hall.case.map(({ name, at, half, high, black }) => ({ name, at, half, high, dark: black === true })),
         ...hall.exhibit.map(({ name, at, radius, high }) => ({ name, at, radius, high })),
       ];
-      this.view = new View(this.box, { width: hall.width, depth: hall.depth, standing, marks: hall.node }, [body.length, body.width, body.height], this.onPick);
+      this.view = new View(
+        this.box,
+        { width: hall.width, depth: hall.depth, standing, marks: hall.node },
+        [body.length, body.width, body.height],
+        this.onPick,
+      );
       this.view.show(this.at);
       this.view.plan(...this.planned);
     } catch (error) {

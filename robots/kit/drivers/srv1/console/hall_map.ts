@@ -1,10 +1,31 @@
 /** The hall from above: walls, cases, exhibits, ways between places; the rover, what its sensors see, and where it goes. */
 import { set, shape } from "/static/farhand/v1/console.js";
 
-export interface Case { name: string; at: [number, number]; half: [number, number]; high: number; black?: boolean }
-export interface Exhibit { name: string; at: [number, number]; radius: number; high: number }
-export interface Node { name: string; at: [number, number]; to: string[] }
-export interface Hall { width: number; depth: number; case: Case[]; exhibit: Exhibit[]; node: Node[] }
+export interface Case {
+  name: string;
+  at: [number, number];
+  half: [number, number];
+  high: number;
+  black?: boolean;
+}
+export interface Exhibit {
+  name: string;
+  at: [number, number];
+  radius: number;
+  high: number;
+}
+export interface Node {
+  name: string;
+  at: [number, number];
+  to: string[];
+}
+export interface Hall {
+  width: number;
+  depth: number;
+  case: Case[];
+  exhibit: Exhibit[];
+  node: Node[];
+}
 export interface Description {
   hall: Hall;
   body: { length: number; width: number; height: number };
@@ -12,7 +33,14 @@ export interface Description {
   sonar: { from: [number, number, number]; far: number; stop: number; half_cone: number };
 }
 /** Where the rover is (m, m, rad), how sure it is of that (m), and what its sensors read (m). */
-export interface Seen { x: number; y: number; heading: number; spread: number; infrared: number; sonar: number }
+export interface Seen {
+  x: number;
+  y: number;
+  heading: number;
+  spread: number;
+  infrared: number;
+  sonar: number;
+}
 
 const EDGE_M = 0.25; // around the floor
 const TRAIL = 240; // points of the way that was driven
@@ -31,23 +59,35 @@ export class HallMap {
   private shadow: SVGGElement;
   private points: Point[] = [];
 
-  constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
+  constructor(
+    private svg: SVGSVGElement,
+    private d: Description,
+    onPick: (x: number, y: number) => void,
+  ) {
     const { hall } = d;
-    set(svg, { viewBox: `${-EDGE_M} ${-hall.depth - EDGE_M} ${hall.width + 2 * EDGE_M} ${hall.depth + 2 * EDGE_M}`, preserveAspectRatio: "xMidYMid meet" });
+    set(svg, {
+      viewBox: `${-EDGE_M} ${-hall.depth - EDGE_M} ${hall.width + 2 * EDGE_M} ${hall.depth + 2 * EDGE_M}`,
+      preserveAspectRatio: "xMidYMid meet",
+    });
     shape(svg, "rect", { x: 0, y: -hall.depth, width: hall.width, height: hall.depth, class: "floor" });
     const at = new Map(hall.node.map((node) => [node.name, node.at]));
-    for (const node of hall.node)
-      for (const name of node.to)
-        if (node.name < name) this.line(node.at, at.get(name)!, "way");
+    for (const node of hall.node) for (const name of node.to) if (node.name < name) this.line(node.at, at.get(name)!, "way");
     this.trail = shape(svg, "polyline", { class: "trail", points: "" });
     this.cone = shape(svg, "path", { class: "cone", d: "" });
     this.beam = shape(svg, "line", { class: "beam" });
     for (const one of hall.case) this.drawCase(one);
-    for (const { name, at: [x, y], radius } of hall.exhibit) {
+    for (const {
+      name,
+      at: [x, y],
+      radius,
+    } of hall.exhibit) {
       shape(svg, "circle", { cx: x, cy: -y, r: radius, class: "exhibit" });
       this.name(name, x, y);
     }
-    for (const { at: [x, y] } of hall.node) shape(svg, "circle", { cx: x, cy: -y, r: 0.09, class: "node" });
+    for (const {
+      at: [x, y],
+    } of hall.node)
+      shape(svg, "circle", { cx: x, cy: -y, r: 0.09, class: "node" });
     this.planned = shape(svg, "polyline", { class: "planned", points: "" });
     this.goal = shape(svg, "g", { class: "goal", visibility: "hidden" });
     shape(this.goal, "path", { d: "M -0.16 -0.16 L 0.16 0.16 M -0.16 0.16 L 0.16 -0.16" });
@@ -95,10 +135,21 @@ export class HallMap {
 
   private body(into: SVGGElement): void {
     const { length, width } = this.d.body;
-    for (const side of [-1, 1]) for (const end of [-1, 1])
-      shape(into, "rect", { x: end * length * 0.3 - 0.06, y: side * width * 0.5 - 0.035, width: 0.12, height: 0.07, rx: 0.02, class: "wheel" });
+    for (const side of [-1, 1])
+      for (const end of [-1, 1])
+        shape(into, "rect", {
+          x: end * length * 0.3 - 0.06,
+          y: side * width * 0.5 - 0.035,
+          width: 0.12,
+          height: 0.07,
+          rx: 0.02,
+          class: "wheel",
+        });
     shape(into, "rect", { x: -length / 2, y: -width * 0.42, width: length, height: width * 0.84, rx: 0.05, class: "hull" });
-    shape(into, "path", { d: `M ${length * 0.52} 0 L ${length * 0.12} ${-width * 0.26} L ${length * 0.12} ${width * 0.26} Z`, class: "nose" });
+    shape(into, "path", {
+      d: `M ${length * 0.52} 0 L ${length * 0.12} ${-width * 0.26} L ${length * 0.12} ${width * 0.26} Z`,
+      class: "nose",
+    });
   }
 
   /** Mark where the rover is sent; null to take the mark away. */
@@ -108,7 +159,8 @@ export class HallMap {
 
   private drawSensors({ x, y, heading, infrared, sonar }: Seen): void {
     const from = (ahead: number): Point => [x + ahead * Math.cos(heading), -y - ahead * Math.sin(heading)];
-    const [a, b] = from(this.d.infrared.from[0]), [c, e] = from(this.d.infrared.from[0] + infrared);
+    const [a, b] = from(this.d.infrared.from[0]),
+      [c, e] = from(this.d.infrared.from[0] + infrared);
     set(this.beam, { x1: place(a), y1: place(b), x2: place(c), y2: place(e), "data-near": String(infrared < this.d.infrared.far) });
     const [u, v] = from(this.d.sonar.from[0]);
     const end = (side: number): string => {
@@ -119,7 +171,14 @@ export class HallMap {
   }
 
   private drawCase({ name, at: [x, y], half: [wide, deep], black }: Case): void {
-    shape(this.svg, "rect", { x: x - wide, y: -y - deep, width: 2 * wide, height: 2 * deep, rx: 0.06, class: black ? "case black" : "case" });
+    shape(this.svg, "rect", {
+      x: x - wide,
+      y: -y - deep,
+      width: 2 * wide,
+      height: 2 * deep,
+      rx: 0.06,
+      class: black ? "case black" : "case",
+    });
     this.name(name, x, y);
   }
 

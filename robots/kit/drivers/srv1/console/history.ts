@@ -1,9 +1,14 @@
 /** The last minutes of a reading: which points are kept, how they are drawn, and what they are in words. */
 
-export interface Sample { at: number; value: number }
+export interface Sample {
+  at: number;
+  value: number;
+}
 
-export const KEPT_MS = 300_000, STEP_MS = 2000;
-const WIDE = 100, HIGH = 20; // of the picture
+export const KEPT_MS = 300_000,
+  STEP_MS = 2000;
+const WIDE = 100,
+  HIGH = 20; // of the picture
 
 /** The samples with a new one, or as they are: one in two seconds, of the last five minutes. Time may jump back. */
 export function added(samples: readonly Sample[], at: number, value: number | undefined): readonly Sample[] {
@@ -23,16 +28,23 @@ export function extent(samples: readonly Sample[]): readonly [number, number] | 
 export function line(samples: readonly Sample[], now: number, least: number): string {
   const range = extent(samples);
   if (!range) return "";
-  const [low, high] = range, middle = (low + high) / 2, span = Math.max(high - low, least, 1e-9);
+  const [low, high] = range,
+    middle = (low + high) / 2,
+    span = Math.max(high - low, least, 1e-9);
   return samples
     .filter(({ at }) => now - at <= KEPT_MS)
-    .map(({ at, value }) => `${(WIDE * (1 - Math.max(0, now - at) / KEPT_MS)).toFixed(1)},${(HIGH / 2 - ((value - middle) / span) * (HIGH - 4)).toFixed(1)}`)
+    .map(
+      ({ at, value }) =>
+        `${(WIDE * (1 - Math.max(0, now - at) / KEPT_MS)).toFixed(1)},${(HIGH / 2 - ((value - middle) / span) * (HIGH - 4)).toFixed(1)}`,
+    )
     .join(" ");
 }
 
 /** What it has been, for those who do not see the line. */
 export function inWords(name: string, samples: readonly Sample[], words: (value: number) => string): string {
-  const range = extent(samples), first = samples[0], last = samples.at(-1);
+  const range = extent(samples),
+    first = samples[0],
+    last = samples.at(-1);
   if (!range || !first || !last) return `${name}: not known yet`;
   const minutes = Math.max(1, Math.round((last.at - first.at) / 60_000));
   const over = minutes === 1 ? "in the last minute" : `in the last ${minutes} minutes`;

@@ -13,11 +13,18 @@ export function ghostAt(d: Judged, legs: readonly Leg[], seconds: number): Pose 
 /** The pose at a share of the time that a path through `poses` takes. */
 function along({ mission }: Judged, poses: readonly Pose[], share: number): Pose {
   const parts = poses.slice(1).map((to, i) => {
-    const from = poses[i]!, turn = remainder(to[2] - from[2]);
+    const from = poses[i]!,
+      turn = remainder(to[2] - from[2]);
     return { from, to, turn, turns: Math.abs(turn) / mission.turn, drives: Math.hypot(to[0] - from[0], to[1] - from[1]) / mission.speed };
   });
   let left = share * parts.reduce((sum, { turns, drives }) => sum + turns + drives, 0);
-  for (const { from: [x, y, heading], to, turn, turns, drives } of parts) {
+  for (const {
+    from: [x, y, heading],
+    to,
+    turn,
+    turns,
+    drives,
+  } of parts) {
     if (left < turns) return [x, y, remainder(heading + (turn * left) / turns)];
     left -= turns;
     if (left < drives) return [x + ((to[0] - x) * left) / drives, y + ((to[1] - y) * left) / drives, to[2]];

@@ -3,7 +3,13 @@ import type { Judgement } from "/static/farhand/v1/console.js";
 import type { Case, Exhibit, Node } from "./hall_map.ts";
 import { lineOf, type Step } from "./mission_text.ts";
 
-export interface Hall { width: number; depth: number; case: readonly Case[]; exhibit: readonly Exhibit[]; node: readonly Node[] }
+export interface Hall {
+  width: number;
+  depth: number;
+  case: readonly Case[];
+  exhibit: readonly Exhibit[];
+  node: readonly Node[];
+}
 /** The tables `mission` and `motion` of robot.toml. */
 export interface Judged {
   hall: Hall;
@@ -12,11 +18,18 @@ export interface Judged {
 }
 export type Pose = readonly [number, number, number];
 /** What a step does: the poses at its corners (m, rad), how long it lasts as usual, and at least (s). */
-export interface Leg { step: number; poses: Pose[]; seconds: number; least: number }
+export interface Leg {
+  step: number;
+  poses: Pose[];
+  seconds: number;
+  least: number;
+}
 type Place = readonly [number, number];
 
 const CORNER_M = 0.001; // that a corner counts as longer
-const ASIDE_M = 0.05, ASIDE_STEPS = 24, DIRECTIONS = 24; // steps away from something that is too near, and around the rover
+const ASIDE_M = 0.05,
+  ASIDE_STEPS = 24,
+  DIRECTIONS = 24; // steps away from something that is too near, and around the rover
 const STEP_M = 0.05; // between two points of a line whose room is looked at
 const CANNOT_STAND = "The rover cannot stand there: a wall, a showcase or an exhibit is too near.";
 const CORNERED = "No way leads out of where the rover seems to be: let it look around, or drive it by hand.";
@@ -39,7 +52,8 @@ export function room(hall: Hall, [x, y]: Place): number {
 
 function isFree(d: Judged, [ax, ay]: Place, [bx, by]: Place): boolean {
   const count = Math.max(1, Math.ceil(Math.hypot(bx - ax, by - ay) / STEP_M));
-  for (let n = 0; n <= count; n++) if (room(d.hall, [ax + ((bx - ax) * n) / count, ay + ((by - ay) * n) / count]) < d.mission.room) return false;
+  for (let n = 0; n <= count; n++)
+    if (room(d.hall, [ax + ((bx - ax) * n) / count, ay + ((by - ay) * n) / count]) < d.mission.room) return false;
   return true;
 }
 
@@ -48,9 +62,11 @@ function aside(d: Judged, [x, y]: Place): Place | undefined {
   const least = room(d.hall, [x, y]) - 1e-9;
   let angles = Array.from({ length: DIRECTIONS }, (_, direction) => (2 * Math.PI * direction) / DIRECTIONS);
   for (let number = 1; number <= ASIDE_STEPS; number++) {
-    const free: number[] = [], away = ASIDE_M * number;
+    const free: number[] = [],
+      away = ASIDE_M * number;
     for (const angle of angles) {
-      const place: Place = [x + away * Math.cos(angle), y + away * Math.sin(angle)], left = room(d.hall, place);
+      const place: Place = [x + away * Math.cos(angle), y + away * Math.sin(angle)],
+        left = room(d.hall, place);
       if (left >= d.mission.room) return place;
       if (left >= least) free.push(angle);
     }
@@ -63,20 +79,25 @@ function aside(d: Judged, [x, y]: Place): Place | undefined {
 export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   if (!(room(d.hall, end) >= d.mission.room)) return CANNOT_STAND;
   if (!(room(d.hall, begin) >= d.mission.room)) {
-    const first = aside(d, begin), rest = first && wayTo(d, first, end);
-    return typeof rest === "object" ? [first!, ...rest] : rest ?? CORNERED;
+    const first = aside(d, begin),
+      rest = first && wayTo(d, first, end);
+    return typeof rest === "object" ? [first!, ...rest] : (rest ?? CORNERED);
   }
   if (isFree(d, begin, end)) return [end];
-  const nodes = d.hall.node, named = new Map(nodes.map(({ name }, i) => [name, i]));
+  const nodes = d.hall.node,
+    named = new Map(nodes.map(({ name }, i) => [name, i]));
   const apart = ([ax, ay]: Place, [bx, by]: Place): number => Math.hypot(ax - bx, ay - by) + CORNER_M;
   const reached = nodes.flatMap(({ at }, i) => (isFree(d, begin, at) ? [i] : []));
-  const cost = nodes.map(() => Infinity), before = nodes.map(() => -1), open = new Set(nodes.keys());
+  const cost = nodes.map(() => Infinity),
+    before = nodes.map(() => -1),
+    open = new Set(nodes.keys());
   for (const i of reached) cost[i] = apart(begin, nodes[i]!.at);
   while (open.size) {
     const here = [...open].reduce((best, i) => (cost[i]! < cost[best]! ? i : best));
     open.delete(here);
     for (const name of nodes[here]!.to) {
-      const next = named.get(name)!, there = cost[here]! + apart(nodes[here]!.at, nodes[next]!.at);
+      const next = named.get(name)!,
+        there = cost[here]! + apart(nodes[here]!.at, nodes[next]!.at);
       if (there < cost[next]!) [cost[next], before[next]] = [there, here];
     }
   }
@@ -89,12 +110,18 @@ export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
 
 /** What each step does, beginning at `here`, as far as it can run, and everything that is to say of it. */
 export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Leg[]; said: Judgement[] } {
-  const legs: Leg[] = [], said: Judgement[] = [];
+  const legs: Leg[] = [],
+    said: Judgement[] = [];
   const minutes = d.mission.limit_s / 60;
-  let usual = 0, least = 0, late = false, roams = false;
+  let usual = 0,
+    least = 0,
+    late = false,
+    roams = false;
   for (const [i, step] of steps.entries()) {
-    const number = i + 1, leg = legOf(d, step, number, here);
-    if (typeof leg === "string") return { legs, said: [...said, { step: number, at_s: usual, text: `Step ${number}, ${lineOf(step)}: ${leg}`, refuses: true }] };
+    const number = i + 1,
+      leg = legOf(d, step, number, here);
+    if (typeof leg === "string")
+      return { legs, said: [...said, { step: number, at_s: usual, text: `Step ${number}, ${lineOf(step)}: ${leg}`, refuses: true }] };
     if (roams && step.do === "go") {
       said.push({ step: number, at_s: usual, text: `Step ${number}, ${lineOf(step)}: ${ROAMED}`, refuses: false });
       roams = false;
@@ -108,7 +135,12 @@ export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Le
     }
     if (usual > d.mission.limit_s && !late) {
       late = true;
-      said.push({ step: number, at_s: usual, text: `Step ${number} may not be done in time: as a rule the mission lasts longer than ${minutes} minutes there.`, refuses: false });
+      said.push({
+        step: number,
+        at_s: usual,
+        text: `Step ${number} may not be done in time: as a rule the mission lasts longer than ${minutes} minutes there.`,
+        refuses: false,
+      });
     }
     legs.push(leg);
     here = leg.poses.at(-1)!;
@@ -123,13 +155,17 @@ function turned([x, y, heading]: Pose, angle: number): Pose[] {
 }
 
 function legOf(d: Judged, step: Step, number: number, begin: Pose): Leg | string {
-  const { mission, motion } = d, poses: Pose[] = [begin];
-  let here = begin, seconds = 0, least = 0;
+  const { mission, motion } = d,
+    poses: Pose[] = [begin];
+  let here = begin,
+    seconds = 0,
+    least = 0;
   if (step.do === "go") {
     const corners = wayTo(d, [here[0], here[1]], [step.x, step.y]);
     if (typeof corners === "string") return corners;
     for (const [x, y] of corners) {
-      const away = Math.hypot(x - here[0], y - here[1]), heading = away > 1e-6 ? Math.atan2(y - here[1], x - here[0]) : here[2];
+      const away = Math.hypot(x - here[0], y - here[1]),
+        heading = away > 1e-6 ? Math.atan2(y - here[1], x - here[0]) : here[2];
       const turn = Math.abs(remainder(heading - here[2]));
       here = [x, y, heading];
       poses.push(here);

@@ -8,11 +8,20 @@ export type Step =
   | { do: "look" | "photograph" | "read" }
   | { do: "say"; words: string };
 /** What a mission may name: the places of the map, and the size of the hall (m). */
-export interface Floor { width: number; depth: number; node: readonly Node[] }
+export interface Floor {
+  width: number;
+  depth: number;
+  node: readonly Node[];
+}
 
-export const LONGEST = 4000, MOST_STEPS = 60;
+export const LONGEST = 4000,
+  MOST_STEPS = 60;
 const LONGEST_LINE = 160;
-const RANGES: Record<"turn" | "wait" | "patrol", readonly [number, number, string, string]> = { turn: [-360, 360, "an angle", "degrees"], wait: [0, 120, "a time", "s"], patrol: [1, 120, "a time", "s"] };
+const RANGES: Record<"turn" | "wait" | "patrol", readonly [number, number, string, string]> = {
+  turn: [-360, 360, "an angle", "degrees"],
+  wait: [0, 120, "a time", "s"],
+  patrol: [1, 120, "a time", "s"],
+};
 /** No text has these; see UNWRITABLE in missions.py. */
 const UNWRITABLE = /[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]|\r(?!$)/u;
 const NUMERAL = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/;
@@ -23,7 +32,8 @@ export function parse(text: string, floor: Floor): Step[] {
   const found: Step[] = [];
   for (const [i, raw] of text.split("\n").entries()) {
     const odd = UNWRITABLE.exec(raw)?.[0].codePointAt(0);
-    if (odd !== undefined) throw new Error(`Line ${i + 1}: a mission cannot have the character U+${odd.toString(16).toUpperCase().padStart(4, "0")}.`);
+    if (odd !== undefined)
+      throw new Error(`Line ${i + 1}: a mission cannot have the character U+${odd.toString(16).toUpperCase().padStart(4, "0")}.`);
     const line = raw.trim();
     if (!line || line.startsWith("#")) continue;
     try {
@@ -40,7 +50,8 @@ export function parse(text: string, floor: Floor): Step[] {
 function step(line: string, floor: Floor): Step {
   if (count(line) > LONGEST_LINE) throw new Error(`a step has at most ${LONGEST_LINE} characters`);
   const at = line.indexOf(" ");
-  const verb = at < 0 ? line : line.slice(0, at), rest = at < 0 ? "" : line.slice(at).trim();
+  const verb = at < 0 ? line : line.slice(0, at),
+    rest = at < 0 ? "" : line.slice(at).trim();
   if (verb === "go") return go(rest, floor);
   if (verb === "say") {
     if (!rest) throw new Error("say what? Write the words after it");
@@ -57,9 +68,12 @@ function go(rest: string, floor: Floor): Step {
   const node = floor.node.find(({ name }) => name.toLowerCase() === rest.toLowerCase());
   if (node) return { do: "go", x: node.at[0], y: node.at[1], name: node.name };
   const [x, y, ...more] = rest.split(/\s+/);
-  if (!x || !y || more.length || !/[0-9]/.test(rest)) throw new Error(`go where? Write two numbers in m, or one of ${floor.node.map(({ name }) => name).join(", ")}`);
+  if (!x || !y || more.length || !/[0-9]/.test(rest))
+    throw new Error(`go where? Write two numbers in m, or one of ${floor.node.map(({ name }) => name).join(", ")}`);
   return {
-    do: "go", name: "", x: within(x, 0, floor.width, "the distance from the left wall", "m"),
+    do: "go",
+    name: "",
+    x: within(x, 0, floor.width, "the distance from the left wall", "m"),
     y: within(y, 0, floor.depth, "the distance from the lower wall", "m"),
   };
 }
@@ -90,11 +104,18 @@ export function print(steps: readonly Step[]): string {
 
 export function lineOf(step: Step): string {
   switch (step.do) {
-    case "go": return step.name ? `go ${step.name}` : `go ${rounded(step.x)} ${rounded(step.y)}`;
-    case "turn": return `turn ${rounded(step.degrees)}`;
-    case "wait": case "patrol": return `${step.do} ${rounded(step.seconds)}`;
-    case "look": return "look around";
-    case "say": return `say ${step.words}`;
-    default: return step.do;
+    case "go":
+      return step.name ? `go ${step.name}` : `go ${rounded(step.x)} ${rounded(step.y)}`;
+    case "turn":
+      return `turn ${rounded(step.degrees)}`;
+    case "wait":
+    case "patrol":
+      return `${step.do} ${rounded(step.seconds)}`;
+    case "look":
+      return "look around";
+    case "say":
+      return `say ${step.words}`;
+    default:
+      return step.do;
   }
 }

@@ -30,7 +30,10 @@ export class Missions {
   private playing = 0;
   private clicks = byId<HTMLInputElement>("mission-clicks");
 
-  constructor(private page: RobotPage, private around: Around) {
+  constructor(
+    private page: RobotPage,
+    private around: Around,
+  ) {
     const { hall } = around.description;
     this.desk = new ProgramDesk<Step>(page, { parse: (text) => parse(text, hall), print }, "mission", {
       blocks: async (box, changed) => new (await blocks()).MissionBlocks(box, hall, changed),
@@ -46,7 +49,12 @@ export class Missions {
       else this.around.plan(null, true);
       this.stopGhost();
     });
-    for (const [name, step] of Object.entries<Step>({ photograph: { do: "photograph" }, read: { do: "read" }, look: { do: "look" }, wait: { do: "wait", seconds: 5 } }))
+    for (const [name, step] of Object.entries<Step>({
+      photograph: { do: "photograph" },
+      read: { do: "read" },
+      look: { do: "look" },
+      wait: { do: "wait", seconds: 5 },
+    }))
       document.querySelector(`[data-add="${name}"]`)?.addEventListener("click", () => this.desk.add(step));
   }
 
@@ -72,13 +80,17 @@ export class Missions {
     this.stopGhost();
     this.judged = steps.length ? judge(this.around.description, steps, this.around.here()) : { legs: [], said: [] };
     const { legs, said } = this.judged;
-    const bad = said.some(({ refuses }) => refuses), seconds = legs.reduce((sum, leg) => sum + leg.seconds, 0);
+    const bad = said.some(({ refuses }) => refuses),
+      seconds = legs.reduce((sum, leg) => sum + leg.seconds, 0);
     if (this.open) this.around.plan(legs.length ? legs.flatMap((leg) => leg.poses) : null, !bad);
     this.desk.judge(said);
-    fill(byId<HTMLTableElement>("mission-steps").tBodies[0]!, legs.map((leg, i) => {
-      const before = legs.slice(0, i).reduce((sum, one) => sum + one.seconds, 0);
-      return [String(leg.step), lineOf(steps[leg.step - 1]!), minutes(before)];
-    }));
+    fill(
+      byId<HTMLTableElement>("mission-steps").tBodies[0]!,
+      legs.map((leg, i) => {
+        const before = legs.slice(0, i).reduce((sum, one) => sum + one.seconds, 0);
+        return [String(leg.step), lineOf(steps[leg.step - 1]!), minutes(before)];
+      }),
+    );
     if (steps.length && !bad) this.desk.tell(`${steps.length} step${steps.length === 1 ? "" : "s"}, about ${minutes(seconds)}.`, "good");
     this.page.draw();
   }
@@ -86,7 +98,8 @@ export class Missions {
   /** Let the ghost drive the mission on the map. */
   private play(): void {
     this.stopGhost();
-    const { legs } = this.judged, begun = performance.now();
+    const { legs } = this.judged,
+      begun = performance.now();
     this.playing = window.setInterval(() => {
       const at = ghostAt(this.around.description, legs, ((performance.now() - begun) / 1000) * GHOST_TIMES);
       if (at) this.around.ghost(at);

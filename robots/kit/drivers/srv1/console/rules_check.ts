@@ -2,12 +2,29 @@
 import type { RuleSet, Variable } from "./fuzzy.ts";
 import { ruleName } from "./rules_text.ts";
 
-const TERMS = 5, MOST = 9999.999, SPEEDS = [0, 0.5] as const, APART = 0.01;
+const TERMS = 5,
+  MOST = 9999.999,
+  SPEEDS = [0, 0.5] as const,
+  APART = 0.01;
 /** The readings that the rover has, with their units (robots/kit/drivers/srv1/rules.py). */
-export const READINGS: Readonly<Record<string, string>> = { infrared: "m", sonar: "m", battery: "V", temperature: "C", humidity: "%", light: "%" };
+export const READINGS: Readonly<Record<string, string>> = {
+  infrared: "m",
+  sonar: "m",
+  battery: "V",
+  temperature: "C",
+  humidity: "%",
+  light: "%",
+};
 const NOISES = 3; // standard deviations of a distance
 /** How the rover stops; see `Braking` in fuzzy_check.py. */
-export interface Braking { deceleration: number; reaction: number; margin: number; stop: number; far: number; most: number }
+export interface Braking {
+  deceleration: number;
+  reaction: number;
+  margin: number;
+  stop: number;
+  far: number;
+  most: number;
+}
 /** The tables of robot.toml that say so. */
 export interface Made {
   body: { length: number };
@@ -15,12 +32,21 @@ export interface Made {
   infrared: { from: readonly number[]; noise: number; stop: number; far: number };
 }
 /** What is wrong: of a rule its pair, of a variable its number (0, 1: inputs; 2: the speed) and the peak. */
-export interface Wrong { words: string; rule?: readonly [number, number]; variable?: number; peak?: number }
+export interface Wrong {
+  words: string;
+  rule?: readonly [number, number];
+  variable?: number;
+  peak?: number;
+}
 
 export function braking({ body, motion, infrared }: Made): Braking {
   return {
-    deceleration: Math.min(motion.acceleration, motion.braking), reaction: motion.forget_s,
-    margin: body.length / 2 - infrared.from[0]! + NOISES * infrared.noise, stop: infrared.stop, far: infrared.far, most: motion.most_speed,
+    deceleration: Math.min(motion.acceleration, motion.braking),
+    reaction: motion.forget_s,
+    margin: body.length / 2 - infrared.from[0]! + NOISES * infrared.noise,
+    stop: infrared.stop,
+    far: infrared.far,
+    most: motion.most_speed,
   };
 }
 
@@ -30,7 +56,8 @@ export function wrongIn(rules: RuleSet, b: Braking): Wrong[] {
   for (const [n, one] of [...rules.inputs, rules.output].entries()) found.push(...wrongPeaks(one, n));
   if (rules.inputs[0].name === rules.inputs[1].name) found.push({ words: "The two inputs must be different readings.", variable: 1 });
   for (const [n, { name, unit }] of rules.inputs.entries()) {
-    if (!READINGS[name]) found.push({ words: `The rover has no reading ${name}; it has ${Object.keys(READINGS).join(", ")}.`, variable: n });
+    if (!READINGS[name])
+      found.push({ words: `The rover has no reading ${name}; it has ${Object.keys(READINGS).join(", ")}.`, variable: n });
     else if (READINGS[name] !== unit) found.push({ words: `The ${name} is read in ${READINGS[name]}, not in ${unit}.`, variable: n });
   }
   const measured = found.length === 0; // otherwise there is no telling how fast a rule is
@@ -43,13 +70,19 @@ export function wrongIn(rules: RuleSet, b: Braking): Wrong[] {
 }
 
 function wrongPeaks(one: Variable, n: number): Wrong[] {
-  const found: Wrong[] = [], speeds = n === 2;
+  const found: Wrong[] = [],
+    speeds = n === 2;
   for (const [k, peak] of one.peaks.entries()) {
-    const before = one.peaks[k - 1], label = one.labels[k]!;
-    if (!(Math.abs(peak) <= MOST)) found.push({ words: `The peak of ${one.name} ${label} must be a number of at most ${MOST}.`, variable: n, peak: k });
-    else if (before !== undefined && !(peak > before)) found.push({ words: `The peaks of the ${one.name} must rise; that of ${label} does not.`, variable: n, peak: k });
-    else if (speeds && (peak < SPEEDS[0] || peak > SPEEDS[1])) found.push({ words: `The speeds must lie in ${SPEEDS[0]} to ${SPEEDS[1]} m/s; ${label} does not.`, variable: n, peak: k });
-    else if (speeds && before !== undefined && Math.round(1000 * (peak - before)) < 1000 * APART) found.push({ words: `The speeds must be at least ${APART} m/s apart; ${label} is not.`, variable: n, peak: k });
+    const before = one.peaks[k - 1],
+      label = one.labels[k]!;
+    if (!(Math.abs(peak) <= MOST))
+      found.push({ words: `The peak of ${one.name} ${label} must be a number of at most ${MOST}.`, variable: n, peak: k });
+    else if (before !== undefined && !(peak > before))
+      found.push({ words: `The peaks of the ${one.name} must rise; that of ${label} does not.`, variable: n, peak: k });
+    else if (speeds && (peak < SPEEDS[0] || peak > SPEEDS[1]))
+      found.push({ words: `The speeds must lie in ${SPEEDS[0]} to ${SPEEDS[1]} m/s; ${label} does not.`, variable: n, peak: k });
+    else if (speeds && before !== undefined && Math.round(1000 * (peak - before)) < 1000 * APART)
+      found.push({ words: `The speeds must be at least ${APART} m/s apart; ${label} is not.`, variable: n, peak: k });
   }
   if (speeds && (one.name !== "speed" || one.unit !== "m/s")) found.push({ words: "The output must be the speed, in m/s.", variable: n });
   return found;
@@ -59,19 +92,26 @@ function wrongRule(rules: RuleSet, i: number, j: number, b: Braking, measured: b
   const term = rules.table[i]![j]!;
   if (term < 0) return "is missing.";
   if (!measured) return "";
-  const v = fastest(rules, term), needs = b.margin + v * b.reaction + (v * v) / (2 * b.deceleration), least = leastOf(rules, i, j, b);
+  const v = fastest(rules, term),
+    needs = b.margin + v * b.reaction + (v * v) / (2 * b.deceleration),
+    least = leastOf(rules, i, j, b);
   if (v > b.most) return `gives up to ${v.toFixed(2)} m/s; the rover goes at most ${b.most}.`;
-  return needs > least ? `is too fast: ${v.toFixed(2)} m/s takes ${needs.toFixed(2)} m to stop, and the rule counts from ${least.toFixed(2)} m on.` : "";
+  return needs > least
+    ? `is too fast: ${v.toFixed(2)} m/s takes ${needs.toFixed(2)} m to stop, and the rule counts from ${least.toFixed(2)} m on.`
+    : "";
 }
 
 /** The least infrared distance (m) above the reflex at which the rule counts, as far as that is seen. */
 function leastOf(rules: RuleSet, i: number, j: number, b: Braking): number {
-  const n = rules.inputs.findIndex(({ name }) => name === "infrared"), term = n === 0 ? i : j;
+  const n = rules.inputs.findIndex(({ name }) => name === "infrared"),
+    term = n === 0 ? i : j;
   return n >= 0 && term > 0 ? Math.min(Math.max(b.stop, rules.inputs[n]!.peaks[term - 1]!), b.far) : b.stop;
 }
 
 /** The highest speed (m/s) that can result where no rule that counts has a term above this one. */
 function fastest({ method, output: { peaks } }: RuleSet, term: number): number {
   const own = peaks[term]!;
-  return method === "sugeno" || term === 0 || term === TERMS - 1 ? own : own + Math.max(0, peaks[term + 1]! - 2 * own + peaks[term - 1]!) / 2;
+  return method === "sugeno" || term === 0 || term === TERMS - 1
+    ? own
+    : own + Math.max(0, peaks[term + 1]! - 2 * own + peaks[term - 1]!) / 2;
 }

@@ -2,20 +2,26 @@
 import { allow, byId, facts, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { firing, type Method, type RuleSet, speed, type Variable } from "./fuzzy.ts";
 import "./rules.css";
+import { RuleMemory } from "./rule_memory.ts";
 import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
-import { crcOf, parse, write } from "./rules_text.ts";
+import { parse, write } from "./rules_text.ts";
 import { cm, Surface } from "./surface.ts";
 
-const KIND = "rules", MOST_KNOWN = 20, KNOWN = "srv1-rules";
+const KIND = "rules";
 /** Where the terms of a reading have their peaks when it is chosen; those of infrared and sonar are the paper's. */
 const PEAKS: Readonly<Record<string, readonly number[]>> = {
-  infrared: [0.15, 0.3, 0.45, 0.6, 0.75], sonar: [2, 4, 6, 8, 10], battery: [6.4, 6.8, 7.2, 7.6, 8],
-  temperature: [10, 15, 20, 25, 30], humidity: [20, 35, 50, 65, 80], light: [10, 30, 50, 70, 90],
+  infrared: [0.15, 0.3, 0.45, 0.6, 0.75],
+  sonar: [2, 4, 6, 8, 10],
+  battery: [6.4, 6.8, 7.2, 7.6, 8],
+  temperature: [10, 15, 20, 25, 30],
+  humidity: [20, 35, 50, 65, 80],
+  light: [10, 30, 50, 70, 90],
 };
 
 export class RulesPanel {
-  private paper = (facts.commands.find(({ kind }) => kind === KIND) as { default?: { text: string } | null } | undefined)?.default?.text ?? "";
-  private known = new Map<number, string>(); // texts that this device has sent, by their CRC
+  private paper =
+    (facts.commands.find(({ kind }) => kind === KIND) as { default?: { text: string } | null } | undefined)?.default?.text ?? "";
+  private known!: RuleMemory;
   private rules!: RuleSet;
   private wrong: Wrong[] = [];
   private unread = ""; // why the text cannot be read
@@ -26,12 +32,14 @@ export class RulesPanel {
   private brakes: Braking;
   private sentUnder = 0; // the grant under which rules are on their way; 0: none are
 
-  constructor(private page: RobotPage, made: Made) {
+  constructor(
+    private page: RobotPage,
+    made: Made,
+  ) {
     this.brakes = braking(made);
     byId("hall-rules").hidden = !this.paper;
     if (!this.paper) return;
-    this.remembered();
-    this.remember(this.paper);
+    this.known = new RuleMemory(this.paper);
     for (const select of this.inputs()) {
       for (const name of Object.keys(READINGS)) select.append(new Option(name, name));
       select.addEventListener("change", () => this.choose(Number(select.dataset["input"]), select.value));
@@ -54,7 +62,8 @@ export class RulesPanel {
     const now = new Set(known ? firing(this.rules, first, second).map(([i, j]) => `${i},${j}`) : []);
     for (const [i, row] of this.selects.entries())
       for (const [j, select] of row.entries()) select.parentElement!.classList.toggle("fires", now.has(`${i},${j}`));
-    const crc = this.page.value(KIND), inForce = crc === undefined ? undefined : this.known.get(crc);
+    const crc = this.page.value(KIND),
+      inForce = crc === undefined ? undefined : this.known.get(crc);
     say(byId("hall-rules-force"), force(crc, inForce !== undefined));
     if (!known) return say(byId("hall-rules-ghost"), "");
     const here = this.rules.inputs.map(({ name, unit }, n) => `${name} ${(n ? second : first).toFixed(2)} ${unit}`).join(", ");
@@ -81,7 +90,7 @@ export class RulesPanel {
     if (!seq) return;
     this.sentUnder = this.page.grant;
     this.page.ladder.whenEnded(this.page.grant, seq, () => (this.sentUnder = 0));
-    this.remember(text);
+    this.known.add(text);
     this.draw();
     if (text === this.paper) this.changed(parse(text));
   }
@@ -143,20 +152,27 @@ export class RulesPanel {
       field.removeAttribute("aria-describedby");
     }
     const items = this.wrong.map(({ words, rule, variable, peak }, n) => {
-      const item = document.createElement("li"), field = rule ? this.selects[rule[0]]![rule[1]] : this.fields[variable ?? -1]?.[peak ?? 0];
+      const item = document.createElement("li"),
+        field = rule ? this.selects[rule[0]]![rule[1]] : this.fields[variable ?? -1]?.[peak ?? 0];
       Object.assign(item, { id: `hall-rules-wrong-${n}`, textContent: words });
       field?.setAttribute("aria-invalid", "true");
       field?.setAttribute("aria-describedby", item.id);
       return item;
     });
     const list = byId("hall-rules-wrong");
-    if (items.map((item) => item.textContent).join() !== [...list.children].map((item) => item.textContent).join()) list.replaceChildren(...items);
+    if (items.map((item) => item.textContent).join() !== [...list.children].map((item) => item.textContent).join())
+      list.replaceChildren(...items);
   }
 
   /** Make the table of the rules and that of the peaks for the present readings and terms. */
   private build(): void {
-    const { inputs: [first, second], output } = this.rules, table = byId<HTMLTableElement>("hall-rules-table");
-    const head = document.createElement("tr"), corner = document.createElement("th");
+    const {
+        inputs: [first, second],
+        output,
+      } = this.rules,
+      table = byId<HTMLTableElement>("hall-rules-table");
+    const head = document.createElement("tr"),
+      corner = document.createElement("th");
     corner.textContent = `${first.name} ↓ ${second.name} →`;
     head.append(corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`)));
     table.tHead!.replaceChildren(head);
@@ -164,19 +180,22 @@ export class RulesPanel {
     const rows = first.labels.map((label, i) => {
       const row = document.createElement("tr");
       row.append(heading(label, "row", `0,${i}`));
-      this.selects.push(second.labels.map((other, j) => {
-        const select = document.createElement("select"), cell = document.createElement("td");
-        select.setAttribute("aria-label", `Speed if ${first.name} is ${label} and ${second.name} is ${other}`);
-        select.append(...output.labels.map((term, n) => new Option(term, String(n))), new Option("–", "-1"));
-        select.addEventListener("change", () => {
-          const made = this.rules.table.map((line) => [...line]);
-          made[i]![j] = Number(select.value);
-          this.changed({ ...this.rules, table: made });
-        });
-        cell.append(select);
-        row.append(cell);
-        return select;
-      }));
+      this.selects.push(
+        second.labels.map((other, j) => {
+          const select = document.createElement("select"),
+            cell = document.createElement("td");
+          select.setAttribute("aria-label", `Speed if ${first.name} is ${label} and ${second.name} is ${other}`);
+          select.append(...output.labels.map((term, n) => new Option(term, String(n))), new Option("–", "-1"));
+          select.addEventListener("change", () => {
+            const made = this.rules.table.map((line) => [...line]);
+            made[i]![j] = Number(select.value);
+            this.changed({ ...this.rules, table: made });
+          });
+          cell.append(select);
+          row.append(cell);
+          return select;
+        }),
+      );
       return row;
     });
     table.tBodies[0]!.replaceChildren(...rows);
@@ -185,44 +204,33 @@ export class RulesPanel {
   }
 
   private peaks(one: Variable, n: number): HTMLTableRowElement {
-    const row = document.createElement("tr"), head = heading(`${one.name} (${one.unit})`, "row");
+    const row = document.createElement("tr"),
+      head = heading(`${one.name} (${one.unit})`, "row");
     row.append(head);
-    this.fields.push(one.labels.map((label, k) => {
-      const field = document.createElement("input"), cell = document.createElement("td");
-      Object.assign(field, { type: "number", step: "any", inputMode: "decimal" });
-      field.setAttribute("aria-label", `${one.name}: peak of ${label}, in ${one.unit}`);
-      field.addEventListener("input", () => {
-        const put = (v: Variable, m: number): Variable => (m === n ? { ...v, peaks: v.peaks.map((p, at) => (at === k ? thousandths(field.valueAsNumber) : p)) } : v);
-        const [a, b] = this.rules.inputs;
-        this.changed({ ...this.rules, inputs: [put(a, 0), put(b, 1)], output: put(this.rules.output, 2) });
-      });
-      cell.append(field);
-      row.append(cell);
-      return field;
-    }));
+    this.fields.push(
+      one.labels.map((label, k) => {
+        const field = document.createElement("input"),
+          cell = document.createElement("td");
+        Object.assign(field, { type: "number", step: "any", inputMode: "decimal" });
+        field.setAttribute("aria-label", `${one.name}: peak of ${label}, in ${one.unit}`);
+        field.addEventListener("input", () => {
+          const put = (v: Variable, m: number): Variable =>
+            m === n ? { ...v, peaks: v.peaks.map((p, at) => (at === k ? thousandths(field.valueAsNumber) : p)) } : v;
+          const [a, b] = this.rules.inputs;
+          this.changed({ ...this.rules, inputs: [put(a, 0), put(b, 1)], output: put(this.rules.output, 2) });
+        });
+        cell.append(field);
+        row.append(cell);
+        return field;
+      }),
+    );
     return row;
-  }
-
-  private remember(text: string): void {
-    this.known.set(text === this.paper ? 0 : crcOf(text), text);
-    try {
-      localStorage.setItem(KNOWN, JSON.stringify([...this.known].slice(-MOST_KNOWN)));
-    } catch {
-      // it is only not known after a reload
-    }
-  }
-
-  private remembered(): void {
-    try {
-      for (const [crc, text] of JSON.parse(localStorage.getItem(KNOWN) ?? "[]") as [number, string][]) if (parse(text)) this.known.set(crc, text);
-    } catch {
-      // nothing that can be read
-    }
   }
 }
 
 function heading(label: string, scope: string, peak = ""): HTMLElement {
-  const cell = document.createElement("th"), at = document.createElement("span");
+  const cell = document.createElement("th"),
+    at = document.createElement("span");
   cell.scope = scope;
   cell.append(label);
   if (peak) {

@@ -1,7 +1,9 @@
 /** The text of a rule set, as the rover reads it (robots/kit/rovers/fuzzy_text.py); the text is what is sent. */
 import type { Method, RuleSet, Variable } from "./fuzzy.ts";
 
-const TERMS = 5, LONGEST = 2048, LINES = 64;
+const TERMS = 5,
+  LONGEST = 2048,
+  LINES = 64;
 const LABEL = "[A-Za-z](?:[A-Za-z -]{0,10}[A-Za-z])?";
 const TERM = new RegExp(`^(${LABEL}) (-?[0-9]{1,4}(?:\\.[0-9]{1,3})?)$`);
 const VARIABLE = /^(input|output) ([a-z]{1,16}) ([A-Za-z/%]{1,4}): (.*)$/s;
@@ -11,15 +13,20 @@ const RULE = new RegExp(`^rule (${LABEL}), (${LABEL}): (${LABEL})$`);
 export function parse(text: string): RuleSet {
   if (text.length > LONGEST || text.split("\n").length > LINES || !/^[ -~\n]*$/.test(text))
     throw new Error(`A rule set has at most ${LONGEST} characters, all printable ASCII, in ${LINES} lines.`);
-  const methods: Method[] = [], inputs: Variable[] = [], outputs: Variable[] = [], rules: RegExpExecArray[] = [];
+  const methods: Method[] = [],
+    inputs: Variable[] = [],
+    outputs: Variable[] = [],
+    rules: RegExpExecArray[] = [];
   for (const line of text.split("\n")) {
-    const rule = RULE.exec(line), one = VARIABLE.exec(line);
+    const rule = RULE.exec(line),
+      one = VARIABLE.exec(line);
     if (rule) rules.push(rule);
     else if (one) (one[1] === "input" ? inputs : outputs).push(variable(one[2]!, one[3]!, one[4]!));
     else if (line === "method sugeno" || line === "method mamdani") methods.push(line.slice(7) as Method);
     else if (line && !line.startsWith("#")) throw new Error(`This is no line of a rule set: “${line.slice(0, 60)}”.`);
   }
-  const [first, second] = inputs, output = outputs[0];
+  const [first, second] = inputs,
+    output = outputs[0];
   if (methods.length !== 1 || inputs.length !== 2 || outputs.length !== 1 || !first || !second || !output)
     throw new Error("A rule set has one method, two inputs and one output.");
   return { method: methods[0]!, inputs: [first, second], output, table: table(rules, [first, second], output) };
@@ -50,7 +57,8 @@ function table(rules: readonly RegExpExecArray[], inputs: [Variable, Variable], 
 
 /** Return the text of a rule set. Pairs without a rule have no line. */
 export function write(rules: RuleSet): string {
-  const [a, b] = rules.inputs, { output } = rules;
+  const [a, b] = rules.inputs,
+    { output } = rules;
   const lines = [`method ${rules.method}`, lineOf("input", a), lineOf("input", b), lineOf("output", output)];
   for (const [i, first] of a.labels.entries())
     for (const [j, second] of b.labels.entries()) {
@@ -66,7 +74,10 @@ function lineOf(kind: string, one: Variable): string {
 
 /** A number as the text has it: thousandths, without zeros at the end. */
 export function numeral(value: number): string {
-  return value.toFixed(3).replace(/\.?0+$/, "").replace(/^-0$/, "0");
+  return value
+    .toFixed(3)
+    .replace(/\.?0+$/, "")
+    .replace(/^-0$/, "0");
 }
 
 /** What people call the rule of a pair, with its number in Table 3. */

@@ -10,7 +10,11 @@ export class StickPart {
   private on = document.createElement("input");
   private still = matchMedia("(prefers-reduced-motion: reduce)");
 
-  constructor(private page: RobotPage, private ranges: Ranges, pad: HTMLElement) {
+  constructor(
+    private page: RobotPage,
+    private ranges: Ranges,
+    pad: HTMLElement,
+  ) {
     this.stick = new Stick(page, "drive", ([x, y]) => ({ forward: rounded(y), turn: rounded(-x) }), "Drive by hand");
     const label = document.createElement("label");
     this.on.type = "checkbox";
@@ -44,7 +48,7 @@ export class StickPart {
     const effect = by === "pad" ? rumble(level) : null;
     if (effect)
       for (const pad of navigator.getGamepads())
-        void pad?.vibrationActuator?.playEffect("dual-rumble", effect).catch(() => undefined); // one that cannot
+        void (pad as Partial<Gamepad> | null)?.vibrationActuator?.playEffect("dual-rumble", effect).catch(() => undefined); // one that cannot
   }
 }
 

@@ -2,8 +2,18 @@
 import { set, shape } from "/static/farhand/v1/console.js";
 import { type RuleSet, speed, type Variable } from "./fuzzy.ts";
 
-const CELLS = 32, SIDE = 240, LEFT = 70, TOP = 44, MOST_M_S = 0.5;
-const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]] as const; // viridis, which the colour-blind can read
+const CELLS = 32,
+  SIDE = 240,
+  LEFT = 70,
+  TOP = 44,
+  MOST_M_S = 0.5;
+const RAMP = [
+  [68, 1, 84],
+  [59, 82, 139],
+  [33, 145, 140],
+  [94, 201, 98],
+  [253, 231, 37],
+] as const; // viridis, which the colour-blind can read
 
 export class Surface {
   private cells: SVGRectElement[][] = [];
@@ -15,8 +25,11 @@ export class Surface {
     set(svg, { viewBox: `0 0 ${LEFT + SIDE + 30} ${TOP + SIDE + 44}` });
     const step = SIDE / CELLS;
     for (let i = 0; i < CELLS; i++)
-      this.cells.push(Array.from({ length: CELLS }, (_, j) =>
-        shape(svg, "rect", { x: LEFT + j * step, y: TOP + i * step, width: step, height: step, class: "cell" })));
+      this.cells.push(
+        Array.from({ length: CELLS }, (_, j) =>
+          shape(svg, "rect", { x: LEFT + j * step, y: TOP + i * step, width: step, height: step, class: "cell" }),
+        ),
+      );
     this.ticks = shape(svg, "g", { class: "ticks" });
     this.dot = shape(svg, "g", { class: "now", visibility: "hidden" });
     shape(this.dot, "circle", { r: 6, cx: 0, cy: 0 });
@@ -26,7 +39,8 @@ export class Surface {
   /** Show the speeds of a set whose peaks rise. */
   show(rules: RuleSet): void {
     this.rules = rules;
-    const [first, second] = rules.inputs, all: number[] = [];
+    const [first, second] = rules.inputs,
+      all: number[] = [];
     for (const [i, row] of this.cells.entries())
       for (const [j, cell] of row.entries()) {
         const v = speed(rules, at(first, (i + 0.5) / CELLS), at(second, (j + 0.5) / CELLS));
@@ -34,12 +48,17 @@ export class Surface {
         if (!Number.isNaN(v)) all.push(v);
       }
     this.ticks.replaceChildren();
-    for (const [n, label] of first.labels.entries()) this.words(`${label} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
-    for (const [n, label] of second.labels.entries()) this.words(`${label} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
+    for (const [n, label] of first.labels.entries())
+      this.words(`${label} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
+    for (const [n, label] of second.labels.entries())
+      this.words(`${label} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
     this.words(`${first.name} (${first.unit}) ↓`, 0, TOP - 30, "start");
     this.words(`${second.name} (${second.unit}) →`, LEFT + SIDE, TOP - 30, "end");
-    const slow = Math.min(...all), fast = Math.max(...all);
-    set(this.svg, { "aria-label": `The speed over ${first.name} and ${second.name}: from ${cm(slow)} to ${cm(fast)} cm/s. The table has the same.` });
+    const slow = Math.min(...all),
+      fast = Math.max(...all);
+    set(this.svg, {
+      "aria-label": `The speed over ${first.name} and ${second.name}: from ${cm(slow)} to ${cm(fast)} cm/s. The table has the same.`,
+    });
   }
 
   /** Show where the rover's readings lie now; null where they are not known. */
@@ -47,7 +66,8 @@ export class Surface {
     const rules = this.rules;
     set(this.dot, { visibility: readings && rules ? "visible" : "hidden" });
     if (!readings || !rules) return;
-    const y = TOP + SIDE * share(rules.inputs[0], readings[0]), x = LEFT + SIDE * share(rules.inputs[1], readings[1]);
+    const y = TOP + SIDE * share(rules.inputs[0], readings[0]),
+      x = LEFT + SIDE * share(rules.inputs[1], readings[1]);
     set(this.dot, { transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})` });
   }
 
@@ -56,10 +76,24 @@ export class Surface {
   }
 
   private legend(): void {
-    const y = TOP + SIDE + 12, step = SIDE / CELLS;
-    for (let n = 0; n < CELLS; n++) shape(this.svg, "rect", { x: LEFT + n * step, y, width: step, height: 10, class: "cell", fill: colour((MOST_M_S * n) / (CELLS - 1)) });
-    for (const [n, anchor] of [[0, "start"], [0.5, "middle"], [1, "end"]] as const)
-      shape(this.svg, "text", { x: LEFT + SIDE * n, y: y + 22, "text-anchor": anchor }).textContent = `${100 * MOST_M_S * n}${n === 1 ? " cm/s" : ""}`;
+    const y = TOP + SIDE + 12,
+      step = SIDE / CELLS;
+    for (let n = 0; n < CELLS; n++)
+      shape(this.svg, "rect", {
+        x: LEFT + n * step,
+        y,
+        width: step,
+        height: 10,
+        class: "cell",
+        fill: colour((MOST_M_S * n) / (CELLS - 1)),
+      });
+    for (const [n, anchor] of [
+      [0, "start"],
+      [0.5, "middle"],
+      [1, "end"],
+    ] as const)
+      shape(this.svg, "text", { x: LEFT + SIDE * n, y: y + 22, "text-anchor": anchor }).textContent =
+        `${100 * MOST_M_S * n}${n === 1 ? " cm/s" : ""}`;
   }
 }
 
@@ -77,6 +111,7 @@ function share({ peaks }: Variable, reading: number): number {
 }
 
 function colour(speed: number): string {
-  const x = Math.min(Math.max(speed / MOST_M_S, 0), 1) * (RAMP.length - 1), n = Math.min(Math.floor(x), RAMP.length - 2);
+  const x = Math.min(Math.max(speed / MOST_M_S, 0), 1) * (RAMP.length - 1),
+    n = Math.min(Math.floor(x), RAMP.length - 2);
   return `rgb(${RAMP[n]!.map((v, k) => Math.round(v + (x - n) * (RAMP[n + 1]![k]! - v))).join(" ")})`;
 }

@@ -1,7 +1,10 @@
 /** What the rover did while nobody heard it, by its journal: read from the stream `unseen`, and in words. */
 
 export type Point = readonly [number, number];
-export interface Unseen { ways: Point[][]; events: { ago: number; event: string }[] }
+export interface Unseen {
+  ways: Point[][];
+  events: { ago: number; event: string }[];
+}
 
 const MOST = 2000; // points and events
 const ENDED: Record<string, string> = {
@@ -26,19 +29,26 @@ export function readUnseen(data: Uint8Array): Unseen | null {
   const good = (at: unknown): at is Point => Array.isArray(at) && at.length >= 2 && at.slice(0, 2).every((v) => Number.isFinite(v));
   return {
     ways: ways.slice(0, MOST).map((way) => (Array.isArray(way) ? way.filter(good).slice(0, MOST) : [])),
-    events: events.flatMap((one: unknown) => (Array.isArray(one) && Number.isFinite(one[0]) && typeof one[1] === "string" ? [{ ago: one[0] as number, event: one[1] }] : [])),
+    events: events.flatMap((one: unknown) =>
+      Array.isArray(one) && Number.isFinite(one[0]) && typeof one[1] === "string" ? [{ ago: one[0] as number, event: one[1] }] : [],
+    ),
   };
 }
 
 /** One sentence for each time that it was out of reach; `atMs` is when the packet was made. */
 export function unseenWords({ ways, events }: Unseen, atMs: number, clock: (ms: number) => string): string[] {
   const said: string[] = [];
-  let begun: number | null = null, reflexes = 0, end = "";
+  let begun: number | null = null,
+    reflexes = 0,
+    end = "";
   const close = (until: number): void => {
     if (begun === null) return;
-    const way = ways[said.length] ?? [], metres = way.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - way[i]![0], y - way[i]![1]), 0);
+    const way = ways[said.length] ?? [],
+      metres = way.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - way[i]![0], y - way[i]![1]), 0);
     const halts = reflexes ? `, turned away from something near ${reflexes === 1 ? "once" : `${reflexes} times`}` : "";
-    said.push(`Out of reach from ${clock(begun)} to ${clock(until)}: it drove ${metres.toFixed(1)} m by itself${halts}${end ? `, and ${end}` : ""}.`);
+    said.push(
+      `Out of reach from ${clock(begun)} to ${clock(until)}: it drove ${metres.toFixed(1)} m by itself${halts}${end ? `, and ${end}` : ""}.`,
+    );
     begun = null;
   };
   for (const { ago, event } of events) {

@@ -21,7 +21,9 @@ export class UnseenPart {
   take({ data, atMs }: StreamPacket): void {
     const told = readUnseen(data);
     if (!told) return;
-    set(this.ways, { d: told.ways.map((way) => way.map(([x, y], i) => `${i ? "L" : "M"} ${x.toFixed(3)} ${(-y).toFixed(3)}`).join(" ")).join(" ") });
+    set(this.ways, {
+      d: told.ways.map((way) => way.map(([x, y], i) => `${i ? "L" : "M"} ${x.toFixed(3)} ${(-y).toFixed(3)}`).join(" ")).join(" "),
+    });
     const words = unseenWords(told, atMs, (ms) => new Date(ms).toLocaleTimeString("en-GB"));
     this.words.hidden = !words.length;
     say(this.words, words.join(" "));

@@ -1,0 +1,95 @@
+/** The admin's editor of forbidden boxes: a table beside the arm in three dimensions, over the field that is sent. */
+import "../../arm/arm.css";
+import type { ArmDescription } from "../../arm/types.ts";
+import { ArmView, type ForbiddenBox } from "../../arm/view.ts";
+import { FILE_MS, request } from "../../kit/request.ts";
+
+interface Facts extends ArmDescription {
+  posture: number[];
+}
+const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
+
+/** Put the editor before the text field; the field stays for people who prefer to write. */
+export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<void> {
+  const facts = told as Facts;
+  const box = document.createElement("div");
+  box.className = "boxes-editor";
+  const holder = document.createElement("div");
+  holder.className = "model";
+  const rows = document.createElement("div");
+  const add = document.createElement("button");
+  Object.assign(add, { type: "button", textContent: "Add a box" });
+  box.append(holder, rows, add);
+  field.before(box);
+  const view = await preview(holder, facts);
+  let boxes: ForbiddenBox[] = [];
+
+  const read = (): void => {
+    try {
+      boxes = JSON.parse(field.value || "[]") as ForbiddenBox[];
+      rows.replaceChildren(...boxes.map((one, i) => row(one, i)));
+      show();
+    } catch {
+      rows.textContent = "The text below is not a list of boxes.";
+    }
+  };
+  const show = (): void => view?.boxes([...facts.boxes, ...boxes.filter((b) => [...b.low, ...b.high].every(Number.isFinite))]);
+  const write = (): void => {
+    field.value = JSON.stringify(boxes);
+    show();
+  };
+  const row = (one: ForbiddenBox, index: number): HTMLElement => {
+    const line = document.createElement("fieldset");
+    const legend = document.createElement("legend");
+    legend.textContent = `Box ${index + 1}`;
+    const name = labelled("name", "text", one.name, (value) => {
+      one.name = value;
+      write();
+    });
+    const corners = CORNERS.map((label, k) =>
+      labelled(`${label} (m)`, "number", String((k < 3 ? one.low : one.high)[k % 3] ?? 0), (value) => {
+        (k < 3 ? one.low : one.high)[k % 3] = Number(value);
+        write();
+      }),
+    );
+    const remove = document.createElement("button");
+    Object.assign(remove, { type: "button", textContent: `Remove ${one.name}` });
+    remove.addEventListener("click", () => {
+      boxes.splice(index, 1);
+      write();
+      read();
+    });
+    line.append(legend, name, ...corners, remove);
+    return line;
+  };
+  add.addEventListener("click", () => {
+    boxes.push({ name: `box ${boxes.length + 1}`, low: [0.4, 0.3, 0], high: [0.6, 0.5, 0.3] });
+    write();
+    read();
+  });
+  field.addEventListener("change", read);
+  read();
+}
+
+async function preview(holder: HTMLElement, facts: Facts): Promise<ArmView | null> {
+  try {
+    const answer = await request(facts.model, {}, FILE_MS);
+    const names = facts.joints.map((j) => [j.name]);
+    const view = new ArmView(holder, await answer.text(), names, facts.tip, facts.boxes, () => undefined);
+    view.joints(facts.posture);
+    return view;
+  } catch (error) {
+    holder.remove();
+    console.warn(error);
+    return null;
+  }
+}
+
+function labelled(words: string, type: string, value: string, changed: (value: string) => void): HTMLElement {
+  const label = document.createElement("label");
+  const input = document.createElement("input");
+  Object.assign(input, { type, value, step: "any" });
+  input.addEventListener("input", () => changed(input.value));
+  label.append(words, input);
+  return label;
+}

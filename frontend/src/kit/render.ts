@@ -1,0 +1,102 @@
+/** Draws templates of lit-html again and again; what is the same stays, with presses, focus and reading position. */
+import { html, noChange, nothing, render, type TemplateResult } from "lit-html";
+import { Directive, directive, type ElementPart } from "lit-html/directive.js";
+import { repeat } from "lit-html/directives/repeat.js";
+import { allow } from "./refusal.ts";
+
+const own = new WeakSet<Element>();
+
+/** Show a template, or several, as all that the box contains; what the server put there goes at first. */
+export function draw(box: HTMLElement, content: unknown): void {
+  if (!own.has(box)) box.replaceChildren();
+  own.add(box);
+  render(content, box);
+}
+
+class Allow extends Directive {
+  render(_why: string): unknown {
+    return noChange;
+  }
+
+  override update(part: ElementPart, [why]: [string]): unknown {
+    allow(part.element as HTMLElement, why);
+    return noChange;
+  }
+}
+
+/** As `allow`, for a control of a template: `<button ${allowed(why)}>`. */
+export const allowed = directive(Allow);
+
+/** A short part of a page: with the same key it stays the same element. */
+export interface Part {
+  key: string;
+  template: TemplateResult;
+}
+
+/** Show these parts, and nothing else. Of several with the same key the first stays the first. */
+export function drawParts(box: HTMLElement, parts: readonly Part[]): void {
+  const count = new Map<string, number>();
+  const unique = parts.map(({ key, template }) => {
+    const before = count.get(key) ?? 0;
+    count.set(key, before + 1);
+    return { key: `${key} ${before}`, template };
+  });
+  draw(
+    box,
+    repeat(
+      unique,
+      ({ key }) => key,
+      ({ template }) => template,
+    ),
+  );
+}
+
+export function heading(text: string): Part {
+  return { key: "h2", template: html`<h2>${text}</h2>` };
+}
+
+export function paragraph(text: string, style = ""): Part {
+  return { key: `p ${style}`, template: html`<p class=${style || nothing}>${text}</p>` };
+}
+
+export function strong(text: string): Part {
+  return { key: "b", template: html`<b>${text}</b>` };
+}
+
+export function words(text: string, style = ""): Part {
+  return { key: `span ${style}`, template: html`<span class=${style || nothing}>${text}</span>` };
+}
+
+/** A countdown in a paragraph of its own; it is not announced to screen readers every second. */
+export function countdown(text: string): Part {
+  return { key: "timer", template: html`<p class="timer" role="timer">${text}</p>` };
+}
+
+/** The same between other words. */
+export function inlineCountdown(text: string, style: string): Part {
+  return { key: `timer ${style}`, template: html`<span class=${style} role="timer">${text}</span>` };
+}
+
+export function link(text: string, href: string, style = ""): Part {
+  return { key: `a ${href} ${style}`, template: html`<a class=${style || nothing} href=${href}>${text}</a>` };
+}
+
+/** A button; `action` is what a press does, `why` says why it does not work now. */
+export function button(
+  text: string,
+  action: string,
+  { style = "", why = "", pressed }: { style?: string; why?: string; pressed?: boolean } = {},
+): Part {
+  return {
+    key: `button ${action} ${style}`,
+    template: html`<button type="button" class=${`${style} button`.trim()} data-do=${action} aria-pressed=${pressed === undefined ? nothing : String(pressed)} ${allowed(why)}>${text}</button>`,
+  };
+}
+
+/** Write rows of words into a table's body; the first cell of each row is its heading. */
+export function fill(body: HTMLTableSectionElement, rows: readonly (readonly string[])[]): void {
+  draw(
+    body,
+    rows.map(([first = "", ...rest]) => html`<tr><th scope="row">${first}</th>${rest.map((cell) => html`<td>${cell}</td>`)}</tr>`),
+  );
+}

@@ -1,0 +1,153 @@
+/** A view in three dimensions: drawn when something has changed, turned by dragging, clicked on at the floor. */
+import {
+  AmbientLight,
+  BufferGeometry,
+  DirectionalLight,
+  Group,
+  type Line,
+  type Material,
+  type Object3D,
+  PerspectiveCamera,
+  Plane,
+  Raycaster,
+  Scene,
+  type Texture,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+type Point = readonly [number, number, number];
+const FAST_MS = 25,
+  SLOW_MS = 300; // between two frames
+const SOON_MS = 20; // a pause so short is not waited for
+const DRAG_PX = 5; // a press that moved farther turns the view
+
+export interface ViewSettings {
+  /** The camera's field of view (degrees); nearer and farther than these (m) nothing is drawn. */
+  field: number;
+  near: number;
+  far: number;
+  /** Where the camera is at first and what it looks at (m; x to the right, y up, z to the viewer). */
+  from: Point;
+  to: Point;
+  /** How bright the light from everywhere is, and a lamp's, and where that hangs. */
+  ambient: number;
+  lamp: number;
+  lampAt: Point;
+}
+
+export class View3D {
+  protected readonly scene = new Scene();
+  /** What a robot calls its world: x and y on the floor, z up (m). */
+  protected readonly world = new Group();
+  protected readonly camera: PerspectiveCamera;
+  protected readonly controls: OrbitControls;
+  protected readonly dark = matchMedia("(prefers-color-scheme: dark)");
+  protected readonly canvas: HTMLCanvasElement;
+  private renderer: WebGLRenderer;
+  private asked = false;
+  private drawn = 0;
+  /** Without a graphics card each frame costs much processor time, so few are drawn. */
+  private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
+
+  /** `onPick` gets the place on the floor of the world that was clicked on. Throws where the browser draws nothing in 3D. */
+  constructor(
+    private holder: HTMLElement,
+    { field, near, far, from, to, ambient, lamp, lampAt }: ViewSettings,
+    onPick: (x: number, y: number) => void,
+  ) {
+    this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
+    this.renderer.setPixelRatio(Math.min(this.slow ? 1 : 2, devicePixelRatio));
+    this.canvas = this.renderer.domElement;
+    this.canvas.setAttribute("aria-hidden", "true");
+    holder.prepend(this.canvas);
+    this.world.rotation.x = -Math.PI / 2;
+    const light = new DirectionalLight(0xffffff, lamp);
+    light.position.set(...lampAt);
+    this.scene.add(this.world, light, new AmbientLight(0xffffff, ambient));
+    this.camera = new PerspectiveCamera(field, 1, near, far);
+    this.camera.position.set(...from);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.canvas.style.touchAction = "pan-y";
+    this.controls.target.set(...to);
+    this.controls.enableZoom = this.controls.enablePan = false; // the page is scrolled with the same wheel and fingers
+    this.controls.addEventListener("change", () => this.ask());
+    this.controls.update();
+    this.dark.addEventListener("change", () => this.ask());
+    this.pick(onPick);
+    new ResizeObserver(() => this.size()).observe(holder);
+    this.size();
+  }
+
+  /** Have a frame drawn soon. */
+  protected ask(): void {
+    if (this.asked) return;
+    this.asked = true;
+    const pause = Math.max(0, (this.slow ? SLOW_MS : FAST_MS) - (performance.now() - this.drawn));
+    const frame = (): unknown => requestAnimationFrame(() => this.draw());
+    if (pause > SOON_MS) setTimeout(frame, pause);
+    else frame();
+  }
+
+  /** Put everything where it is now, before a frame; true: another has to follow. */
+  protected move(): boolean {
+    return false;
+  }
+
+  /** Do what depends on how wide and high the view is. */
+  protected fit(): void {}
+
+  private draw(): void {
+    this.asked = false;
+    this.drawn = performance.now();
+    if (!this.holder.clientWidth) return; // hidden; its size asks again
+    const again = this.move();
+    this.renderer.render(this.scene, this.camera);
+    if (again) this.ask();
+  }
+
+  private size(): void {
+    const { clientWidth: width, clientHeight: height } = this.holder;
+    if (!width || !height) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.fit();
+    this.ask();
+  }
+
+  private pick(onPick: (x: number, y: number) => void): void {
+    let down = [0, 0];
+    this.canvas.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
+    this.canvas.addEventListener("click", (event) => {
+      if (Math.hypot(event.clientX - down[0]!, event.clientY - down[1]!) > DRAG_PX) return;
+      const box = this.canvas.getBoundingClientRect(),
+        ray = new Raycaster();
+      ray.setFromCamera(
+        new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2),
+        this.camera,
+      );
+      const point = ray.ray.intersectPlane(new Plane(new Vector3(0, 1, 0), 0), new Vector3());
+      if (point) onPick(...(this.world.worldToLocal(point).toArray().slice(0, 2) as [number, number]));
+    });
+  }
+}
+
+/** Draw a line through these points (m) in the place of what it was. */
+export function setPoints(line: Line, points: readonly Vector3[]): void {
+  line.geometry.dispose();
+  line.geometry = new BufferGeometry().setFromPoints([...points]);
+}
+
+/** Take everything out of a group, and free what the graphics card keeps of it. */
+export function disposeContent(group: Object3D): void {
+  group.traverse((part) => {
+    const { geometry, material } = part as { geometry?: BufferGeometry; material?: Material & { map?: Texture | null } };
+    geometry?.dispose();
+    material?.map?.dispose();
+    material?.dispose();
+  });
+  group.clear();
+}

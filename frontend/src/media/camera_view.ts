@@ -1,0 +1,124 @@
+/** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
+import { set } from "../kit/dom.ts";
+import { shape } from "../kit/svg.ts";
+import type { Still } from "../socket/messages.ts";
+import type { PicturePacket } from "../socket/packets.ts";
+import { PictureOrder } from "./picture_order.ts";
+
+export class CameraView {
+  /** When the picture on screen was taken, server ms. */
+  atMs = 0;
+  /** The stored picture to which it belongs; 0 while the robot moves. */
+  stillId = 0;
+  /** Where the robot was then: coordinates of its spec; empty if not known. */
+  pose: readonly number[] = [];
+  private context: CanvasRenderingContext2D;
+  private order = new PictureOrder();
+  private views = 0;
+  private cross: SVGGElement | null = null;
+  private tool: SVGCircleElement | null = null;
+  private path: SVGLineElement | null = null;
+  private at: [number, number] | null = null;
+
+  constructor(
+    screen: HTMLElement,
+    private canvas: HTMLCanvasElement,
+    overlay: SVGSVGElement | null,
+    onPick: (u: number, v: number) => void,
+  ) {
+    this.context = canvas.getContext("2d")!;
+    if (!overlay) return;
+    this.tool = shape(overlay, "circle", { class: "tool-place", r: 4.5, cx: -20, cy: -20 });
+    this.path = shape(overlay, "line", { class: "path", x1: -9, y1: -9, x2: -9, y2: -9 });
+    const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
+    shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
+    for (const [x, y] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ] as const)
+      shape(cross, "line", { x1: x * 4, y1: y * 4, x2: x * 12, y2: y * 12 });
+    screen.addEventListener("click", (event) => {
+      const box = canvas.getBoundingClientRect();
+      onPick(((event.clientX - box.left) / box.width) * canvas.width, ((event.clientY - box.top) / box.height) * canvas.height);
+    });
+    screen.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
+      const step = event.shiftKey ? 20 : 4;
+      const by: Record<string, [number, number]> = {
+        ArrowLeft: [-step, 0],
+        ArrowRight: [step, 0],
+        ArrowUp: [0, -step],
+        ArrowDown: [0, step],
+      };
+      const move = by[event.key];
+      if (!move) return;
+      event.preventDefault();
+      const from = this.at ?? [canvas.width / 2, canvas.height / 2];
+      onPick(Math.min(canvas.width - 1, Math.max(0, from[0] + move[0])), Math.min(canvas.height - 1, Math.max(0, from[1] + move[1])));
+    });
+  }
+
+  /** Show a picture; one that is older than the picture shown is dropped. */
+  async show(packet: PicturePacket): Promise<void> {
+    if (!this.order.take(packet)) return;
+    if (packet.image) {
+      this.draw(packet.image, packet.atMs, packet.still, packet.pose);
+      return;
+    }
+    const { views } = this;
+    const bitmap = await createImageBitmap(packet.jpeg);
+    if (views === this.views && this.order.holds(packet)) this.draw(bitmap, packet.atMs, packet.still, packet.pose);
+    bitmap.close();
+  }
+
+  /** Show a stored picture, unless a newer one is shown when it has loaded. */
+  still(still: Still, then: () => void): void {
+    if (this.atMs >= still.at_ms) return;
+    const image = new Image();
+    const { views } = this;
+    image.onload = () => {
+      if (views === this.views && this.atMs < still.at_ms) this.draw(image, still.at_ms, still.id, still.pose);
+      then();
+    };
+    image.src = still.url;
+  }
+
+  /** Switch to another camera. */
+  forget(): void {
+    this.order.forget();
+    this.views += 1;
+    this.atMs = this.stillId = 0;
+    this.pose = [];
+  }
+
+  draw(image: ImageBitmap | HTMLImageElement | VideoFrame, atMs: number, still: number, pose: readonly number[] = []): void {
+    const [width, height] =
+      "naturalWidth" in image
+        ? [image.naturalWidth, image.naturalHeight]
+        : "displayWidth" in image
+          ? [image.displayWidth, image.displayHeight]
+          : [image.width, image.height];
+    if (this.canvas.width !== width) this.canvas.width = width;
+    if (this.canvas.height !== height) this.canvas.height = height;
+    this.context.drawImage(image, 0, 0);
+    this.atMs = atMs;
+    this.stillId = still;
+    this.pose = pose;
+    this.canvas.dataset["still"] = String(still);
+    this.canvas.dataset["at"] = String(atMs);
+  }
+
+  /** Show where the next image will be centred. */
+  aim(at: [number, number] | null, from: [number, number] | null): void {
+    this.at = at;
+    if (!this.cross || !this.tool || !this.path) return;
+    const [u, v] = at ?? [-50, -50];
+    set(this.cross, { transform: `translate(${u} ${v})` });
+    const [nu, nv] = from ?? [-20, -20];
+    set(this.tool, { cx: nu, cy: nv });
+    if (at && from) set(this.path, { x1: nu, y1: nv, x2: u, y2: v });
+    else set(this.path, { x1: -9, y1: -9, x2: -9, y2: -9 });
+  }
+}

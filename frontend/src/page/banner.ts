@@ -1,0 +1,63 @@
+/** The text of the banner on a robot's page: the connection first, because without it nothing else is known. */
+import { byId, say } from "../kit/dom.ts";
+import type { Snapshot, StopShown } from "../socket/messages.ts";
+
+export interface BannerFacts {
+  /** Whether the portal is not reached, and for how long (ms). */
+  lost: boolean;
+  lostMs: number;
+  /** Whether the browser itself says that the device is offline. */
+  offline: boolean;
+  /** Whether the portal was heard while the robot said nothing. */
+  robotSilent: boolean;
+  stopPending: string;
+  storeDown: string;
+  snapshot: Snapshot | null;
+  /** The portal's time (ms). */
+  now: number;
+}
+
+const AT_ONCE_MS = 1000; // shorter gaps are not shown
+
+const CONFIRMED_MS = 1000; // a missing confirmation is shown after this time
+
+/** The text for a stop that the robot has not confirmed; empty if there is none, or only for a short time. */
+export function unconfirmedStop(stop: StopShown | null, now: number): string {
+  if (!stop || stop.confirmed || (stop.rests_by_ms === null && now - (stop.since_ms ?? 0) < CONFIRMED_MS)) return "";
+  const said = "Stop is pressed, but the robot has not confirmed that it rests.";
+  if (stop.rests_by_ms === null) return `${said} When it will is not known: do not rely on it.`;
+  const at = new Date(stop.rests_by_ms).toLocaleTimeString("en-GB");
+  if (now >= stop.rests_by_ms) return `${said} Without a connection it stops by itself, and should rest since ${at}. Look at the picture.`;
+  return `${said} Without a connection it stops by itself, at ${at} at the latest.`;
+}
+
+export function bannerWords(k: BannerFacts): string {
+  if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
+    const why = k.offline ? "this device is offline" : "the portal is not reached";
+    const turn = k.snapshot?.me.can.drive ? " Your turn is kept for 20 s." : "";
+    return `Connection lost: ${why}. ${k.stopPending || `The page connects again automatically.${turn}`}`;
+  }
+  if (k.lost) return "";
+  if (k.stopPending) return k.stopPending;
+  const still = unconfirmedStop(k.snapshot?.stop ?? null, k.now);
+  if (still) return still;
+  if (k.snapshot && !k.snapshot.link) return "The live link to the robots is down. Pages work; nothing moves until it is back.";
+  if (k.storeDown) return k.storeDown;
+  return k.robotSilent ? "The robot does not answer. Its worker is restarted automatically. Turns and places are kept." : "";
+}
+
+export class Banner {
+  private readonly box = byId("banner");
+  private readonly appears: () => void;
+
+  /** `appears` is called before a banner is shown where there was none. */
+  constructor(appears: () => void) {
+    this.appears = appears;
+  }
+
+  show(words: string): void {
+    if (words && !this.box.textContent) this.appears();
+    say(this.box, words);
+    this.box.hidden = !words;
+  }
+}

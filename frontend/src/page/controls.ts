@@ -1,0 +1,35 @@
+/** Whether anything can be commanded now, on any robot. */
+import type { Snapshot } from "../socket/messages.ts";
+import type { StatePacket } from "../socket/packets.ts";
+import { unconfirmedStop } from "./banner.ts";
+
+export interface Facts {
+  snapshot: Snapshot | null;
+  state: StatePacket | null;
+  lineUp: boolean;
+  now: number;
+  latency: number | null;
+  busy: boolean;
+}
+
+/** Why nothing can be commanded now; empty when something can. */
+export function blocked(f: Facts): string {
+  const s = f.snapshot;
+  if (!f.lineUp || !s) return "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.";
+  if (s.replay) return "This is a recording.";
+  if (!s.link) return "The live link to the robot is down; nothing moves until it is back. Your turn is kept.";
+  if (!s.me.can.drive) return s.robot.turns ? notOperating(s.me) : "Nobody drives this robot; everybody can ask it for a job.";
+  if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
+  if (s.robot.state === "offline") return s.robot.why;
+  if (s.stopped || f.state?.stopped)
+    return `${unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;
+  const limit = Math.min(3000, 1000 + 2 * (f.latency ?? 0));
+  if (!f.state || f.now - f.state.atMs > limit) return "The robot's state is not known right now; waiting for it.";
+  return "";
+}
+
+function notOperating(me: Snapshot["me"]): string {
+  if (me.ticket?.state === "offered") return "It is your turn: take control to begin.";
+  if (me.ticket?.state === "waiting") return "You wait for your turn.";
+  return me.cleared ? "Join the queue to operate the robot." : "You can watch. To operate, read the orientation and pass the test.";
+}

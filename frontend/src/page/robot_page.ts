@@ -1,0 +1,315 @@
+/** The page of every robot: it owns the connection, the newest snapshot and state, and the parts that show them. */
+import { byId } from "../kit/dom.ts";
+import { every } from "../kit/page_clock.ts";
+import { refusal } from "../kit/refusal.ts";
+import { ScreenWakeLock } from "../kit/wake_lock.ts";
+import { guardTurn } from "../queue/leave_guard.ts";
+import { Suspension } from "../queue/suspension.ts";
+import { TurnPanel } from "../queue/turn_panel.ts";
+import { type Connection, isReplay, openConnection } from "../socket/connection.ts";
+import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../socket/messages.ts";
+import type { StatePacket, StreamPacket } from "../socket/packets.ts";
+import type { Tolerance } from "../socket/poses.ts";
+import { COMMAND_LABELS, SETTING_KINDS } from "../socket/stages.ts";
+import { Banner, bannerWords } from "./banner.ts";
+import type { CommandList } from "./command_list.ts";
+import { Commands, latestStages } from "./commands.ts";
+import type { Console } from "./console.ts";
+import { blocked, type Facts } from "./controls.ts";
+import { completeConsole } from "./default_console.ts";
+import { facts } from "./facts.ts";
+import "./key_card.ts";
+import { LogList } from "./log_list.ts";
+import { Media } from "./media.ts";
+import { Notice } from "./notice.ts";
+import { RobotState } from "./robot_state.ts";
+import { Status } from "./status.ts";
+import "./sticky_stop.ts";
+import { StopButton } from "./stop_button.ts";
+import { WireTrace } from "./wire_trace.ts";
+
+const AWAY_MS = 20_000; // so long a turn is kept without a connection
+Object.assign(COMMAND_LABELS, facts.labels);
+for (const kind of facts.settings) SETTING_KINDS.add(kind);
+
+export class RobotPage {
+  snapshot: Snapshot | null = null;
+  readonly slug: string;
+  readonly live: Connection;
+  /** Called with the answer of a preview, on pages that ask for one. */
+  onPlan: ((answer: PlanAnswer) => void) | null = null;
+  private page = byId("robot");
+  private console: Console | null = null;
+  private commands = new Commands(
+    () => this.live,
+    (why) => this.refuse(why),
+  );
+  private media = new Media({ connection: () => this.live, console: () => this.console, snapshot: () => this.snapshot });
+  private notices = new Notice(byId("notice"));
+  private banner = new Banner(() => this.notices.hide()); // it is newer
+  private status = new Status();
+  private suspension = new Suspension((words, level) => this.notice(words, level));
+  private wakeLock = new ScreenWakeLock();
+  private log = new LogList(byId("log"));
+  private stop: StopButton;
+  private turnPanel: TurnPanel;
+  private trace: WireTrace | null;
+  private robot = new RobotState();
+  private storeDown = "";
+
+  constructor() {
+    const { media } = this;
+    this.slug = this.page.dataset["slug"] ?? "";
+    this.live = openConnection(
+      this.slug,
+      {
+        ...media.handlers,
+        message: (m) => this.message(m),
+        state: (p) => this.gotState(p),
+        line: (up) => this.gotLine(up),
+        busy: () => this.facts().busy,
+      },
+      () => (this.operating ? 2000 : 10_000),
+      facts.compact,
+      (moved) => media.subscription.wish(moved),
+    );
+    this.stop = new StopButton({
+      connection: this.live,
+      on: (name, act) => this.on(name, act),
+      notice: (words, level) => this.notice(words, level),
+      snapshot: () => this.snapshot,
+      draw: () => this.draw(),
+    });
+    this.turnPanel = new TurnPanel(
+      byId("place"),
+      (m) => this.live.send(m),
+      (why) => this.refuse(why),
+    );
+    this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
+    for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
+      control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
+    guardTurn(() => this.operating && !this.snapshot?.turn?.staff);
+    every(250, () => this.draw());
+  }
+
+  /** Install the console, with defaults for missing members; it is called now with everything that came before. */
+  begin(own: Partial<Console>): void {
+    const console = (this.console = completeConsole(own, this));
+    if (this.live.up) console.watch?.();
+    this.media.begin(console);
+    if (this.snapshot?.still) console.still(this.snapshot.still);
+    if (this.state) console.state(this.state);
+    for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
+    this.draw();
+  }
+
+  /** Have the pictures of these cameras; a page that never asks gets those of the first one. */
+  watch(cameras: number[]): void {
+    this.media.subscription.want(cameras);
+  }
+
+  /** The newest state; null before the first. */
+  get state(): StatePacket | null {
+    return this.robot.packet;
+  }
+
+  /** The newest value of that name: rad, m or the spec's unit; undefined if none has arrived. */
+  value(name: string): number | undefined {
+    return this.robot.value(name);
+  }
+
+  /** The newest pose, by coordinates that states carry (m, rad), NaN for one that is not known; empty before the first. */
+  get pose(): number[] {
+    return this.robot.pose;
+  }
+
+  /** Whether the robot is no longer where it was at a picture or still, by its pose; no if either is not known. */
+  moved(since: { pose?: readonly number[] }, near?: Tolerance): boolean {
+    return this.robot.hasLeft(since.pose ?? [], near);
+  }
+
+  /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */
+  stream(name: string): StreamPacket[] {
+    return this.media.stream(name);
+  }
+
+  /** Why that kind of command does not work now; empty if it does. */
+  whyNot(kind: string): string {
+    return this.console?.whyNot(kind, this.facts()) ?? blocked(this.facts());
+  }
+
+  /** Run `act` at a press of the button, unless it is disabled. */
+  on(name: string, act: () => void): void {
+    for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
+      button.addEventListener("click", () => {
+        if (refusal(button)) {
+          this.refuse(() => refusal(button));
+          return;
+        }
+        act();
+      });
+  }
+
+  /** The part of a held motion that is the same for every control. */
+  readonly keepAlive = this.commands.heldMotion;
+  readonly ladder: CommandList = this.commands.list;
+
+  /** Whether nothing runs that belongs to this page, and its line may carry more than what is shown. */
+  get idle(): boolean {
+    return this.media.subscription.good && !this.facts().busy;
+  }
+
+  get operating(): boolean {
+    return this.snapshot?.me.can.drive ?? false;
+  }
+
+  /** The number of the newest command of this grant; 0 if there is none. */
+  get lastSeq(): number {
+    return this.commands.seq;
+  }
+
+  get grant(): number {
+    return this.commands.grant;
+  }
+
+  facts(): Facts {
+    return {
+      snapshot: this.snapshot,
+      state: this.state,
+      lineUp: !this.live.lost,
+      now: this.live.now(),
+      latency: this.live.latency,
+      busy: this.commands.busy,
+    };
+  }
+
+  /** Give a command, or show why not. Returns its sequence number; 0 if it was not given. */
+  command(kind: string, args: object = {}, judged = kind): number {
+    if (this.whyNot(judged)) {
+      this.refuse(() => this.whyNot(judged));
+      return 0;
+    }
+    return this.issue(kind, args);
+  }
+
+  /** Ask where a command would lead from here; `onPlan` gets the answer, with the number that this returns. */
+  plan(kind: string, args: object = {}): number {
+    return this.commands.plan(kind, args, this.state?.joints ?? []);
+  }
+
+  /** When the picture on the page was taken (ms since 1970), which is stored with what is asked for; 0 without one. */
+  get seen(): number {
+    return Math.max(0, Math.round(this.console?.pictureAt() ?? 0));
+  }
+
+  /** Put the next command into the list and send it. Returns its sequence number. */
+  issue(kind: string, args: object): number {
+    this.settle();
+    const seq = this.commands.issue(kind, args, this.seen);
+    this.draw();
+    return seq;
+  }
+
+  notice(words: string, level: string): void {
+    this.notices.show(words, level);
+  }
+
+  /** Say why something is refused, for as long as `why` says so and nothing else is given. */
+  refuse(why: () => string): void {
+    this.notices.refuse(why);
+  }
+
+  /** Something was chosen: what was refused before is over. */
+  settle(): void {
+    this.notices.settle();
+  }
+
+  private gotLine(up: boolean): void {
+    if (up) {
+      this.media.subscription.opened();
+      this.console?.watch?.();
+      this.media.subscription.tell();
+    }
+    this.draw();
+  }
+
+  private gotState(whole: StatePacket): void {
+    this.console?.state(this.robot.take(whole, this.media.subscription.pace === "live"));
+  }
+
+  private message(m: Message): void {
+    if (m.t === "snapshot") this.gotSnapshot(m);
+    else if (m.t === "command") this.gotCommand(m);
+    else if (m.t === "answer") this.gotAnswer(m);
+    else if (m.t === "notice") this.notice(m.text, m.level);
+    else if (m.t === "plan") this.onPlan?.(m);
+    else if (m.t === "trace") this.trace?.add(m);
+    else if (m.t === "store") this.storeDown = m.text;
+    else if (m.t === "watchers") this.status.watchers = m.count;
+    // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- a newer portal may send others
+    else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
+    this.draw();
+  }
+
+  private gotAnswer(m: Answer): void {
+    const late = m.to === "stop" && this.stop.press.answer(m.ok);
+    if (!m.ok && m.to === "command") this.commands.refused(m);
+    if (m.ok) this.settle();
+    const unchecked = m.to === "release" && !this.stop.looked;
+    if (!m.text || late) return;
+    if (m.ok) this.notices.show(m.text, "info", m.to === "stop" ? () => byId("release").hidden === true : undefined);
+    else this.refuse(() => (unchecked && this.stop.looked ? "" : m.text));
+  }
+
+  private gotSnapshot(s: Snapshot): void {
+    const wasOperating = this.operating,
+      hadStill = this.snapshot?.still?.id;
+    if (!s.replay) s.commands = latestStages(s.commands, this.snapshot?.commands);
+    this.snapshot = s;
+    this.storeDown = s.store;
+    if (this.commands.follow(s)) this.console?.turn();
+    this.commands.show(s);
+    this.turnPanel.changed(s);
+    if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
+    if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
+    const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
+    if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
+    if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
+    this.log.draw(s.log, this.live.now());
+    this.stop.press.update(s); // last, because the result of a Stop matters most
+  }
+
+  private gotCommand(m: { t: "command" } & CommandInfo): void {
+    this.commands.list.update(m);
+    document.dispatchEvent(new Event("farhand:acted"));
+    if (this.snapshot) this.snapshot.commands = [m, ...this.snapshot.commands.filter((c) => c.id !== m.id)].slice(0, 8);
+    this.console?.command(m);
+  }
+
+  draw(): void {
+    const f = this.facts(),
+      s = this.snapshot;
+    this.banner.show(
+      bannerWords({
+        lost: !f.lineUp,
+        lostMs: this.live.lostMs,
+        offline: !navigator.onLine,
+        snapshot: s,
+        storeDown: this.storeDown,
+        stopPending: this.stop.press.pending,
+        robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)),
+        now: f.now,
+      }),
+    );
+    this.media.draw(f);
+    this.notices.draw();
+    this.wakeLock.keep(this.operating && !isReplay() && this.live.lostMs < AWAY_MS);
+    this.commands.draw();
+    if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
+    if (!s) return;
+    this.turnPanel.draw(s, f.now, f.lineUp);
+    this.suspension.draw(s, f.lineUp);
+    this.status.draw(s, f, (now) => this.console?.advice(now) ?? "");
+    this.console?.draw(f);
+  }
+}

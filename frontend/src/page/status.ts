@@ -1,0 +1,39 @@
+/** The words about a robot on its page: how it is, who drives, who watches, and whether a stop holds it. */
+import { byId, say } from "../kit/dom.ts";
+import { watcherWords } from "../queue/waits.ts";
+import type { Snapshot } from "../socket/messages.ts";
+import { unconfirmedStop } from "./banner.ts";
+import { blocked, type Facts } from "./controls.ts";
+
+export class Status {
+  /** How many people watch, the driver apart; null while that is not known. */
+  watchers: number | null = null;
+  private page = byId("robot");
+
+  /** `advice`: the line above the controls if nothing general prevents commands. */
+  draw(s: Snapshot, f: Facts, advice: (f: Facts) => string): void {
+    this.page.dataset["state"] = s.robot.state;
+    this.page.classList.toggle("operating", s.me.can.drive);
+    say(byId("state"), s.robot.label);
+    say(byId("why-state"), s.robot.why);
+    this.people(s);
+    byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
+    byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
+    say(byId("stop-said"), unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
+    const why = byId("why");
+    say(why, blocked(f) || advice(f));
+    why.title = why.textContent;
+  }
+
+  private people(s: Snapshot): void {
+    const driven = s.operator ? `${s.operator} drives` : s.robot.turns ? "Nobody drives" : "";
+    const watch = this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`;
+    const queue = s.queue === 0 ? (driven ? "nobody waits" : "Nobody waits") : `${s.queue} waiting`;
+    const operator = byId("operator"),
+      who = operator.parentElement as HTMLElement;
+    say(operator, driven);
+    say(byId("watchers"), watch);
+    say(byId("queue"), queue);
+    who.title = driven ? `${driven}, ${queue}${watch}` : `${queue}${watch}`; // a narrow window cuts it
+  }
+}

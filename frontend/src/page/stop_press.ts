@@ -1,0 +1,74 @@
+/** A press of Stop, until it is known to have arrived at the portal, and the texts meanwhile. */
+import type { Snapshot } from "../socket/messages.ts";
+import type { RobotSocket } from "../socket/robot_socket.ts";
+
+const ANSWER_MS = 1500;
+/** A Stop is sent late no longer than this after its press, and only into the turn that it was meant for. */
+const LATE_MS = 60_000;
+export const UNSENT =
+  "Stop could not be sent; it is sent when the connection is back. What you hold down ends within half a second, " +
+  "a move that has begun goes on within its limits, and after 20 s the robot is held.";
+
+export class StopPress {
+  private at = 0;
+  private grant: number | null = null;
+  private socket = 0;
+  private again = 0; // so often it went into another socket before an answer had come
+  private snapshot: Snapshot | null = null;
+
+  private live: Pick<RobotSocket, "send" | "lost" | "opened">;
+  private notice: (words: string, level: string) => void;
+
+  constructor(live: Pick<RobotSocket, "send" | "lost" | "opened">, notice: (words: string, level: string) => void) {
+    this.live = live;
+    this.notice = notice;
+  }
+
+  /** The banner's text while a press has not arrived at the portal. */
+  get pending(): string {
+    return this.at && (this.live.lost || performance.now() - this.at > ANSWER_MS) ? UNSENT : "";
+  }
+
+  press(): void {
+    if (!this.at) this.grant = this.snapshot?.turn?.grant ?? null;
+    this.at = performance.now();
+    this.again = 0;
+    this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
+  }
+
+  /**
+   * Note the portal's answer. Returns whether a late arrival was shown, which replaces the answer's text, as that of
+   * every further answer to the same press.
+   */
+  answer(ok: boolean): boolean {
+    if (!this.at && ok && this.again > 0) {
+      this.again -= 1;
+      return true;
+    }
+    const late = ok && this.at > 0 && performance.now() - this.at > ANSWER_MS;
+    if (late) this.notice(`The connection is back: the Stop that you pressed ${this.ago()} has been sent now.`, "warning");
+    this.at = 0;
+    return late;
+  }
+
+  /** Note the present snapshot. After a reconnection the press is sent again if it still applies; it can only hold the robot. */
+  update(s: Snapshot): void {
+    this.snapshot = s;
+    if (!this.at || this.socket === this.live.opened) return;
+    const meant = s.me.can.stop && (s.turn?.grant ?? null) === this.grant && performance.now() - this.at < LATE_MS;
+    if (meant) {
+      if (this.socket) this.again += 1;
+      this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
+    } else {
+      this.notice(
+        `The connection is back. The Stop that you pressed ${this.ago()} was not sent: the turn that it was meant for is over.`,
+        "warning",
+      );
+      this.at = 0;
+    }
+  }
+
+  private ago(): string {
+    return `${Math.round((performance.now() - this.at) / 1000)} s ago`;
+  }
+}

@@ -1,0 +1,64 @@
+/** The page after a turn: a draft of the form is stored on this device until the server has it. */
+
+const turn = document.querySelector<HTMLElement>("[data-drafts-of]")?.dataset["draftsOf"] ?? "";
+const form = document.querySelector<HTMLFormElement>("form[data-draft]");
+const nameOf = (draft: string): string => `draft-${draft}`;
+
+/** The filled-in values by name, without the hidden fields. */
+function filled(of: HTMLFormElement): Record<string, string> {
+  const all = [...new FormData(of)].filter(([name]) => name !== "csrfmiddlewaretoken");
+  return Object.fromEntries(all.map(([name, value]) => [name, typeof value === "string" ? value : value.name]));
+}
+
+function read(name: string): Record<string, string> {
+  try {
+    return JSON.parse(localStorage.getItem(name) ?? "{}") as Record<string, string>;
+  } catch {
+    return {}; // unreadable, or no storage
+  }
+}
+
+/** The names of fields in which something was filled in before this script ran. */
+function touched(of: HTMLFormElement): Set<string> {
+  const found = new Set<string>();
+  for (const field of of.elements)
+    if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
+      const checked = field instanceof HTMLInputElement && field.checked !== field.defaultChecked;
+      if (checked || field.value !== field.defaultValue) found.add(field.name);
+    }
+  return found;
+}
+
+/** Fill in the draft; what somebody has begun to write stays. */
+function fill(of: HTMLFormElement, draft: Record<string, string>, begun: Set<string>): void {
+  for (const [name, value] of Object.entries(draft)) {
+    if (begun.has(name)) continue;
+    const field = of.elements.namedItem(name);
+    if (field instanceof HTMLTextAreaElement || field instanceof RadioNodeList || field instanceof HTMLInputElement) field.value = value;
+  }
+}
+
+if (form) {
+  const name = nameOf(form.dataset["draft"] ?? "");
+  const begun = touched(form);
+  const store = (): void => {
+    try {
+      localStorage.setItem(name, JSON.stringify(filled(form)));
+      document.getElementById("draft-said")?.removeAttribute("hidden");
+    } catch {
+      // no storage: the page still contains what was typed
+    }
+  };
+  if ("fresh" in form.dataset) fill(form, read(name), begun); // after a refusal the server returns what was sent
+  if (begun.size) store();
+  form.addEventListener("input", store);
+}
+// a part without a form was accepted by the server
+for (const draft of [turn, `${turn}-edit`])
+  if (form?.dataset["draft"] !== draft) {
+    try {
+      localStorage.removeItem(nameOf(draft));
+    } catch {
+      // nothing was stored
+    }
+  }

@@ -1,0 +1,195 @@
+/** Messages for a person who looks elsewhere: title, icon, sound, vibration, notification, screen reader. */
+import { say } from "../kit/dom.ts";
+import { storage } from "../kit/storage.ts";
+import type { QueuePlace } from "./person_socket.ts";
+
+const MOMENTS_S = [60, 20, 10];
+/** What the bar's button for the sound does, as its `data-do` says. */
+export const SOUND_ACTION = "ask-sound";
+const READY_MS = 400; // in which a browser begins to play, if it does
+
+export class Announcer {
+  private title = document.title;
+  private icon = document.querySelector<HTMLLinkElement>("link[rel=icon]");
+  private calmIcon = this.icon?.href ?? "";
+  private audio: AudioContext | null = null;
+  private last = new Map<string, number>();
+  private known = new Set<string>();
+  private wantsSound = false;
+  /** Whether the browser has played on this page. */
+  ran = false;
+  private asked = false; // its button was pressed since it last played
+  private polite: HTMLElement;
+  private assertive: HTMLElement;
+  private chimes = 0; // a later chime takes the place of one that still waits
+  private open: (place: QueuePlace) => void;
+
+  constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: QueuePlace) => void) {
+    this.polite = polite;
+    this.assertive = assertive;
+    this.open = open;
+    for (const name of ["pointerdown", "pointerup", "keydown", "pageshow", "focus"])
+      addEventListener(name, ({ target }) => this.ready(target), { capture: true, passive: true });
+  }
+
+  get sound(): boolean {
+    return storage.get("sound") !== "off";
+  }
+
+  set sound(on: boolean) {
+    storage.set("sound", on ? "on" : "off");
+    if (on) this.chime();
+  }
+
+  /** Whether the browser would not play the sound now: nobody has pressed anything, or it has paused the page's sound. */
+  get paused(): boolean {
+    return this.sound && this.audio?.state !== "running";
+  }
+
+  /** The button for the sound was pressed: resume what is paused; where that did not help, switch it off. */
+  press(): void {
+    const on = !this.sound || (this.paused && !this.asked);
+    this.asked = on;
+    this.sound = on;
+  }
+
+  /** Announce what is new, the most urgent first; called at each change and every half second. */
+  tell(places: readonly QueuePlace[], now: number, own: string): void {
+    const [first] = places;
+    if (this.audio?.state === "running") [this.ran, this.asked] = [true, false];
+    this.wantsSound = places.some((p) => p.state === "waiting" || p.state === "offered");
+    const title = mark(first, own) + this.title;
+    if (document.title !== title) document.title = title;
+    const icon = first?.state === "offered" || first?.state === "missed" ? (this.icon?.dataset["turn"] ?? "") : this.calmIcon;
+    if (this.icon && icon && this.icon.href !== new URL(icon, location.href).href) this.icon.href = icon;
+    for (const place of places) this.news(place, now);
+  }
+
+  private news(place: QueuePlace, now: number): void {
+    const key = `${place.state}-${place.ticket}-${place.state === "offered" ? place.until_ms : ""}`;
+    const left = ((place.kept_until_ms ?? place.until_ms ?? now) - now) / 1000;
+    if (!this.known.has(key)) {
+      this.known.add(key);
+      if (place.state === "offered") this.offer(place, key, left);
+      if (place.state === "missed") say(this.polite, `You missed your turn on ${place.name}. You can join again.`);
+      if (place.state === "ended") this.ended(place, key);
+    }
+    if (place.state !== "offered" && place.state !== "operating") return;
+    this.idle(place, now);
+    const before = this.last.get(key) ?? Infinity;
+    this.last.set(key, left);
+    const moment = MOMENTS_S.filter((at) => left <= at && at < before && left > 0).at(-1);
+    if (moment === undefined || before === Infinity) return;
+    const words = place.state === "offered" ? `to take control of ${place.name}` : `in your turn on ${place.name}`;
+    say(moment === 60 ? this.polite : this.assertive, `${moment} seconds left ${words}.`);
+  }
+
+  /** Say once that the turn ends soon because nothing is done; again only after something was done. */
+  private idle(place: QueuePlace, now: number): void {
+    const key = `idle-${place.ticket}`;
+    if (!place.idles) this.known.delete(key);
+    else if (!this.known.has(key)) {
+      this.known.add(key);
+      const left = Math.max(0, Math.ceil(((place.idle_ms ?? now) - now) / 1000));
+      const words = `Your turn on ${place.name} ends in ${left} seconds, because nothing was done.`;
+      say(this.assertive, `${words} Press I'm here, or give a command.`);
+      this.chime();
+      if (document.hidden || !document.hasFocus()) this.notify(place, `${key}-${place.idle_ms}`, words, "Say that you are there.");
+    }
+  }
+
+  private ended(place: QueuePlace, key: string): void {
+    const words = place.turn === null ? `You lost your place for ${place.name}` : `Your turn on ${place.name} is over`;
+    say(this.polite, `${words}. ${place.end?.why ?? ""}`);
+    if (storage.get("told") === key) return;
+    storage.set("told", key);
+    if (document.hidden || !document.hasFocus()) this.notify(place, key, words, place.end?.why ?? "");
+  }
+
+  private offer(place: QueuePlace, key: string, left: number): void {
+    say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
+    if (storage.get("told") === key) return; // another page of this browser told it
+    this.chime(() => storage.set("told", key));
+    if (touched() && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
+    if (document.hidden || !document.hasFocus())
+      this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
+  }
+
+  private notify(place: QueuePlace, key: string, words: string, body: string): void {
+    if (!("Notification" in window) || Notification.permission !== "granted") return;
+    try {
+      const note = new Notification(words, {
+        body,
+        tag: key,
+        icon: this.calmIcon,
+        requireInteraction: true,
+      });
+      note.onclick = () => {
+        window.focus();
+        note.close();
+        this.open(place);
+      };
+    } catch {
+      // on phones only service workers may show notifications
+    }
+  }
+
+  /** Have the sound ready for a chime; a press of the button for it is left to that button. */
+  private ready(target: EventTarget | null): void {
+    const own = target instanceof Element && target.closest(`[data-do="${SOUND_ACTION}"]`) !== null;
+    if (this.wantsSound && !own && touched()) this.prime();
+  }
+
+  /** Browsers allow sound only after the page was touched. */
+  private prime(): void {
+    if (!this.sound) return;
+    try {
+      this.audio ??= new AudioContext();
+      if (this.audio.state !== "running") this.audio.resume().catch(() => undefined);
+    } catch {
+      // a browser without sound still shows everything
+    }
+  }
+
+  /** Play two notes, now or never; `played` is called if the browser does. */
+  private chime(played: () => void = () => undefined): void {
+    if (!this.sound || !touched()) return;
+    this.prime();
+    const chime = ++this.chimes;
+    const now = (): void => {
+      if (!this.audio || this.paused || chime !== this.chimes) return; // what was begun now would sound at some later time
+      play(this.audio);
+      played();
+    };
+    if (this.paused) setTimeout(now, READY_MS);
+    else now();
+  }
+}
+
+/** Whether somebody has pressed anything on this page; not every browser knows. */
+function touched(): boolean {
+  return (navigator as Partial<Navigator>).userActivation?.hasBeenActive ?? false;
+}
+
+function play(audio: AudioContext): void {
+  for (const [i, frequency] of [660, 880].entries()) {
+    const tone = audio.createOscillator();
+    const volume = audio.createGain();
+    const at = audio.currentTime + i * 0.22;
+    tone.frequency.value = frequency;
+    volume.gain.setValueAtTime(0.15, at);
+    volume.gain.exponentialRampToValueAtTime(0.001, at + 0.4);
+    tone.connect(volume).connect(audio.destination);
+    tone.start(at);
+    tone.stop(at + 0.4);
+  }
+}
+
+function mark(place: QueuePlace | undefined, own: string): string {
+  if (place?.state === "offered") return "▶ Your turn! ";
+  if (place?.idles) return "! Your turn ends soon ";
+  if (place?.state === "operating") return place.robot === own ? "● Driving " : `● Your turn on ${place.name} runs! `;
+  if (place?.state === "missed") return "! Missed turn ";
+  if (place?.state === "ended") return place.turn === null ? "! Place lost " : "! Turn over ";
+  return place ? `(${place.ahead + 1}) ` : "";
+}

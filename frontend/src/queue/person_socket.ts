@@ -1,0 +1,203 @@
+/** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
+import { request } from "../kit/request.ts";
+import type { EndReason } from "../socket/messages.ts";
+
+export interface QueuePlace {
+  state: "offered" | "operating" | "missed" | "ended" | "waiting";
+  ticket: number;
+  robot: string;
+  name: string;
+  simulated?: boolean;
+  ahead: number;
+  away: boolean;
+  until_ms: number | null;
+  kept_until_ms: number | null;
+  ended_ms: number | null;
+  wait_s: [number, number] | null;
+  /** When the turn ends unless something is done; null while nobody waits for it. */
+  idle_ms: number | null;
+  /** Whether that is soon; this page's own judgement. */
+  idles?: boolean;
+  /** Of a place that is over: why, what it cost, and what is next; and the turn's number, where it became one. */
+  end: EndReason | null;
+  turn: number | null;
+}
+export type PlaceAction = "join" | "leave" | "accept" | "stay" | "dismiss";
+interface Places {
+  t: "places";
+  now_ms: number;
+  places: QueuePlace[];
+}
+/** A request that waits for its answer over the socket. */
+interface PendingRequest {
+  what: PlaceAction;
+  robot: string;
+  answered(text: string): void;
+}
+type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
+
+const SIGNED_OUT = 4401;
+const OPEN_MS = 10_000; // an attempt that takes longer is given up
+const DEAD_MS = 50_000; // the server says something every 20 s
+const LOOK_MS = 5000; // or if it does not answer when it is asked: the device may have slept
+const POLL_MS = 10_000;
+const ANSWER_MS = 4000;
+export const UNSENT = "That could not be sent: there is no connection. Try again when it is back.";
+
+const WARN_MS = 20_500; // the server tells again 20 s before
+
+/**
+ * Whether the turn ends soon because nothing is done in it, and not before because its page is closed. Judged by when
+ * the server has told it: what was told before may not be true any more.
+ */
+export function isIdle(p: QueuePlace, told: number): boolean {
+  return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - told <= WARN_MS;
+}
+
+export class PersonSocket {
+  places: QueuePlace[] = [];
+  /** Whether anything has arrived yet, and whether the person is still signed in. */
+  known = false;
+  over = false;
+  private offset = 0;
+  private socket: WebSocket | null = null;
+  private tries = 0;
+  private heard = 0;
+  private looked = 0; // when the server was asked for the places, and has not answered since; 0: not
+  private asked = 0;
+  private waiting: PendingRequest | null = null;
+  private token: string;
+  private changed: () => void;
+
+  constructor(token: string, changed: () => void) {
+    this.token = token;
+    this.changed = changed;
+    this.open();
+    setInterval(() => this.watch(), 1000);
+    for (const name of ["online", "pageshow", "focus"]) addEventListener(name, () => this.look());
+    document.addEventListener("visibilitychange", () => document.hidden || this.look());
+    document.addEventListener("farhand:place", () => this.look());
+  }
+
+  /** Server time, ms. */
+  now(): number {
+    return Date.now() + this.offset;
+  }
+
+  /** Send the request; returns what went wrong as a sentence, or an empty text. */
+  async ask(what: PlaceAction, place: QueuePlace): Promise<string> {
+    if (this.socket?.readyState === WebSocket.OPEN) {
+      const answer = new Promise<string>((answered) => (this.waiting = { what, robot: place.robot, answered }));
+      const late = new Promise<null>((resolve) => setTimeout(() => resolve(null), ANSWER_MS));
+      this.socket.send(JSON.stringify({ t: "do", what, robot: place.robot, ticket: place.ticket }));
+      const text = await Promise.race([answer, late]);
+      this.waiting = null;
+      if (text !== null) return text;
+    }
+    return this.post(what, place);
+  }
+
+  /** Have the places told again. */
+  look(): void {
+    if (this.over) return;
+    if (this.socket?.readyState === WebSocket.OPEN) {
+      this.socket.send('{"t":"look"}');
+      this.looked ||= performance.now();
+    } else if (this.socket?.readyState !== WebSocket.CONNECTING) this.open();
+  }
+
+  private open(): void {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws/me/`);
+    this.socket = socket;
+    this.heard = performance.now();
+    this.looked = 0;
+    setTimeout(() => socket.readyState === WebSocket.CONNECTING && socket.close(), OPEN_MS); // the next attempt follows
+    socket.onmessage = (event) => this.take(JSON.parse(event.data as string) as Heard);
+    socket.onclose = (event) => {
+      if (this.socket !== socket) return;
+      this.socket = null;
+      if (event.code === SIGNED_OUT) {
+        this.end();
+        return;
+      }
+      const pause = Math.min(15_000, 500 * 2 ** this.tries++) * (0.5 + Math.random());
+      setTimeout(() => this.socket === null && !this.over && this.open(), pause);
+    };
+  }
+
+  private take(m: Heard): void {
+    this.heard = performance.now();
+    this.looked = 0;
+    this.tries = 0;
+    if (m.t === "answer") {
+      // the answer to a request that was given up meanwhile is nobody's; one that could not be read is answered as "do"
+      const meant = this.waiting && (m.to === "do" || (m.to === this.waiting.what && m.robot === this.waiting.robot));
+      if (meant) this.waiting?.answered(m.text);
+      return;
+    }
+    this.offset = m.now_ms - Date.now();
+    if (m.t !== "places") return;
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send('{"t":"here"}');
+    this.show(m.places, m.now_ms);
+  }
+
+  private show(places: QueuePlace[], told = 0): void {
+    this.known = true;
+    this.places = places.map((p) => ({ ...p, idles: isIdle(p, told) }));
+    this.changed();
+  }
+
+  private end(): void {
+    this.over = true;
+    this.show([]);
+  }
+
+  /** A socket without messages for long is closed; without one the page sends requests. */
+  private watch(): void {
+    if (this.over) return;
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    const now = performance.now();
+    if (open && (now - this.heard > DEAD_MS || (this.looked && now - this.looked > LOOK_MS))) {
+      const old = this.socket;
+      this.socket = null;
+      old?.close();
+      this.open();
+    }
+    if (!open && performance.now() - this.asked > POLL_MS) {
+      this.asked = performance.now();
+      void this.poll();
+    }
+  }
+
+  private async poll(): Promise<void> {
+    try {
+      await this.read(await request("/me/places/", { headers: { Accept: "application/json" }, redirect: "manual" }));
+    } catch {
+      // no connection: asked again in ten seconds
+    }
+  }
+
+  private async post(what: PlaceAction, place: QueuePlace): Promise<string> {
+    const body = new URLSearchParams({ do: what, robot: place.robot, ticket: String(place.ticket), csrfmiddlewaretoken: this.token });
+    try {
+      const answer = await request("/me/places/", { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });
+      return (await this.read(answer)) ?? UNSENT;
+    } catch {
+      return UNSENT;
+    }
+  }
+
+  /** Show the server's answer; returns what went wrong, or null if the answer was not usable. */
+  private async read(answer: Response): Promise<string | null> {
+    if (answer.type === "opaqueredirect") {
+      this.end();
+      return "You are signed out. Sign in again.";
+    }
+    if (!answer.ok) return null;
+    const said = (await answer.json()) as Places & { text?: string };
+    this.offset = said.now_ms - Date.now();
+    this.show(said.places, said.now_ms);
+    return said.text ?? "";
+  }
+}

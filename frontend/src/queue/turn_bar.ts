@@ -1,0 +1,250 @@
+/** The bar on every page: the person's most urgent place, with countdown and button. */
+import { say } from "../kit/dom.ts";
+import { every } from "../kit/page_clock.ts";
+import { button, drawParts, inlineCountdown, link, type Part, strong, words } from "../kit/render.ts";
+import { clock, timeOfDay } from "../kit/times.ts";
+import { SOUND_ACTION, Announcer } from "./announcer.ts";
+import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
+import { PersonSocket, type QueuePlace, type PlaceAction } from "./person_socket.ts";
+import { currentPlaces, barPlaces } from "./places.ts";
+import { waitSentence } from "./waits.ts";
+
+const BUSY = "Your last press is on its way.";
+const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
+
+class TurnBar {
+  private own: string;
+  private home: string;
+  private line: PersonSocket;
+  private teller: Announcer;
+  private words = box("turnbar-words");
+  private buttons = box("turnbar-do");
+  private also = box("turnbar-also");
+  private said = box("turnbar-said");
+  /** The place that the words and buttons on the page are for. */
+  private place: QueuePlace | undefined;
+  private leaving: LeaveRequest | null = null;
+  private busy = false;
+  private fading = 0;
+  private read = new Set<number>(); // tickets whose end this page has told
+  private take: (() => void) | null;
+  private bar: HTMLElement;
+
+  constructor(bar: HTMLElement, form: HTMLFormElement) {
+    this.bar = bar;
+    this.own = bar.dataset["own"] ?? "";
+    this.home = bar.dataset["home"] ?? "";
+    const token = form.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
+    this.said.setAttribute("role", "status");
+    const polite = region("polite"),
+      assertive = region("assertive");
+    document.body.append(polite, assertive);
+    this.teller = new Announcer(polite, assertive, (place) => this.lead(place));
+    this.line = new PersonSocket(token, () => this.draw());
+    const inner = document.createElement("div");
+    inner.className = "turnbar-in";
+    inner.append(this.words, this.buttons, this.also, this.said);
+    this.take = () => form.replaceWith(inner);
+    this.buttons.addEventListener("click", (event) => {
+      const wanted = (event.target as HTMLElement).closest<HTMLElement>("[data-do]")?.dataset["do"];
+      if (wanted?.startsWith(ASK)) void this.press(wanted.slice(ASK.length));
+    });
+    document.addEventListener(LEAVE_EVENT, (event) => {
+      this.leaving = (event as CustomEvent<LeaveRequest>).detail;
+      this.draw();
+      this.buttons.querySelector<HTMLElement>("button")?.focus();
+    });
+    document.addEventListener("farhand:acted", () => this.place?.idles && this.line.look());
+    new ResizeObserver(() => this.measure()).observe(bar);
+    every(500, () => this.draw());
+  }
+
+  /** The page makes room for the bar at its foot; below one about idleness, over its head, comes what else lies there. */
+  private measure(): void {
+    const idle = this.bar.dataset["state"] === "idle",
+      height = this.bar.offsetHeight;
+    document.documentElement.style.setProperty("--bar-height", `${idle ? 0 : height}px`);
+    document.documentElement.style.setProperty("--idle-height", `${idle ? height : 0}px`);
+  }
+
+  private draw(): void {
+    if (!this.line.known) return; // the server's text stays until more is known
+    this.take?.();
+    this.take = null;
+    const now = this.line.now();
+    const places = currentPlaces(this.line.places, now);
+    this.teller.tell(places, now, this.own);
+    this.seen(places);
+    const [first, ...rest] = barPlaces(places, this.own);
+    this.place = first;
+    if (this.leaving && !this.leaving.operating()) this.leaving = null;
+    this.bar.hidden = !first && !this.leaving && !this.said.textContent;
+    const state = this.leaving ? "leaving" : first && first.idles ? "idle" : (first?.state ?? "");
+    if (this.bar.dataset["state"] !== state) {
+      this.bar.dataset["state"] = state;
+      this.measure();
+    }
+    drawParts(
+      this.words,
+      this.leaving
+        ? LEAVE_WORDS
+        : first
+          ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))]
+          : [],
+    );
+    drawParts(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
+    const paused =
+      first?.state === "waiting" && this.teller.paused
+        ? [`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`]
+        : [];
+    say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
+  }
+
+  /** How a turn ended was read where the page itself tells it; other pages need not say it again. */
+  private seen(places: readonly QueuePlace[]): void {
+    const told = places.find(
+      (p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`),
+    );
+    if (!told || document.hidden || this.read.has(told.ticket)) return;
+    this.read.add(told.ticket);
+    void this.line.ask("dismiss", told);
+  }
+
+  private buttonsOf(p: QueuePlace): Part[] {
+    const why = this.busy ? BUSY : "";
+    const ask = (action: string, text: string, style = ""): Part => button(text, ASK + action, { style, why });
+    if (p.state === "offered") return [ask("accept", "Take control", "primary"), ask("leave", "Not now")];
+    if (p.idles) return [ask("stay", "I'm here", "primary")];
+    if (p.state === "operating") return [link(`Back to ${p.name}`, `/robots/${p.robot}/`, "button primary")];
+    if (p.state === "missed") return [ask("join", "Join again", "primary"), ask("dismiss", "Dismiss")];
+    if (p.state === "ended") {
+      const page = p.turn === null ? [] : [link("What did you find?", `/turns/${p.turn}/`, "button primary")];
+      return [...page, ask("dismiss", "Dismiss")];
+    }
+    const notify = "Notification" in window && Notification.permission === "default";
+    return [
+      ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
+      button("Sound", SOUND_ACTION, { pressed: this.teller.sound && !this.teller.paused }),
+    ];
+  }
+
+  private async press(wanted: string): Promise<void> {
+    if (wanted === "go" || wanted === "keep") {
+      const leaving = this.leaving;
+      this.leaving = null;
+      this.draw();
+      if (wanted === "go") leaving?.go();
+      return;
+    }
+    if (wanted === "sound") this.teller.press();
+    else if (wanted === "notify") await this.notify();
+    else await this.carryOut(wanted as PlaceAction);
+    this.draw();
+  }
+
+  private async carryOut(wanted: PlaceAction): Promise<void> {
+    const place = this.place;
+    if (!place || this.busy) return;
+    this.busy = true;
+    this.tell("");
+    const wrong = await this.line.ask(wanted, place);
+    this.busy = false;
+    this.tell(wrong);
+    if (!wrong && wanted === "accept") this.lead(place);
+    if (wanted === "stay" && place.robot === this.own) document.getElementById("screen")?.focus({ preventScroll: true }); // where Escape stops
+  }
+
+  private async notify(): Promise<void> {
+    const answer = await Notification.requestPermission();
+    this.tell(
+      answer === "granted"
+        ? "This browser will notify you."
+        : "This browser may not notify you. Keep this page open: its title and a sound tell you.",
+    );
+  }
+
+  private tell(words: string): void {
+    clearTimeout(this.fading);
+    say(this.said, words);
+    if (words) this.fading = window.setTimeout(() => say(this.said, ""), 12_000);
+  }
+
+  /** Open the robot's page, unless this is it. */
+  private lead(place: QueuePlace): void {
+    if (place.robot !== this.own) location.assign(`/robots/${place.robot}/`);
+    else if (this.home) location.assign(this.home);
+    else document.getElementById("screen")?.focus({ preventScroll: false });
+  }
+}
+
+const LEAVE_WORDS: Part[] = [
+  strong("Leave in the middle of your turn?"),
+  words("It goes on for 20 s after you leave this page, and ends then unless you come back."),
+];
+const LEAVE_BUTTONS: Part[] = [button("Stay", `${ASK}keep`, { style: "primary" }), button("Leave the page", `${ASK}go`)];
+
+function left(p: QueuePlace, now: number): string {
+  return clock(((p.kept_until_ms ?? p.until_ms ?? now) - now) / 1000);
+}
+
+function badge(p: QueuePlace): Part[] {
+  return p.simulated ? [words("Simulated", "simulated")] : [];
+}
+
+function timer(text: string): Part {
+  return inlineCountdown(text, "turnbar-timer");
+}
+
+function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
+  if (p.state === "offered") return [strong(`It is your turn on ${p.name}`), timer(left(p, now))];
+  if (p.idles)
+    return [
+      strong(`Your turn ${p.robot === own ? "" : `on ${p.name} `}ends in`),
+      timer(`${Math.max(0, Math.ceil(((p.idle_ms ?? now) - now) / 1000))} s`),
+      words("because nothing was done."),
+    ];
+  if (p.state === "operating")
+    return [strong(p.kept_until_ms === null ? `You operate ${p.name}` : `Go back to ${p.name}, or your turn ends`), timer(left(p, now))];
+  if (p.state === "missed" || p.state === "ended") return [strong(over(p))];
+  return [
+    strong(p.ahead === 0 ? "You are next" : `${p.ahead} before you`),
+    words(" for "),
+    link(p.name, `/robots/${p.robot}/`),
+    words(` ${waitSentence(p.wait_s)}`, "quiet"),
+  ];
+}
+
+/** What was lost or is over, when, why and what it cost. */
+function over(p: QueuePlace): string {
+  const what =
+    p.turn !== null
+      ? `Your turn on ${p.name} ended`
+      : p.away || p.state === "ended"
+        ? `You lost your place for ${p.name}`
+        : `You missed your turn on ${p.name}`;
+  return `${what} at ${timeOfDay(p.ended_ms ?? 0)}.${p.end ? ` ${p.end.why} ${p.end.credited}` : ""}`;
+}
+
+function short(p: QueuePlace, now: number): string {
+  if (p.state === "waiting") return `${p.name}: ${p.ahead === 0 ? "you are next" : `${p.ahead} before you`}.`;
+  if (p.state === "missed" || p.state === "ended") return over(p);
+  return `${p.name}: ${p.state === "offered" ? "offered to you" : "your turn"}, ${left(p, now)}.`;
+}
+
+function box(name: string): HTMLElement {
+  const made = document.createElement(name === "turnbar-do" ? "div" : "p");
+  made.className = name;
+  return made;
+}
+
+function region(live: "polite" | "assertive"): HTMLElement {
+  const made = document.createElement("p");
+  made.className = "visually-hidden";
+  made.setAttribute("aria-live", live);
+  if (live === "assertive") made.setAttribute("role", "alert");
+  return made;
+}
+
+const bar = document.getElementById("turnbar");
+const form = bar?.querySelector("form");
+if (bar && form) new TurnBar(bar, form);

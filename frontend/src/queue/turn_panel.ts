@@ -1,0 +1,156 @@
+/** The panel that shows whose turn it is and what you can do. */
+import { Confirmation } from "../kit/confirmation.ts";
+import { refusal } from "../kit/refusal.ts";
+import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
+import { clock, timeOfDay } from "../kit/times.ts";
+import type { Snapshot } from "../socket/messages.ts";
+import { UNSENT } from "./person_socket.ts";
+import { queueSentence, waitSentence } from "./waits.ts";
+
+type Send = (message: object) => boolean;
+
+const AGAIN = "Press again to end it";
+const LATELY_MS = 3_600_000;
+const FOLLOWS =
+  "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
+
+export class TurnPanel {
+  private ending = new Confirmation();
+  private driving = false;
+  private told = "";
+  private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
+
+  constructor(
+    private box: HTMLElement,
+    private send: Send,
+    refuse: (why: () => string) => void,
+  ) {
+    box.addEventListener("click", (event) => {
+      const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
+        action = button?.dataset["do"];
+      if (button && refusal(button)) {
+        refuse(() => refusal(button));
+        return;
+      }
+      if (action === "leave" && this.driving && !this.ending.press()) {
+        this.ask();
+        return;
+      }
+      if (action) this.send({ t: action });
+    });
+  }
+
+  /** Ask at once, on the button itself, not at the next drawing. */
+  private ask(): void {
+    if (this.drawn) this.draw(...this.drawn);
+    const said = document.getElementById("say");
+    if (said) said.textContent = `${AGAIN}. ${FOLLOWS}`;
+  }
+
+  /** Draw the panel; called at each snapshot and again and again. `up`: the connection is there. */
+  draw(s: Snapshot, now: number, up: boolean): void {
+    this.drawn = [s, now, up];
+    this.driving = s.me.can.drive;
+    drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));
+  }
+
+  /** Make the bar update too when something changed here, so that both show the same. */
+  changed({ me }: Snapshot): void {
+    const told = `${me.can.drive} ${me.ticket?.state}`;
+    if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
+    this.told = told;
+  }
+
+  private endParts(why: string): Part[] {
+    const { asking } = this.ending;
+    return [button(asking ? AGAIN : "End my turn", "leave", { why }), ...(asking ? [paragraph(FOLLOWS)] : [])];
+  }
+
+  /** `why`: why no button works now. */
+  private parts(s: Snapshot, now: number, why: string): Part[] {
+    const {
+      me,
+      robot: { slug },
+    } = s;
+    if (me.can.drive && s.turn) {
+      const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
+      return [
+        heading(s.turn.staff ? "Maintenance turn" : "You drive"),
+        countdown(clock(left)),
+        paragraph(s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn"),
+        ...(s.turn.staff ? [] : this.endParts(why)),
+      ];
+    }
+    if (!s.robot.turns) return jobsOnly(s);
+    if (!me.signed_in)
+      return [
+        heading("Drive it yourself"),
+        paragraph("Sign up, read the orientation, pass a short test, and wait your turn."),
+        link("Sign up", `/accounts/signup/?next=/robots/${slug}/`, "button primary"),
+        link("Sign in", `/accounts/login/?next=/robots/${slug}/`, "button"),
+      ];
+    const t = me.ticket;
+    const over = t ? [] : ended(s, now);
+    if (!me.cleared)
+      return [
+        ...over,
+        heading("Two steps to go"),
+        paragraph("Read the orientation (three minutes), then pass the clearance test."),
+        link("Read the orientation", `/robots/${slug}/orientation/`, "button primary"),
+      ];
+    if (t?.state === "offered") {
+      const left = t.offer_until_ms ? (t.offer_until_ms - now) / 1000 : 0;
+      return [
+        heading("It is your turn"),
+        countdown(clock(left)),
+        button("Take control", "accept", { style: "primary", why }),
+        button("Not now", "leave", { style: "later", why }),
+      ];
+    }
+    if (t?.state === "waiting")
+      return [
+        heading(t.ahead === 0 ? "You are next" : `${t.ahead} before you`),
+        paragraph(waitSentence(t.wait_s)),
+        paragraph("You may look around: every page of this site tells you when it is your turn.", "quiet"),
+        button("Leave the queue", "leave", { why }),
+      ];
+    return [
+      ...over,
+      heading(over.length ? "Drive it again" : "Drive it yourself"),
+      paragraph(queueSentence(s.queue)),
+      button("Join the queue", "join", { style: "primary", why }),
+    ];
+  }
+}
+
+/** How the last turn ended, what it cost and what is next, as long as it is news or nothing was written about it. */
+function ended({ me }: Snapshot, now: number): Part[] {
+  const end = me.last_end;
+  if (!end) return [];
+  const news = now - end.ended_ms < LATELY_MS;
+  const ask = [
+    paragraph("What did you find? Others read it."),
+    link("Write in the operator's log", `/turns/${end.turn}/`, "button primary"),
+  ];
+  return [
+    heading(news ? "Your turn is over" : "Your last turn"),
+    paragraph(`It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}`),
+    ...(end.written ? [] : ask),
+  ];
+}
+
+/** A robot that nobody drives. */
+function jobsOnly({ me, robot }: Snapshot): Part[] {
+  const jobs = `/robots/${robot.slug}/jobs/`;
+  const here = me.can.ask && document.getElementById("asking") !== null; // its console has a part for this
+  return [
+    heading("It works by itself"),
+    paragraph(
+      me.can.ask
+        ? "Nobody drives this robot. Ask it for something, and watch."
+        : "Nobody drives this robot. It takes jobs from people with clearance.",
+    ),
+    link(me.can.ask ? "Ask for a job" : "See its jobs", here ? "#asking" : jobs, "button primary"),
+    ...(here ? [link("All jobs", jobs)] : []),
+  ];
+}

@@ -1,0 +1,26 @@
+/** The byte streams of a robot, as a map: the newest key packet of each and the deltas after it. */
+import type { StreamPacket } from "./packets.ts";
+
+export class ByteStreams {
+  private chains = new Map<number, StreamPacket[]>();
+  private names: string[];
+
+  constructor(names: string[]) {
+    this.names = names;
+  }
+
+  /** Take a packet. Returns its stream's name; undefined for a delta that does not follow the last packet. */
+  take(packet: StreamPacket): string | undefined {
+    const chain = this.chains.get(packet.stream),
+      last = chain?.at(-1);
+    if (packet.key) this.chains.set(packet.stream, [packet]);
+    else if (chain && last && packet.run === last.run && packet.number === (last.number + 1) >>> 0) chain.push(packet);
+    else return undefined;
+    return this.names[packet.stream];
+  }
+
+  /** The newest key packet of that stream, then the deltas after it; empty if none has arrived. */
+  of(name: string): StreamPacket[] {
+    return [...(this.chains.get(this.names.indexOf(name)) ?? [])];
+  }
+}

@@ -1,0 +1,216 @@
+/** The messages of the socket in JSON; states, pictures and the like are binary packets. */
+import type { Coding, CompactLayout } from "./packets.ts";
+
+export interface Still {
+  id: number;
+  url: string;
+  at_ms: number;
+  stable: boolean;
+  verdict: string;
+  /** Where the robot was: coordinates that its spec declares, joints (rad, m), and values of its channels by name. */
+  pose: number[];
+  joints: number[];
+  values: Record<string, number>;
+  width: number;
+  height: number;
+  /** The result of the robot's own calibration at that time; its console knows what it holds. */
+  calibration: Record<string, unknown>;
+}
+export interface CommandInfo {
+  id: number;
+  seq: number;
+  grant: number;
+  kind: string;
+  state: string;
+  reason: string;
+  at_ms: number;
+  by?: string;
+  /** Into which of the page's sockets it went, counted from 1; of what this page has sent. */
+  over?: number;
+  /** The progress of a long command; `share` is from 0 to 1, or null if the robot does not say. */
+  progress?: { text?: string; share?: number | null; at_ms?: number };
+  /** When the picture was taken that its sender saw, and the robot's newest then (server ms); null: not known. */
+  seen_ms?: number | null;
+  newest_ms?: number | null;
+  /** What was asked and what was sent in its place, by name. */
+  clamping?: Record<string, [asked: number, sent: number]>;
+  result?: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
+}
+export interface LogInfo {
+  id: number;
+  author: string;
+  text: string;
+  at_ms: number;
+  picture: string | null;
+  featured: boolean;
+}
+/** How a turn or a place ended: why, what it cost, and what is next. */
+export interface EndReason {
+  why: string;
+  credited: string;
+  next: string;
+}
+export interface EndedTurn extends EndReason {
+  turn: number;
+  ended_ms: number;
+  own: boolean;
+  written: boolean;
+}
+export interface StopShown {
+  confirmed: boolean;
+  since_ms: number | null;
+  rests_by_ms: number | null;
+}
+/** An open job of the robot, as everybody sees it: `ahead` requests before it, the least and greatest wait (s). */
+export interface JobInfo {
+  id: number;
+  kind: string;
+  state: string;
+  args: Record<string, number>;
+  ahead: number;
+  wait_s: [number, number] | null;
+}
+export interface Snapshot {
+  t: "snapshot";
+  now_ms: number;
+  link: boolean;
+  store: string;
+  /** It is of a recording: nothing can be commanded. */
+  replay?: boolean;
+  robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean; simulated?: boolean };
+  stopped: boolean;
+  operator: string | null;
+  queue: number;
+  /** After a stop, jobs and the robot's own behaviour wait until staff resume them. */
+  suspended: boolean;
+  /** In the order in which they will be served. */
+  jobs: JobInfo[];
+  /** The latched stop: whether the robot confirmed that it rests, and if not, the latest time by which it rests. */
+  stop: StopShown | null;
+  turn: null | {
+    id: number | null;
+    grant: number;
+    mine: boolean;
+    until_ms: number | null;
+    next_seq: number;
+    extra: boolean;
+    staff: boolean;
+    wanted: boolean;
+  };
+  me: {
+    signed_in: boolean;
+    name?: string;
+    cleared: boolean;
+    staff?: boolean;
+    last_turn?: number | null;
+    /** The last turn here, if it ended lately or has no entry in the log: why it ended, what it cost, what is next. */
+    last_end?: null | EndedTurn;
+    /** What this person can do now; `ask` is for jobs. */
+    can: { watch: boolean; drive: boolean; ask: boolean; stop: boolean };
+    ticket: null | { state: string; ahead: number; wait_s: [number, number] | null; offer_until_ms: number | null };
+  };
+  still: Still | null;
+  before: Still | null;
+  commands: CommandInfo[];
+  log: LogInfo[];
+}
+export interface ArgumentInfo {
+  name: string;
+  unit: string;
+  low: number;
+  high: number;
+  required: boolean;
+  text: boolean;
+  whole: boolean;
+  label: string;
+  help: string;
+}
+export interface CommandSpec {
+  kind: string;
+  label: string;
+  lane: "motion" | "config";
+  arguments: ArgumentInfo[];
+  held: boolean;
+  steered: boolean;
+  replaceable: boolean;
+}
+/** A value beside the joints, as a battery's charge: its unit and its usual range. */
+export interface ChannelInfo {
+  name: string;
+  unit: string;
+  low: number;
+  high: number;
+}
+export interface StreamInfo {
+  name: string;
+  media: string;
+}
+/** What the page knows about its robot, for every robot. */
+export interface RobotFacts {
+  compact: CompactLayout | null;
+  commands: CommandSpec[];
+  labels: Record<string, string>;
+  settings: string[];
+  /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>;
+  names: string[];
+  channels: ChannelInfo[];
+  pose: { name: string; unit: string }[];
+  streams: StreamInfo[];
+  cameras: number;
+  video: Coding;
+}
+export interface Answer {
+  t: "answer";
+  to: string;
+  seq?: number;
+  ok: boolean;
+  text: string;
+  code: string;
+  id?: number;
+  state?: string;
+  grant?: number;
+}
+export interface TraceLine {
+  t: "trace";
+  direction: string;
+  hex: string;
+  words: string;
+  at_ms: number;
+  resent: number;
+  broken: number;
+}
+/** What is to say of a step of a program before anything moves: `at_s`, when it begins; `refuses`: it will not run. */
+export interface Judgement {
+  step: number;
+  at_s: number;
+  text: string;
+  refuses: boolean;
+}
+/**
+ * Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). `poses`: of the
+ * body along the motion in the robot's own frame (from here, ahead, left), each at its time (s).
+ */
+export interface PlanAnswer {
+  t: "plan";
+  n: number;
+  ok: boolean;
+  text: string;
+  joints?: number[];
+  tool?: number[][];
+  path?: number[][];
+  steps?: number[];
+  seconds?: number;
+  poses?: number[][];
+  times?: number[];
+  judgements?: Judgement[];
+}
+export type Message =
+  | Snapshot
+  | Answer
+  | TraceLine
+  | PlanAnswer
+  | ({ t: "command" } & CommandInfo)
+  | { t: "notice"; text: string; level: string }
+  | { t: "store"; text: string }
+  | { t: "watchers"; count: number }
+  | { t: "pong"; n: number; now_ms: number; link: boolean };

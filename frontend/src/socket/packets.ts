@@ -1,0 +1,77 @@
+/** What the binary packets of the socket hold, and what a robot's spec declares about compact ones. */
+/** What the spec declares: the first byte, the controller's words, the number of joints, and each number's scale. */
+export interface CompactLayout {
+  mark: number;
+  modes: string[];
+  joints: number;
+  scales: [low: number, step: number, bits: number, steps: number][];
+}
+
+export interface StatePacket {
+  moving: boolean;
+  stopped: boolean;
+  number: number;
+  atMs: number;
+  /** rad and m; velocities and torques are empty if the robot does not send them. */
+  joints: number[];
+  velocities: number[];
+  torques: number[];
+  /** Values of the spec's channels, then the coordinates of its pose, in the spec's order; NaN if not known. */
+  values: number[];
+  /** The body's velocity along and about its own axes (m/s, rad/s), a number for each coordinate of the pose; empty if not told. */
+  twist?: number[];
+  /** The controller's own word for what it is doing. */
+  mode: string;
+}
+/**
+ * A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty, and joints and twist are
+ * not told. `pose`, `twist`: where the robot was and how it moved (m, rad; m/s, rad/s); empty if not known.
+ * `first`: earlier ones do not count any more, because a replay has jumped in time.
+ */
+export interface PicturePacket {
+  camera: number;
+  number: number;
+  atMs: number;
+  still: number;
+  joints: number[];
+  pose?: number[];
+  twist?: number[];
+  jpeg: Blob;
+  image?: VideoFrame;
+  first?: boolean;
+}
+
+/** How live video is coded. */
+export type Coding = "vp8" | "vp9";
+
+/** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */
+export interface VideoPacket {
+  camera: number;
+  number: number;
+  atMs: number;
+  still: number;
+  follows: number | null;
+  run: number;
+  coded: Uint8Array<ArrayBuffer>;
+}
+
+/** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
+export interface StreamPacket {
+  stream: number;
+  key: boolean;
+  run: number;
+  number: number;
+  atMs: number;
+  data: Uint8Array;
+}
+
+/** A packet of sound: its number counts the microphone's time, `ms` long; one that only says why nothing is heard lasts 0 ms. */
+export interface SoundPacket {
+  run: number;
+  number: number;
+  atMs: number;
+  ms: number;
+  opus: Uint8Array<ArrayBuffer>;
+  said: string;
+}
+export type Packet = StatePacket | PicturePacket | StreamPacket | VideoPacket | SoundPacket;

@@ -1,0 +1,297 @@
+/** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
+import type { CompactLayout } from "./compact_state.ts";
+import { decode } from "./decoder.ts";
+import type { Message } from "./messages.ts";
+import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
+import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import { RoundTrip } from "./round_trip.ts";
+
+export interface Handlers {
+  message(message: Message): void;
+  state(packet: StatePacket): void;
+  picture(packet: PicturePacket): void;
+  stream?(packet: StreamPacket): void;
+  video?(packet: VideoPacket): void;
+  sound?(packet: SoundPacket): void;
+  line(up: boolean): void;
+  /** A message of so many bytes has come. */
+  took?(bytes: number): void;
+  /** Whether another socket must not take over now: something runs that belongs to this one. */
+  busy?(): boolean;
+}
+
+const PROBE_MS = 2000; // after this long without a message a ping is sent
+const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
+const OPEN_MS = 10_000; // an attempt that takes longer is given up
+const FULL = 4503,
+  FULL_MS = 20_000; // too many watch: the pause before the next attempt
+const DEAD_MS = 6000,
+  SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
+const WOKEN_MS = 3000; // the same, for a page that ran no more meanwhile
+const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
+const DRAIN_MS = 3000; // for answers to what was asked over the socket before
+const ANSWER = '{"t": "answer"';
+const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
+
+export class RobotSocket {
+  up = false;
+  /** The number of sockets opened so far; it tells into which one a message went. */
+  opened = 0;
+  private readonly slug: string;
+  private readonly handlers: Handlers;
+  private readonly pingEvery: () => number;
+  private readonly layout: CompactLayout | null;
+  private readonly wish: ((moved: boolean) => object) | null;
+  private socket: WebSocket | null = null;
+  private tries = 0;
+  private retry = 0;
+  private full = false; // too many watch: the next attempt keeps its pause
+  private readonly roundTrip = new RoundTrip();
+  private heard = 0;
+  private downAt = performance.now();
+  private doubted = 0;
+  private deadAfter = DEAD_MS; // drawn with each doubt: a process that falls silent has many pages
+  private probeAfter = PROBE_MS;
+  private own: OperatorStream;
+  private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
+  private none = false; // there is no such robot
+  private known = false; // a snapshot has come over this socket
+  private plan: object | null = null; // the preview that was asked for and not answered yet, sent or not
+
+  /**
+   * `wish` is what the page wants to watch from the beginning: a `watch` message; `moved`: the connection worked, and
+   * another socket takes over.
+   */
+  constructor(
+    slug: string,
+    handlers: Handlers,
+    pingEvery: () => number,
+    layout: CompactLayout | null = null,
+    wish: ((moved: boolean) => object) | null = null,
+  ) {
+    [this.slug, this.handlers, this.pingEvery, this.layout, this.wish] = [slug, handlers, pingEvery, layout, wish];
+    this.own = new OperatorStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
+    this.open();
+    this.beat();
+    setInterval(() => this.watch(), 250);
+    addEventListener("offline", () => this.probe());
+    addEventListener("online", () => (this.up ? this.probe() : this.full || this.open()));
+    addEventListener("pageshow", ({ persisted }) => persisted && this.wake());
+    document.addEventListener("visibilitychange", () => document.hidden || this.wake());
+    document.addEventListener("resume", () => this.wake()); // after the browser froze the page
+  }
+
+  /** Whether the server is not reached: no socket, or no answers on it. */
+  get lost(): boolean {
+    return !this.up || (this.doubted > 0 && performance.now() - this.doubted > DOUBT_MS);
+  }
+
+  /** For how long the server has not been reached, ms. */
+  get lostMs(): number {
+    if (!this.lost) return 0;
+    return performance.now() - (this.up ? this.doubted : this.downAt);
+  }
+
+  /** Whether the server was heard at or after that time (performance.now). */
+  heardSince(at: number): boolean {
+    return this.heard >= at;
+  }
+
+  /** How long the last answer took, ms; null before the first. */
+  get latency(): number | null {
+    return this.roundTrip.latency;
+  }
+
+  /** The least latency, which slowly grows, ms. */
+  get best(): number {
+    return this.roundTrip.best;
+  }
+
+  /** Whether the answer to a ping is missing for long. */
+  get overdue(): boolean {
+    return this.roundTrip.overdue;
+  }
+
+  /** Send a ping, unless one was sent lately. */
+  check(): void {
+    if (this.roundTrip.due) this.ping();
+  }
+
+  now(): number {
+    return Date.now() + this.roundTrip.offset;
+  }
+
+  send(message: object): boolean {
+    if ((message as { t?: string }).t === "plan") this.plan = message;
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  private open(): void {
+    clearTimeout(this.retry);
+    const before = this.socket;
+    this.socket = null;
+    before?.close();
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/${this.query(false)}`);
+    socket.binaryType = "arraybuffer";
+    this.use(socket);
+    const late = setTimeout(() => socket.close(), OPEN_MS); // its end is followed by the next attempt
+    socket.onopen = () => {
+      clearTimeout(late);
+      this.begun();
+      this.own.soon();
+    };
+  }
+
+  private query(moved: boolean): string {
+    return this.wish ? `?watch=${encodeURIComponent(JSON.stringify(this.wish(moved)))}` : "";
+  }
+
+  private begun(): void {
+    this.opened += 1;
+    this.roundTrip.forget();
+    this.hear();
+    this.set(true);
+    this.ping();
+    if (this.plan) this.send(this.plan); // whoever was asked is gone, if anybody was
+  }
+
+  private use(socket: WebSocket): void {
+    this.socket = socket;
+    this.known = this.full = false;
+    socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
+    socket.onclose = (event) => {
+      if (this.socket !== socket) return;
+      if (event.code === STREAM_OVER) {
+        this.open();
+        return;
+      } // the public view, without a pause
+      this.set(false);
+      this.none = event.code === 4404;
+      if (this.none) return;
+      if (event.code === 4401 || event.code === 4403 || event.code === FULL)
+        this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
+      this.full = event.code === FULL;
+      const pause = (this.full ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
+      this.retry = window.setTimeout(() => this.open(), pause);
+    };
+  }
+
+  /** Go over to the operator's own stream, which begins beside this socket; called again and again while one drives. */
+  operate(): void {
+    if (this.socket !== null && this.socket === this.adopted) return;
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    if (open ? !this.known : this.tries < HOPELESS) return; // the turn may be over
+    let asked = "";
+    void this.own.open(
+      () => (asked = this.query(true)),
+      (socket, first) => {
+        if (this.handlers.busy?.()) return false;
+        const before = this.socket;
+        clearTimeout(this.retry);
+        this.use((this.adopted = socket));
+        this.begun();
+        this.receive(first.data as string | ArrayBuffer);
+        if (this.wish && asked !== this.query(true)) this.send(this.wish(true)); // it was changed meanwhile
+        if (before) this.drain(before);
+        return true;
+      },
+    );
+  }
+
+  /** Read what was still asked over that socket, then close it. */
+  private drain(socket: WebSocket): void {
+    if (socket.readyState !== WebSocket.OPEN) {
+      socket.onopen = () => socket.close();
+      return;
+    }
+    socket.onmessage = (event) => {
+      const { data } = event as MessageEvent<string | ArrayBuffer>;
+      if (typeof data === "string" && data.startsWith(ANSWER)) this.receive(data);
+    };
+    socket.send(NOTHING);
+    setTimeout(() => socket.close(), DRAIN_MS);
+  }
+
+  private hear(): void {
+    this.heard = performance.now();
+    this.doubted = 0;
+  }
+
+  private receive(data: string | ArrayBuffer): void {
+    this.hear();
+    this.handlers.took?.(typeof data === "string" ? data.length : data.byteLength);
+    if (typeof data !== "string") {
+      this.probeAfter = PROBE_MS;
+      const packet = decode(data, this.layout, this.now());
+      if (packet === null) return;
+      if ("jpeg" in packet) this.handlers.picture(packet);
+      else if ("coded" in packet) this.handlers.video?.(packet);
+      else if ("opus" in packet) this.handlers.sound?.(packet);
+      else if ("data" in packet) this.handlers.stream?.(packet);
+      else this.handlers.state(packet);
+      return;
+    }
+    const message = JSON.parse(data) as Message;
+    this.tries = 0;
+    this.known ||= message.t === "snapshot";
+    if (message.t === "plan") this.plan = null;
+    if (message.t === "pong") this.roundTrip.pong(message.n, message.now_ms);
+    else if (message.t === "snapshot") this.roundTrip.serverTime(message.now_ms);
+    this.handlers.message(message);
+  }
+
+  private ping(): void {
+    const n = this.roundTrip.ping();
+    if (!this.send({ t: "ping", n })) this.roundTrip.unsent(n);
+  }
+
+  private beat(): void {
+    setTimeout(() => {
+      this.ping();
+      this.beat();
+    }, this.pingEvery());
+  }
+
+  /** Send a ping; without an answer the connection counts as lost, whatever the browser reports. */
+  private probe(): void {
+    if (!this.up || this.doubted) return;
+    this.doubted = performance.now();
+    this.deadAfter = DEAD_MS + SPREAD_MS * Math.random();
+    this.probeAfter = Math.min(this.probeAfter * 2, this.pingEvery()); // a robot that is off sends nothing for long
+    this.ping();
+  }
+
+  /** The page is seen or runs again: its socket may have died without a word, or wait for its next attempt. */
+  private wake(): void {
+    const state = this.socket?.readyState;
+    if (this.none || this.full || state === WebSocket.CONNECTING) return;
+    if (state !== WebSocket.OPEN) {
+      this.set(false);
+      this.tries = 0;
+      this.open();
+    } else if (performance.now() - this.heard > PROBE_MS) {
+      this.probe();
+      this.deadAfter = WOKEN_MS;
+    }
+  }
+
+  private watch(): void {
+    if (!this.up) return;
+    if (performance.now() - this.heard > this.probeAfter) this.probe();
+    if (this.doubted && performance.now() - this.doubted > this.deadAfter) {
+      this.set(false);
+      this.open();
+    }
+  }
+
+  private set(up: boolean): void {
+    if (up === this.up) return;
+    if (!up) this.downAt = this.doubted || performance.now();
+    this.up = up;
+    this.doubted = 0;
+    this.handlers.line(up);
+  }
+}

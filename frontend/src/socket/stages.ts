@@ -1,0 +1,31 @@
+/** The stages of a command in words. */
+import type { CommandInfo } from "./messages.ts";
+
+export const STAGES: Record<string, string> = {
+  sending: "Sending",
+  queued: "Queued",
+  accepted: "Accepted",
+  sent: "Sent to the robot",
+  acknowledged: "Moving",
+  completed: "Settled",
+  rejected: "Refused",
+  failed: "Failed",
+  expired: "Too late",
+  cancelled: "Stopped",
+  unknown: "Unknown",
+};
+/** Labels of commands, and which of them set something and move nothing: the robot's page tells them. */
+export const COMMAND_LABELS: Record<string, string> = {};
+export const SETTING_KINDS = new Set<string>();
+/** How far a command is, in a word. */
+export function stageOf(kind: string, state: string): string {
+  if (SETTING_KINDS.has(kind) && state === "acknowledged") return "Under way";
+  if (SETTING_KINDS.has(kind) && state === "completed") return "Done";
+  return STAGES[state] ?? state;
+}
+export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);
+
+/** What a page shows of a command after a snapshot, which may have been read before the command ended. */
+export function laterStage(known: CommandInfo | undefined, read: CommandInfo): CommandInfo {
+  return known && known.id === read.id && FINAL.has(known.state) && !FINAL.has(read.state) ? known : read;
+}

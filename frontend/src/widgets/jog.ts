@@ -1,0 +1,119 @@
+/** A held motion: it goes on while the controls are held, and ends when they are released or the page cannot tell. */
+import { say } from "../kit/dom.ts";
+import type { KeepAlive } from "../socket/held_motion.ts";
+import { gamepads, type Pad, Pads } from "./gamepad.ts";
+
+export interface JogSettings<Direction> extends KeepAlive {
+  /** The direction that a control's `data-jog` names. */
+  read(words: string): Direction;
+  /** Keys that jog while the pad has the focus. */
+  arrows: Record<string, Direction>;
+  /** What a gamepad asks for; null at rest. */
+  stick(pad: Pad | null): Direction | null;
+  /** Why no motion may start now; empty if one may. */
+  whyNot(): string;
+  /** Issue the command; returns its sequence number. */
+  begin(direction: Direction): number;
+}
+
+/** Read `name,way` as the one value that a control moves. */
+export function named(words: string): Record<string, number> {
+  const [name = "", way = "0"] = words.split(",");
+  return { [name]: Number(way) };
+}
+
+export const KEEP_MS = 80;
+
+export class Jog<Direction> {
+  private seq = 0;
+  private by: "pointer" | "key" | "pad" | "" = "";
+  private timer = 0;
+  private last = 0;
+  private pads = new Pads();
+  private hint: HTMLElement | null;
+  private advice: string; // the hint's own words
+
+  constructor(
+    private pad: HTMLElement,
+    private jogging: JogSettings<Direction>,
+  ) {
+    this.hint = pad.querySelector(".hint");
+    this.hint?.setAttribute("role", "status");
+    this.advice = this.hint?.textContent ?? "";
+    for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) this.listen(button);
+    pad.addEventListener("keydown", (event) => this.keyDown(event));
+    pad.addEventListener("keyup", () => this.end("key"));
+    pad.addEventListener("focusout", () => this.end("key"));
+    addEventListener("blur", () => this.end());
+    addEventListener("pagehide", () => this.end());
+    document.addEventListener("visibilitychange", () => document.hidden && this.end());
+    setInterval(() => this.feelPad(), 40);
+  }
+
+  private listen(button: HTMLElement): void {
+    button.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      event.preventDefault();
+      button.focus({ preventScroll: true });
+      try {
+        button.setPointerCapture(event.pointerId);
+      } catch {
+        return; // it was released already
+      }
+      this.begin(this.jogging.read(button.dataset["jog"] ?? ""), "pointer");
+    });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(name, () => this.end("pointer"));
+    button.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  private keyDown(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const own = (event.target as HTMLElement).dataset["jog"];
+    const pressed = event.key === " " || event.key === "Enter";
+    const direction = pressed && own ? this.jogging.read(own) : this.jogging.arrows[event.key];
+    if (direction === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) this.begin(direction, "key");
+  }
+
+  private feelPad(): void {
+    const away = document.hidden || this.pad.closest("[hidden]") !== null;
+    if (away) this.pads.forget();
+    const direction =
+      this.pads
+        .read(away ? [] : gamepads())
+        .map((pad) => this.jogging.stick(pad))
+        .find((d) => d !== null) ?? null;
+    if (this.hint) say(this.hint, this.pads.why || this.advice); // its place is as high as the longest of these
+    if (this.by === "pad" && !direction) this.end("pad");
+    else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");
+  }
+
+  private begin(direction: Direction, by: "pointer" | "key" | "pad"): void {
+    if (this.seq) return;
+    this.last = performance.now();
+    const why = this.jogging.whyNot();
+    if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
+    if (why) return this.jogging.refused(why, () => this.jogging.whyNot());
+    this.by = by;
+    this.seq = this.jogging.begin(direction);
+    this.pad.classList.add("held");
+    this.timer = window.setInterval(() => {
+      if (this.jogging.ended(this.seq)) this.end();
+      else this.jogging.keep(this.seq);
+    }, KEEP_MS);
+  }
+
+  /** Release; with `by`, only a motion that was started that way. */
+  end(by = this.by): void {
+    if (!this.seq || by !== this.by) return;
+    clearInterval(this.timer);
+    if (by === "pad") this.pads.forget();
+    this.jogging.release(this.seq);
+    this.seq = 0;
+    this.by = "";
+    this.last = performance.now();
+    this.pad.classList.remove("held");
+  }
+}

@@ -1,0 +1,36 @@
+/** The rule sets that this device has sent, by the CRC under which the rover tells which one is in force. */
+import { crcOf, parse } from "./rules_text.ts";
+
+const MOST = 20,
+  KEY = "srv1-rules";
+
+export class RuleMemory {
+  private known = new Map<number, string>();
+
+  /** `paper`: the set that the rover has at first, whose number is 0. */
+  constructor(private paper: string) {
+    try {
+      for (const [crc, text] of JSON.parse(localStorage.getItem(KEY) ?? "[]") as [number, string][]) {
+        parse(text); // throws where it is no rule set
+        this.known.set(crc, text);
+      }
+    } catch {
+      // nothing that can be read
+    }
+    this.add(paper);
+  }
+
+  add(text: string): void {
+    this.known.set(text === this.paper ? 0 : crcOf(text), text);
+    try {
+      localStorage.setItem(KEY, JSON.stringify([...this.known].slice(-MOST)));
+    } catch {
+      // it is only not known after a reload
+    }
+  }
+
+  /** The text of that set; undefined for one that somebody else has sent. */
+  get(crc: number): string | undefined {
+    return this.known.get(crc);
+  }
+}

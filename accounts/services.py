@@ -11,6 +11,7 @@ from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 
 from accounts import quiz
+from accounts.bank import load_bank as load_bank
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.grants import ROBOT
 from robots.kit.contract.errors import NotPermitted

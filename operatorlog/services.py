@@ -11,9 +11,8 @@ from django.db.models.signals import post_delete
 from django.dispatch import receiver
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from queueing.jobs.asking import Asker
-from queueing.jobs.telling import note_answered
 from queueing.models import Job, Turn
+from queueing.services import Asker, note_answered
 from robots import bus
 from robots.kit.packets import Changed
 from robots.models import Frame, Robot

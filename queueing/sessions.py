@@ -1,6 +1,6 @@
 """What happens to a place and a turn when their person signs out or may no longer drive."""
 
-from datetime import datetime, timedelta
+from datetime import datetime
 from enum import Enum
 
 from django.contrib.sessions.models import Session
@@ -9,8 +9,6 @@ from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, Turn, TurnSession
 from queueing.tickets import remove
 from queueing.turns import end_turn
 from robots.states import GrantEnd
-
-LATELY = timedelta(seconds=6)  # an operator's page reports every two seconds
 
 
 class Place(Enum):

@@ -3,8 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from queueing.jobs.foreseeing import Foreseen, foreseen
-from queueing.jobs.kinds import job_kinds
+from queueing.services import Foreseen, foreseen, job_kinds
 from robots.models import Robot
 
 SHOWN = 50

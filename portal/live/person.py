@@ -19,9 +19,7 @@ from portal.live.sessions import sign_in_of
 from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
 from portal.stores import down_text
-from queueing.places import standings
-from queueing.presence import present
-from queueing.sessions import still_open
+from queueing.services import present, standings, still_open
 from robots.kit.clock import SYSTEM
 
 PULSE_S = 20.0

@@ -6,8 +6,7 @@ from typing import Any
 
 from queueing import services as queue
 from queueing.errors import QueueError
-from queueing.places import Standing
-from queueing.presence import dismiss
+from queueing.services import Standing, dismiss
 from robots.kit.clock import ms_of
 from robots.models import Robot
 

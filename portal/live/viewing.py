@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+from datetime import timedelta
 from typing import Any
 
 import msgspec
@@ -22,7 +23,7 @@ from portal.live.snapshot import of_person, snapshot
 from portal.live.threads import URGENT
 from portal.live.watchers import watchers_text
 from portal.stores import down_text
-from queueing.sessions import LATELY, Place, disconnect, reported_elsewhere, session_over
+from queueing.services import Place, disconnect, reported_elsewhere, session_over
 from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.packets import Changed
@@ -33,6 +34,7 @@ LEAST_S = 0.5  # between two snapshots for a person who is signed in and does no
 IDLE_S = 15.0  # a mailbox in which nothing waits is looked into all the same
 AGAIN_S = 2.0  # between two attempts while the database is away
 NOT_FOUND = 4404
+LATELY = timedelta(seconds=6)  # an operator's page reports every two seconds
 OTHERS_S = 0.6  # for other sessions of a person who has signed out to report that they continue
 
 

@@ -9,8 +9,8 @@ import pytest
 from django.db import transaction
 
 from accounts import staff
-from accounts.bank import load_bank
 from accounts.models import Clearance
+from accounts.services import load_bank
 from portal.logs.lines import Line
 from portal.web.pages import plain
 from robots.kit.plain import storable, whole

@@ -12,11 +12,10 @@ from accounts.models import Attempt
 from accounts.services import pause_left
 from portal.live.sessions import RAN_OUT_S, SessionWatch, SignIn, over
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.jobs.running import _used
-from queueing.jobs.suspending import resume
 from queueing.models import Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.rows import suspended
+from queueing.services import Asker, ask, resume
 from queueing.steps import carry
 from queueing.tasks import queue_tick
 from queueing.tick import ABSENT_S, tick_seldom

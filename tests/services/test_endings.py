@@ -19,9 +19,7 @@ from queueing import services as queue
 from queueing import staff
 from queueing.end_words import PLACE_ENDS, TURN_ENDS
 from queueing.models import PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.places import standings
-from queueing.sessions import Place, session_over
-from queueing.turns import acted, idle_at, note_act
+from queueing.services import Place, acted, idle_at, note_act, session_over, standings
 from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane

@@ -7,10 +7,8 @@ from django.contrib.auth.models import AnonymousUser
 
 from portal.live.snapshot import snapshot
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.foreseeing import foreseen
-from queueing.jobs.suspending import resume
 from queueing.models import Job, QueueRobot, Turn
+from queueing.services import Asker, ask, foreseen, resume
 from robots import services
 from robots.grants import stage_event
 from robots.models import Command, Grant, Robot

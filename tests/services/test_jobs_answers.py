@@ -11,10 +11,9 @@ from portal.keep.seeding import add_robot
 from portal.live.snapshot import snapshot
 from portal.web.composites.drawn import waiting_jobs
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.models import Job, QueueRobot
-from queueing.rows import BadSettings, queue_of
+from queueing.rows import BadSettings
+from queueing.services import Asker, ask, foreseen, in_order, queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Command, Robot

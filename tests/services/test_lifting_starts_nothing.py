@@ -11,7 +11,7 @@ from portal.live.actions import act
 from portal.live.messages import Release
 from portal.live.snapshot import status_of
 from portal.web.classic.pictures import drawn
-from queueing.jobs.suspending import resume
+from queueing.services import resume
 from robots import services
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot

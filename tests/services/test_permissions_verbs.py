@@ -22,8 +22,8 @@ from operatorlog.models import Entry, SurveyQuestion, Visibility
 from queueing import admin as queue_admin
 from queueing import services as queue
 from queueing.errors import QueueError
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
+from queueing.services import Asker, ask
 from robots import bus, services
 from robots.admin import verbs
 from robots.kit.clock import SYSTEM

@@ -11,8 +11,7 @@ from portal.live.standing import act
 from queueing import services as queue
 from queueing.end_words import PLACE_ENDS
 from queueing.models import PlaceEnd, QueueRobot, Ticket, TicketState, Turn
-from queueing.places import standings
-from queueing.presence import dismiss, present
+from queueing.services import dismiss, present, standings
 from robots.models import Lease, Robot
 from robots.states import Cycle
 

@@ -8,11 +8,9 @@ from operatorlog import services as log
 from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError
 from queueing import services as queue
-from queueing.endings import last_turn
 from queueing.errors import QueueError
-from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
-from queueing.places import standings
+from queueing.services import Asker, last_turn, standings
 from robots import bus, services
 from robots.kit.contract.errors import RobotError
 from robots.models import Command

@@ -4,8 +4,8 @@ import random
 from types import SimpleNamespace
 
 from queueing import staff
-from queueing.jobs.suspending import resume
 from queueing.models import OPEN_TICKET, Ticket, Turn
+from queueing.services import resume
 from robots.admin import verbs
 from robots.kit.contract.errors import RobotError
 from robots.states import Cycle

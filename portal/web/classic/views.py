@@ -18,12 +18,9 @@ from portal.web.classic import tokens
 from portal.web.classic.pictures import drawn, name_of
 from portal.web.consoles.console import classic
 from queueing import services as queue
-from queueing.end_words import End
-from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.errors import QueueError
-from queueing.estimates import place_and_wait
 from queueing.models import Ticket, Turn
-from queueing.turns import idle_at
+from queueing.services import End, end_of_turn, idle_at, is_news, last_turn, place_and_wait
 from robots import services
 from robots.bus.web_uptime import up_since
 from robots.grants import grant_of

@@ -11,7 +11,7 @@ from portal.live.hub import hub
 from portal.live.rooms import Viewer
 from portal.live.threads import ANYBODY, Pool
 from portal.web.composites.parts import GONE_S, Parts, shared
-from queueing.jobs.foreseeing import in_order
+from queueing.services import in_order
 from robots.kit.contract.capabilities import Composite
 from robots.kit.contract.find import function
 from robots.kit.contract.session import RobotState

@@ -7,9 +7,8 @@ from django.db.models import Q
 from django.http import HttpRequest, JsonResponse
 
 from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs, TooOften
-from queueing.jobs.asking import Asker
-from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
+from queueing.services import Asker, own_jobs
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.services.permissions import NotStaff

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from queueing.jobs.asking import packets_of
+from queueing.services import packets_of
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.find import function
 from robots.kit.contract.spec import Argument, CommandKind

@@ -9,8 +9,7 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_http_methods
 
 from portal.live.standing import act, places
-from queueing.places import standings
-from queueing.presence import present
+from queueing.services import present, standings
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
 

@@ -21,11 +21,8 @@ from portal.live.snapshot import shown_still, status_of
 from portal.web.classic.pictures import drawn
 from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
-from queueing.estimates import waiting
-from queueing.jobs.kinds import job_kinds, offers_turns
-from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Turn
-from queueing.services import open_turn
+from queueing.services import job_kinds, offers_turns, open_turn, waiting, waits_for_staff
 from robots import bus
 from robots.kit import description
 from robots.kit.clock import SYSTEM

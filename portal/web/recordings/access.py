@@ -6,8 +6,8 @@ from typing import Any
 from django.http import Http404
 
 from operatorlog.models import Entry, Visibility
-from queueing.jobs.kinds import label_of
 from queueing.models import Job, Turn
+from queueing.services import label_of
 from robots.models import Recording, RecordingState
 from robots.people import is_person
 

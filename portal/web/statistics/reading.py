@@ -8,8 +8,8 @@ from django.db.models import F, Max, Sum
 
 from portal.web.statistics.counting import CANCELLED, FAULT, GAVE_UP, OPEN, REACHED, REFUSED, UNKNOWN, Ask, Motion
 from portal.web.statistics.day import Span
-from queueing.jobs.running import FAULTS
 from queueing.models import Job, JobState
+from queueing.services import FAULTS
 from robots.kit.contract.capabilities import Statistics
 from robots.models import Command, Robot, Usage
 from robots.states import CommandState, GrantKind, Lane

@@ -13,7 +13,7 @@ from portal.web.statistics import plots
 from portal.web.statistics.day import DAY, BadDate, Span, span_of
 from portal.web.statistics.reading import MOST_JOBS, MOST_MOTIONS, happened
 from portal.web.statistics.telling import Told, tell
-from queueing.jobs.kinds import job_kinds
+from queueing.services import job_kinds
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Statistics
 from robots.models import Robot

@@ -16,6 +16,7 @@ from queueing.jobs.running import FAULTS
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
 from queueing.offers import accept
+from queueing.own_place import PLACE_ACTS, Page, change_place
 from queueing.places import Standing, standings
 from queueing.presence import disconnected, dismiss, present, seen
 from queueing.rows import queue_of
@@ -27,7 +28,7 @@ from queueing.words import wait_said
 
 __all__ = (  # noqa: RUF022 - by subject
     # verbs of the queue of a robot, tickets and offers
-    "queue_of", "join", "leave", "remove", "accept",
+    "queue_of", "PLACE_ACTS", "Page", "change_place", "join", "accept", "leave", "remove",
     # turns
     "acted", "note_act", "end_turn",
     # presence and sessions

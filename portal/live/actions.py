@@ -69,14 +69,8 @@ def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool, session: st
             services.release_stop(robot, user, message.checked)
             queue.note_act(robot, user, now)
             return Answer(text="The stop is released. Nothing moves until you give a command.")
-        case Join():
-            queue.join(robot, user, now)
-            return Answer(changed=True)
-        case Leave():
-            queue.leave(robot, user, now)
-            return Answer(changed=True)
-        case Accept():
-            queue.accept(robot, user, now, session=session)
+        case Join() | Leave() | Accept():
+            queue.change_place(str(message.__struct_config__.tag), robot, user, now, queue.Page(session))
             return Answer(changed=True)
         case Trace():
             if not user.has_perm("robots.change_robot"):

@@ -135,14 +135,8 @@ def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpRe
 def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
     user = request.user
     what = request.POST.get("do", "")
-    if what == "join":
-        queue.join(robot, user, now, classic=True)
-    elif what == "stay":
-        queue.acted(robot, user, now)
-    elif what == "leave":
-        queue.leave(robot, user, now)
-    elif what == "accept":
-        queue.accept(robot, user, now)
+    if what in queue.PLACE_ACTS:
+        queue.change_place(what, robot, user, now, queue.Page(classic=True))
     elif what == "stop":
         services.stop(robot, user, now)
         queue.note_act(robot, user, now)

@@ -19,7 +19,7 @@ from django.http import HttpRequest, HttpResponse
 from accounts import handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
-from accounts.rights import drives_more, may_do_more
+from accounts.staff import drives_more, may_do_more
 from robots.admin.added import on_added
 from robots.admin.bases import FormFieldsAdmin, Guarded, Kept, NamedInline
 from robots.kit.clock import SYSTEM

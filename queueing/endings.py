@@ -1,14 +1,13 @@
-"""What pages tell of a turn or a place that is over; its words stand in `end_words.py`."""
+"""What pages tell of a turn or a place that is over; its words stand in `words.py`."""
 
 from datetime import datetime, timedelta
 from typing import Any
 
 from django.conf import settings
 
-from queueing.end_words import OWN_WISH, PLACE_ENDS, TURN_ENDS, End
 from queueing.models import PlaceEnd, Ticket, TicketState, Turn
 from queueing.turns import idle_s
-from queueing.words import length_words
+from queueing.words import OWN_WISH, PLACE_ENDS, TURN_ENDS, End, length_words
 from robots.models import Robot
 from robots.states import GrantEnd
 

@@ -7,12 +7,12 @@ from typing import Any
 from django.conf import settings
 from django.db.models import DateTimeField, Exists, OuterRef, Q, QuerySet
 
-from queueing.end_words import End
 from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
 from queueing.rows import links_of
 from queueing.turns import USER, idle_at
+from queueing.words import End
 from robots.bus.web_uptime import up_since
 from robots.models import Robot
 from robots.prepared import Prepared, Slot

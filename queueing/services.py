@@ -5,7 +5,6 @@ transactions), so two ticks or two people cannot interleave. Beside this module,
 and words of queues; import-linter checks it.
 """
 
-from queueing.end_words import End
 from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.estimates import place_and_wait, waiting
 from queueing.jobs.asking import Asker, ask, made_by, packets_of
@@ -15,22 +14,22 @@ from queueing.jobs.kinds import job_kinds, kinds_for, label_of, link_of, offers_
 from queueing.jobs.running import FAULTS
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
+from queueing.leaving import Place, disconnect, reported_elsewhere, session_over, still_open
 from queueing.offers import accept
 from queueing.own_place import PLACE_ACTS, Page, change_place
 from queueing.places import Standing, standings
 from queueing.presence import disconnected, dismiss, present, seen
 from queueing.rows import queue_of
-from queueing.sessions import Place, disconnect, reported_elsewhere, session_over, still_open
 from queueing.tick import tick
-from queueing.tickets import join, leave, open_ticket, remove
-from queueing.turns import acted, end_turn, idle_at, note_act, open_turn, others_wait_since, turn_of
-from queueing.words import wait_said
+from queueing.tickets import join, leave, open_ticket, remove, remove_by_staff
+from queueing.turns import acted, end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, turn_of
+from queueing.words import End, wait_said
 
 __all__ = (  # noqa: RUF022 - by subject
     # verbs of the queue of a robot, tickets and offers
-    "queue_of", "PLACE_ACTS", "Page", "change_place", "join", "accept", "leave", "remove",
+    "queue_of", "PLACE_ACTS", "Page", "change_place", "join", "accept", "leave", "remove", "remove_by_staff",
     # turns
-    "acted", "note_act", "end_turn",
+    "acted", "note_act", "end_turn", "end_by_staff",
     # presence and sessions
     "seen", "present", "disconnected", "dismiss", "Place", "disconnect", "still_open", "session_over",
     # jobs

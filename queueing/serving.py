@@ -2,10 +2,10 @@
 
 from datetime import datetime
 
+from queueing.charging import tag_next
 from queueing.idle import need_first, open_idle, open_need, serves_need, store_watchers, wanted_need
-from queueing.jobs.head import head_of
+from queueing.jobs.judging import head_of
 from queueing.jobs.running import promote
-from queueing.jobs.tagging import tag_next
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
 from queueing.rows import announce, links_of, suspended

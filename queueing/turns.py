@@ -18,6 +18,7 @@ from robots.kit.packets import StandingChanged
 from robots.models import Command, Grant, Robot
 from robots.people import is_person
 from robots.prepared import Prepared, Slot
+from robots.services.permissions import need_staff
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd
 
 log = logging.getLogger(__name__)
@@ -100,6 +101,12 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
         settle(queue)
         announce(queue)
         return True
+
+
+def end_by_staff(turn: Turn, user: Any, now: datetime) -> bool:
+    """End a running turn. Return False if it had ended. Raises NotStaff."""
+    need_staff(user)
+    return end_turn(turn, GrantEnd.STAFF, "ended by staff", now)
 
 
 def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> None:

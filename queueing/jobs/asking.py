@@ -7,10 +7,9 @@ from typing import Any
 from django.db import IntegrityError, transaction
 
 from accounts.handles import claims_role, taken
-from queueing.charging import account_of, account_of_guests
+from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
-from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of, suspended
 from queueing.turns import start_countdown

@@ -7,10 +7,9 @@ from django.core.mail import EmailMessage
 from django.db import transaction
 
 from accounts.adapter import send_in_background
-from queueing.charging import charge, serve
+from queueing.charging import charge, follow_charge, serve
 from queueing.charging import settle as settle_clock
 from queueing.jobs.kinds import label_of
-from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
 from queueing.rows import QUEUE, announce
 from robots.grants import interruption, start_grant

@@ -16,10 +16,9 @@ from portal.live.messages import Release, Stop
 from portal.live.snapshot import snapshot
 from portal.live.standing import act, place_info
 from queueing import services as queue
-from queueing import staff
-from queueing.end_words import PLACE_ENDS, TURN_ENDS
 from queueing.models import PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.services import Place, acted, idle_at, note_act, session_over, standings
+from queueing.services import Place, acted, end_by_staff, idle_at, note_act, remove_by_staff, session_over, standings
+from queueing.words import PLACE_ENDS, TURN_ENDS
 from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane
@@ -207,7 +206,7 @@ def test_only_the_operator_can_say_that_they_are_here(driven, robot, people, clo
 
 ENDED = {
     GrantEnd.HOLDER: lambda turn, kim, now: queue.leave(turn.robot, turn.user, now),
-    GrantEnd.STAFF: lambda turn, kim, now: staff.end(turn, kim, now),
+    GrantEnd.STAFF: lambda turn, kim, now: end_by_staff(turn, kim, now),
     GrantEnd.LOCKED_OUT: lambda turn, kim, now: services.lock_out(turn.robot, kim, "A leaf."),
     GrantEnd.SWITCHED_OFF: lambda turn, kim, now: services.set_enabled(turn.robot, kim, False),
     GrantEnd.SIGNED_OUT: lambda turn, kim, now: session_over(
@@ -260,7 +259,7 @@ def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(drive
 
 
 def test_an_end_is_told_for_an_hour_or_until_it_is_dismissed(driven, robot, people, clock):
-    staff.end(driven, people["kim"], clock.now())
+    end_by_staff(driven, people["kim"], clock.now())
     [one] = standings(people["ada"], clock.now())
     assert act(people["bob"], "dismiss", "", one.ticket, clock.now()) == ""
     assert [s.state for s in standings(people["ada"], clock.go(3599))] == ["ended"], "another person dismisses nothing"
@@ -272,7 +271,7 @@ def test_an_end_is_told_for_an_hour_or_until_it_is_dismissed(driven, robot, peop
 
 def test_whoever_is_taken_out_of_the_queue_is_told(driven, robot, people, clock):
     ticket = queue.open_ticket(robot, people["bob"])
-    staff.remove(ticket, people["kim"], clock.now())
+    remove_by_staff(ticket, people["kim"], clock.now())
     [one] = standings(people["bob"], clock.now())
     assert (one.state, one.end, one.turn) == ("ended", PLACE_ENDS[PlaceEnd.REMOVED], None)
     ticket.refresh_from_db()

@@ -9,7 +9,7 @@ from django.test.utils import CaptureQueriesContext
 
 from accounts.models import Clearance
 from queueing import services as queue
-from queueing.jobs.head import head_of
+from queueing.jobs.judging import head_of
 from queueing.jobs.kinds import may_ask
 from queueing.models import Job, QueueRobot
 from queueing.services import Asker, ask

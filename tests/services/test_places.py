@@ -9,9 +9,9 @@ from django.db.models.signals import post_save
 from accounts.models import Clearance
 from portal.live.standing import act
 from queueing import services as queue
-from queueing.end_words import PLACE_ENDS
 from queueing.models import PlaceEnd, QueueRobot, Ticket, TicketState, Turn
 from queueing.services import dismiss, present, standings
+from queueing.words import PLACE_ENDS
 from robots.models import Lease, Robot
 from robots.states import Cycle
 

@@ -11,8 +11,7 @@ from django.urls import get_resolver
 
 from operatorlog import services
 from operatorlog.models import SurveyAnswer, SurveyQuestion
-from operatorlog.results import counted
-from operatorlog.spreadsheets import cell
+from operatorlog.results import cell, counted
 from robots.kit.clock import SYSTEM
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.test_log import ended, turn  # noqa: F401

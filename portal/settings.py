@@ -16,8 +16,7 @@ from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
 from portal.edge.addresses import proxy_networks
-from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
-from portal.privacy import keep_private
+from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_private
 from portal.run import roles
 from portal.site import site_address
 from portal.store_urls import check_database, read_url, redis_tls
@@ -81,11 +80,11 @@ INSTALLED_APPS = [
     "portal.web.classic",
 ]
 MIDDLEWARE = [
-    "portal.web.pages.hosts.KnownHost",
+    "portal.web.pages.middleware.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
-    "portal.web.pages.methods.KnownMethods",
-    "portal.web.pages.static_files.StaticFiles",
+    "portal.web.pages.middleware.KnownMethods",
+    "portal.web.pages.middleware.StaticFiles",
     "django.contrib.sessions.middleware.SessionMiddleware",
     "django.middleware.common.CommonMiddleware",
     "django.middleware.csrf.CsrfViewMiddleware",
@@ -94,8 +93,8 @@ MIDDLEWARE = [
     "django.middleware.clickjacking.XFrameOptionsMiddleware",
     "allauth.account.middleware.AccountMiddleware",
     "portal.logs.security.RefusalLog",
-    "portal.web.pages.plain.PlainText",
-    "portal.web.pages.private.PrivatePages",
+    "portal.web.pages.middleware.PlainText",
+    "portal.web.pages.middleware.PrivatePages",
 ]
 ROOT_URLCONF = "portal.urls"
 ASGI_APPLICATION = "portal.asgi.application"

@@ -5,8 +5,8 @@ from typing import Any
 
 from django.conf import settings
 
-from portal.edge.counts import AddressCount
 from portal.edge.dropped import drop
+from portal.edge.limits import AddressCount
 
 TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."

@@ -12,10 +12,9 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import Frame
 from websockets.http11 import Request
 
-from portal.edge.counts import AddressCount
 from portal.edge.direct import DEFLATE, NAME, suits
 from portal.edge.dropped import drop
-from portal.edge.rates import Bucket
+from portal.edge.limits import AddressCount, Bucket
 from portal.edge.unsent import Unread
 
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read

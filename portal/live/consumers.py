@@ -16,8 +16,8 @@ from urllib.parse import parse_qs
 from django.conf import settings
 from django.db import Error
 
-from portal.edge.counts import AddressCount
 from portal.edge.dropped import drop
+from portal.edge.limits import AddressCount
 from portal.live import codes
 from portal.live.actions import SIGN_IN, Answer, act
 from portal.live.hub import hub

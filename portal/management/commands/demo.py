@@ -16,7 +16,7 @@ from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
 from portal.keep.seeding import seed
-from portal.privacy import tighten
+from portal.places import tighten
 from portal.run.processes import (
     broadcast_processes,
     enabled_processes,

@@ -17,7 +17,7 @@ from django.urls import reverse
 from django.utils.cache import get_conditional_response
 from django.utils.http import http_date
 
-from portal.edge.counts import AddressCount
+from portal.edge.limits import AddressCount
 from portal.edge.pages import leave_room
 from portal.live.audience import audience
 from portal.live.messages import CAMERAS

@@ -44,7 +44,7 @@ def leave_everything(instance: Any, **_: Any) -> None:
     transaction.on_commit(lambda: forget_names(recordings), robust=True)
 
 
-def reported_elsewhere(slug: str, person: int, session: str, now: datetime) -> datetime | None:
+def last_report_elsewhere(slug: str, person: int, session: str, now: datetime) -> datetime | None:
     """Return when the operator's page last reported in another session of theirs that is not over; None if in none."""
     alive = Session.objects.filter(expire_date__gt=now).exclude(pk=session)
     mine = TurnSession.objects.filter(turn__robot__slug=slug, turn__user=person, turn__ended_at=None)
@@ -52,18 +52,18 @@ def reported_elsewhere(slug: str, person: int, session: str, now: datetime) -> d
     return found.last_seen if found else None
 
 
-def still_open(person: int, session: str, now: datetime) -> None:
+def note_open_session(person: int, session: str, now: datetime) -> None:
     """Note that a session in which the person's turn was accepted still has a page open, whichever page that is."""
     TurnSession.objects.filter(turn__user=person, turn__ended_at=None, session=session).update(last_seen=now)
 
 
-def disconnect(slug: str, person: int, now: datetime) -> None:
+def mark_disconnected(slug: str, person: int, now: datetime) -> None:
     """Mark the person's turn on the robot as disconnected."""
     turns = Turn.objects.filter(robot__slug=slug, user=person, ended_at=None, classic=False)
     turns.update(connected=False, last_seen=now)
 
 
-def session_over(slug: str, person: int, place: Place, reason: str, now: datetime) -> None:
+def end_session(slug: str, person: int, place: Place, reason: str, now: datetime) -> None:
     """End the person's turn on the robot, or remove them from its queue, as `place` says.
 
     With `OTHERS` the turn must have been marked as disconnected a moment before: another session that still drives has

@@ -11,7 +11,7 @@ from accounts.services import cleared, cleared_people
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
-from queueing.rows import QUEUE, announce, locked
+from queueing.rows import QUEUE, announce, lock
 from queueing.tickets import open_ticket
 from queueing.turns import ALWAYS
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
@@ -134,7 +134,7 @@ def accept(robot: Robot, user: Any, now: datetime, away: bool = False, session: 
     except RobotsFault as fault:
         assert ticket is not None
         with transaction.atomic():
-            recall(locked(ticket.queue), ticket, fault.robot)
+            recall(lock(ticket.queue), ticket, fault.robot)
         raise RobotUnavailable(f"{fault.why.rstrip('.')}. You keep your place and are offered it again.") from fault
 
 
@@ -142,7 +142,7 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool, session: str) -> T
     with transaction.atomic():
         if ticket is None:
             raise NotYourTurn("The robot is not offered to you now.")
-        queue = locked(ticket.queue)
+        queue = lock(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
             return Turn.objects.get(ticket=ticket)  # by a click at the same moment
@@ -161,7 +161,7 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool, session: str) -> T
 
 def recall_offers(queue: Queue, now: datetime) -> None:
     """Take back offers of robots that are no longer in order."""
-    for ticket in offered(queue):
+    for ticket in open_offers(queue):
         robot = ticket.robot
         if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
             recall(queue, ticket, robot)
@@ -169,7 +169,7 @@ def recall_offers(queue: Queue, now: datetime) -> None:
     _WITHOUT_TURN(queue=queue.pk)
 
 
-def offered(queue: Queue) -> list[Ticket]:
+def open_offers(queue: Queue) -> list[Ticket]:
     """Return the tickets with an open offer."""
     return _OFFERED(queue=queue.pk)
 

@@ -8,7 +8,7 @@ from typing import Any
 from queueing.errors import NotYourTurn, QueueError
 from queueing.offers import accept
 from queueing.tickets import join, leave
-from queueing.turns import acted
+from queueing.turns import stay
 from robots.models import Robot
 
 
@@ -25,7 +25,7 @@ class Page:
 
 
 def _stay(robot: Robot, user: Any, now: datetime) -> None:
-    if not acted(robot, user, now):
+    if not stay(robot, user, now):
         raise NotYourTurn("Your turn on this robot is over.")
 
 

@@ -57,7 +57,7 @@ def _first_settings(robot: Robot) -> dict[str, Any]:
     return told
 
 
-def locked(queue: Queue) -> Queue:
+def lock(queue: Queue) -> Queue:
     """Return the queue with its row locked until the transaction ends."""
     found = _LOCKED.first(queue=queue.pk)
     if found is None:

@@ -7,41 +7,42 @@ and words of queues; import-linter checks it.
 
 from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.estimates import place_and_wait, waiting
-from queueing.jobs.asking import Asker, ask, made_by, packets_of
+from queueing.jobs.asking import Asker, ask, job_of_form, packets_of
 from queueing.jobs.cancelling import cancel, may_cancel
-from queueing.jobs.foreseeing import Foreseen, foreseen, in_order
+from queueing.jobs.forecasts import Forecast, forecast, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, label_of, link_of, offers_turns
+from queueing.jobs.notices import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
 from queueing.jobs.running import FAULTS
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
-from queueing.jobs.telling import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
-from queueing.leaving import Place, disconnect, reported_elsewhere, session_over, still_open
+from queueing.leaving import Place, end_session, last_report_elsewhere, mark_disconnected, note_open_session
 from queueing.offers import accept
 from queueing.own_place import PLACE_ACTS, Page, change_place
 from queueing.places import Standing, standings
-from queueing.presence import disconnected, dismiss, present, seen
+from queueing.presence import dismiss, note_disconnection, note_presence, note_waiting
 from queueing.rows import queue_of
 from queueing.tick import tick
 from queueing.tickets import join, leave, open_ticket, remove, remove_by_staff
-from queueing.turns import acted, end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, turn_of
+from queueing.turns import end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, stay, turn_of
 from queueing.words import End, wait_said
 
 __all__ = (  # noqa: RUF022 - by subject
     # verbs of the queue of a robot, tickets and offers
     "queue_of", "PLACE_ACTS", "Page", "change_place", "join", "accept", "leave", "remove", "remove_by_staff",
     # turns
-    "acted", "note_act", "end_turn", "end_by_staff",
+    "stay", "note_act", "end_turn", "end_by_staff",
     # presence and sessions
-    "seen", "present", "disconnected", "dismiss", "Place", "disconnect", "still_open", "session_over",
+    "note_presence", "note_waiting", "note_disconnection", "mark_disconnected", "note_open_session", "end_session",
+    "Place", "dismiss",
     # jobs
     "Asker", "ask", "cancel", "RESUMED", "resume", "mark_seen", "note_answered",
     # time
     "tick",
     # reads of tickets and turns
     "open_ticket", "open_turn", "turn_of", "last_turn", "others_wait_since", "idle_at",
-    "Standing", "standings", "place_and_wait", "waiting", "reported_elsewhere",
+    "Standing", "standings", "place_and_wait", "waiting", "last_report_elsewhere",
     # ends and waits in words
     "End", "end_of_turn", "is_news", "wait_said",
     # jobs
-    "job_kinds", "kinds_for", "label_of", "link_of", "offers_turns", "waits_for_staff", "made_by", "own_jobs",
-    "unseen_jobs", "may_cancel", "may_answer", "packets_of", "Foreseen", "foreseen", "in_order", "FAULTS",
+    "job_kinds", "kinds_for", "label_of", "link_of", "offers_turns", "waits_for_staff", "job_of_form", "own_jobs",
+    "unseen_jobs", "may_cancel", "may_answer", "packets_of", "Forecast", "forecast", "in_order", "FAULTS",
 )  # fmt: skip

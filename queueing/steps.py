@@ -17,7 +17,7 @@ from django.db import InterfaceError, OperationalError, transaction
 from django.db.models import F, Max, QuerySet
 
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, QueueRobot, Ticket, Turn, TurnSession
-from queueing.rows import announce, locked
+from queueing.rows import announce, lock
 from robots.bus import web_uptime
 from robots.kit.clock_steps import Step
 from robots.models import Command, Grant, Lease, Robot
@@ -33,7 +33,7 @@ def carry(step: Step, now: datetime) -> None:
     """
     try:
         with transaction.atomic():
-            queues = [locked(queue) for queue in Queue.objects.order_by("pk")]
+            queues = [lock(queue) for queue in Queue.objects.order_by("pk")]
             _Move(step, now).everything()
             for queue in queues:
                 announce(queue)

@@ -11,7 +11,7 @@ from django.db.models import BigAutoField, F, QuerySet
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
 from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, locked, suspended
+from queueing.rows import QUEUE, announce, lock, suspended
 from robots import bus
 from robots.grants import end_grant
 from robots.kit.packets import StandingChanged
@@ -87,7 +87,7 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     if ticket is None:  # its person's account was deleted, and it had ended before
         return False
     with transaction.atomic():
-        queue = locked(ticket.queue)
+        queue = lock(ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
         seconds = fairshare.charged(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
@@ -154,7 +154,7 @@ def idle_s(turn: Turn) -> int:
     return int(RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"])
 
 
-def acted(robot: Robot, user: Any, now: datetime) -> bool:
+def stay(robot: Robot, user: Any, now: datetime) -> bool:
     """Note that the operator has done something beside commands, or says that they are there.
 
     Return False if they have no turn, or it has ended.
@@ -164,7 +164,7 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
     if turn is None or ticket is None:
         return False
     with transaction.atomic():
-        locked(ticket.queue)  # a tick that has judged the turn ends it before, or judges after
+        lock(ticket.queue)  # a tick that has judged the turn ends it before, or judges after
         if not Turn.objects.filter(pk=turn.pk, ended_at=None).update(acted_at=now):
             return False
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
@@ -172,7 +172,7 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
 
 
 def note_act(robot: Robot, user: Any, now: datetime) -> None:
-    """Note what the operator has done, as `acted`, but wait for no tick, and let no failure reach them.
+    """Note what the operator has done, as `stay` does, but wait for no tick, and let no failure reach them.
 
     For stops: one that succeeded is answered at once. It is not noted while the turn's row is being changed.
     """

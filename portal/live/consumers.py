@@ -170,7 +170,7 @@ class RobotConsumer(Viewing):
         with self._noting:
             user = current_user(self.scope)
             if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
-                queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), session_key(self.scope))
+                queue.note_disconnection(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), session_key(self.scope))
 
     def goes_on_elsewhere(self, person: int) -> bool:
         """Return whether the person's page goes on over the operator's stream, which has just been opened."""
@@ -181,7 +181,7 @@ class RobotConsumer(Viewing):
             user = current_user(self.scope)
             if user.is_authenticated and not self.over:
                 robot = Robot.objects.get(slug=self.slug)
-                queue.seen(robot, user, self._here, classic=False, session=session_key(self.scope))
+                queue.note_presence(robot, user, self._here, classic=False, session=session_key(self.scope))
 
     async def take(self, message: RobotMessage) -> None:
         """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""

@@ -23,7 +23,7 @@ from portal.live.snapshot import of_person, snapshot
 from portal.live.threads import URGENT
 from portal.live.watchers import watchers_text
 from portal.stores import down_text
-from queueing.services import Place, disconnect, reported_elsewhere, session_over
+from queueing.services import Place, end_session, last_report_elsewhere, mark_disconnected
 from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.packets import Changed
@@ -110,7 +110,7 @@ class Viewing(Line):
     async def _give_up(self, person: int, ending: Ending) -> None:
         if ending.place is Place.OTHERS:
             key, now = session_key(self.scope), SYSTEM.now()
-            reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
+            reported = await SESSIONS.orm(last_report_elsewhere)(self.slug, person, key, now)
             if reported is not None and now - reported < LATELY:
                 return
             await SESSIONS.orm(self._mark_gone)(person)
@@ -118,14 +118,14 @@ class Viewing(Line):
                 session_watch().check_soon(person)
                 await URGENT.run(bus.send_session_changed, person)
                 await asyncio.sleep(OTHERS_S)
-                reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
+                reported = await SESSIONS.orm(last_report_elsewhere)(self.slug, person, key, now)
                 if reported is not None and reported >= now:
                     return
-        await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
+        await SESSIONS.orm(end_session)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
 
     def _mark_gone(self, person: int) -> None:
         with self._noting:  # after a note of presence that has begun; none begins any more
-            disconnect(self.slug, person, SYSTEM.now())
+            mark_disconnected(self.slug, person, SYSTEM.now())
 
     async def send_snapshot(self) -> None:
         """Send everything, and remember what this person may do."""

@@ -11,7 +11,7 @@ from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
 from queueing.models import OPEN_JOB, Account, Job, Queue
-from queueing.rows import announce, locked, queue_of, suspended
+from queueing.rows import announce, lock, queue_of, suspended
 from queueing.turns import start_countdown
 from robots.bus.streams import kept_stream
 from robots.grants import lease_of
@@ -60,7 +60,7 @@ def ask(
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
-    if (made := made_by(robot, asker, form)) is not None:
+    if (made := job_of_form(robot, asker, form)) is not None:
         return made
     user, link = asker.user, link_of(robot)
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
@@ -78,8 +78,8 @@ def ask(
     _refuse_by_what_is_shown(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():
-        queue = locked(queue_of(robot))
-        if (made := made_by(robot, asker, form)) is not None:  # by a press at the same moment
+        queue = lock(queue_of(robot))
+        if (made := job_of_form(robot, asker, form)) is not None:  # by a press at the same moment
             return made
         account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
         _refuse_more(queue, account, asker)
@@ -100,7 +100,7 @@ def ask(
         return job
 
 
-def made_by(robot: Robot, asker: Asker, form: str) -> Job | None:
+def job_of_form(robot: Robot, asker: Asker, form: str) -> Job | None:
     """Return the asker's job that this form has made; `form` is empty for what is no form."""
     if not form:
         return None

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from django.db.models import Q, QuerySet
 
 from accounts.services import cleared_people
-from queueing.jobs.foreseeing import any_waits
+from queueing.jobs.forecasts import any_waits
 from queueing.jobs.kinds import job_kinds, job_kinds_or_none
 from queueing.jobs.running import end
 from queueing.models import Job, JobState, Queue, QueueRobot

@@ -53,7 +53,7 @@ def driven(robot, people, owned, clock, tick):
 
 def present(robot, people, clock):
     for name in ("ada", "bob"):
-        queue.seen(robot, people[name], clock.now(), classic=False, session=f"of {name}")
+        queue.note_presence(robot, people[name], clock.now(), classic=False, session=f"of {name}")
 
 
 def left(clock):
@@ -92,7 +92,7 @@ def test_who_did_something_is_not_idle_and_who_reported_is_not_away(driven, peop
     assert Turn.objects.get().ended_at is None
     TurnSession.objects.get(last_seen__gte=clock.now() - timedelta(seconds=10))
     tick(25)  # now nobody has reported for 29 s
-    queue.disconnected(driven, people["ada"], clock.now())
+    queue.note_disconnection(driven, people["ada"], clock.now())
     tick(settings_s("RECONNECT_S") + 1)
     assert Turn.objects.get().end_reason == "connection lost", "an absence counts as ever"
 
@@ -230,7 +230,7 @@ def test_a_tick_that_failed_bars_no_other_one(driven, clock, trusted, monkeypatc
 @each_change
 @pytest.mark.parametrize("back", [True, False], ids=["who comes back", "who stays away"])
 def test_an_absence_lasts_as_long_as_it_would_have(driven, people, clock, tick, change, back):
-    queue.disconnected(driven, people["ada"], clock.now())
+    queue.note_disconnection(driven, people["ada"], clock.now())
     tick(10)
     change(clock)
     tick(1)

@@ -17,7 +17,7 @@ from portal.live.snapshot import snapshot
 from portal.live.standing import act, place_info
 from queueing import services as queue
 from queueing.models import PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.services import Place, acted, end_by_staff, idle_at, note_act, remove_by_staff, session_over, standings
+from queueing.services import Place, end_by_staff, end_session, idle_at, note_act, remove_by_staff, standings, stay
 from queueing.words import PLACE_ENDS, TURN_ENDS
 from robots import services
 from robots.models import Command, Lease, Robot
@@ -44,7 +44,7 @@ def tick(robot, people, clock, seconds):
     """Both pages are open meanwhile."""
     clock.go(seconds)
     for name in ("ada", "bob"):
-        queue.seen(robot, people[name], clock.now())
+        queue.note_presence(robot, people[name], clock.now())
     queue.tick(clock.now())
 
 
@@ -132,7 +132,7 @@ def test_whoever_is_waiting_for_their_own_command_does_something(driven, robot, 
 
 
 @pytest.mark.parametrize("name", ["stop", "release"])
-@pytest.mark.parametrize("busy", ["queueing.turns.locked", "queueing.turns.Turn.objects.select_for_update"])
+@pytest.mark.parametrize("busy", ["queueing.turns.lock", "queueing.turns.Turn.objects.select_for_update"])
 def test_a_stop_is_answered_though_it_cannot_be_noted(driven, robot, people, monkeypatch, name, busy):
     message = Stop() if name == "stop" else Release(checked=True)
 
@@ -198,7 +198,7 @@ def test_what_others_set_meanwhile_is_no_act_of_the_operator(driven, robot, peop
 
 
 def test_only_the_operator_can_say_that_they_are_here(driven, robot, people, clock):
-    assert not acted(robot, people["bob"], clock.now())
+    assert not stay(robot, people["bob"], clock.now())
     assert act(people["bob"], "stay", robot.slug, 0, clock.now()) == "Your turn on this robot is over."
     queue.leave(robot, people["ada"], clock.now())
     assert act(people["ada"], "stay", robot.slug, 0, clock.now()) == "Your turn on this robot is over."
@@ -209,11 +209,11 @@ ENDED = {
     GrantEnd.STAFF: lambda turn, kim, now: end_by_staff(turn, kim, now),
     GrantEnd.LOCKED_OUT: lambda turn, kim, now: services.lock_out(turn.robot, kim, "A leaf."),
     GrantEnd.SWITCHED_OFF: lambda turn, kim, now: services.set_enabled(turn.robot, kim, False),
-    GrantEnd.SIGNED_OUT: lambda turn, kim, now: session_over(
+    GrantEnd.SIGNED_OUT: lambda turn, kim, now: end_session(
         turn.robot.slug, turn.user_id, Place.TURN_ENDS, "signed out", now
     ),
     GrantEnd.UNFIT: lambda turn, kim, now: turn.user.clearances.update(revoked_at=now),
-    GrantEnd.ABSENT: lambda turn, kim, now: queue.disconnected(
+    GrantEnd.ABSENT: lambda turn, kim, now: queue.note_disconnection(
         turn.robot, turn.user, now - timedelta(seconds=RULES["RECONNECT_S"] + 1)
     ),
     GrantEnd.SILENT: lambda turn, kim, now: Turn.objects.update(
@@ -231,8 +231,8 @@ ENDED = {
 def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(driven, robot, people, clock, code):
     ada = people["ada"]
     clock.go(30)
-    queue.seen(robot, ada, clock.now())
-    queue.seen(robot, people["bob"], clock.now())
+    queue.note_presence(robot, ada, clock.now())
+    queue.note_presence(robot, people["bob"], clock.now())
     ENDED[code](driven, people["kim"], clock.now())
     queue.tick(clock.now())
     assert end(driven) == code

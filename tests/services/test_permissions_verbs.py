@@ -170,7 +170,7 @@ ROWS = {
     "queueing.change_place": (CLEARED, lambda do, w: do("join", w.robot, w.user, SYSTEM.now(), queue.Page())),
     "queueing.join": (CLEARED, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.accept": (CLEARED, lambda do, w: do(offered(w), w.user, SYSTEM.now())),
-    "queueing.seen": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
+    "queueing.note_presence": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.leave": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.ask": (CLEARED, lambda do, w: do(w.robot, asker(w), "down", {}, SYSTEM.now())),
     "queueing.cancel": (OPERATOR | ROBOT_STAFF, lambda do, w: do(job(w), asker(w), SYSTEM.now())),
@@ -194,8 +194,8 @@ ROWS = {
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
     "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
-    "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.present",
-    "queueing.standings", "queueing.acted", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.made_by", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
+    "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.note_disconnection", "queueing.dismiss", "queueing.note_waiting",
+    "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held", "robots.issue_under",
     "robots.need_staff", "robots.need_level", "robots.reaches",
 }  # fmt: skip

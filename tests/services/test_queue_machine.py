@@ -110,11 +110,11 @@ class QueueMachine(RuleBasedStateMachine):
 
     @rule(name=who)
     def seen(self, name):
-        queue.seen(self.robot, self.people[name], self.clock.now())
+        queue.note_presence(self.robot, self.people[name], self.clock.now())
 
     @rule(name=who)
     def line_cut(self, name):
-        queue.disconnected(self.robot, self.people[name], self.clock.now())
+        queue.note_disconnection(self.robot, self.people[name], self.clock.now())
 
     @rule()
     def owner_hands_over(self):

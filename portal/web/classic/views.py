@@ -69,7 +69,7 @@ def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
         return _act(request, robot, panel, token)
     now = SYSTEM.now()
     if request.user.is_authenticated:
-        queue.seen(robot, request.user, now, classic=True)
+        queue.note_presence(robot, request.user, now, classic=True)
     return render(request, "classic/page.html", _context(request, robot, panel, now))
 
 
@@ -124,7 +124,7 @@ def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpRe
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next=/classic/{robot.slug}/")
     now = SYSTEM.now()
-    queue.seen(robot, request.user, now, classic=True)
+    queue.note_presence(robot, request.user, now, classic=True)
     try:
         _perform(request, robot, panel, token, now)
     except (RobotError, QueueError) as error:

@@ -99,7 +99,7 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
         fresh = token_of(request, FIELD_OF_JOBS) or secrets.token_urlsafe(24)  # two presses at once are of one guest
     asker, form = asker_of(request, fresh), press_of(request, FIELD_OF_JOBS)
-    if queue.made_by(robot, asker, form) is None:
+    if queue.job_of_form(robot, asker, form) is None:
         _refuse_too_often(request)
     kind = request.POST.get("kind", "")
     spec = next((k for k in queue.job_kinds(robot) if k.kind == kind), None)
@@ -165,7 +165,7 @@ def _survey(request: HttpRequest, job: Job, asker: queue.Asker) -> HttpResponse:
 
 def _show(request: HttpRequest, job: Job, asker: queue.Asker, problem: str = "", status: int = 200) -> HttpResponse:
     grants = job.runs.values("grant")
-    order = queue.foreseen(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
+    order = queue.forecast(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
     ahead = next((one.ahead for one in order if one.job == job), 0)
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
     last, mine = commands[-1] if commands else None, queue.may_cancel(job, asker)

@@ -157,7 +157,7 @@ class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
         handle = handles.normal(self.cleaned_data["username"])
         if handle != self.initial.get("username"):
             handles.validate(handle)
-            if handles.taken(handle, but=self.instance.pk):
+            if handles.is_taken(handle, but=self.instance.pk):
                 raise forms.ValidationError("That handle is taken, or looks like one that is taken.")
         return handle
 

@@ -20,7 +20,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # 
 SCALE = SurveyQuestion.Kind.SCALE
 
 
-def counted(count: int) -> str:
+def answers_in_words(count: int) -> str:
     """Return a number of answers as text."""
     return ngettext("%d answer", "%d answers", count) % count
 
@@ -53,7 +53,7 @@ def _plot(kind: str, values: list[str], choices: list[str]) -> dict[str, Any]:
     bars = [{"label": label, "count": counts[label], "share": round(100 * counts[label] / most)} for label in labels]
     numbers = [int(value) for value in values if value in SurveyQuestion(kind=SCALE).choices()] if kind == SCALE else []
     mean = f", mean {sum(numbers) / len(numbers):.1f} of 5" if numbers else ""
-    return {"bars": bars, "summary": counted(len(values)) + mean}
+    return {"bars": bars, "summary": answers_in_words(len(values)) + mean}
 
 
 @never_cache

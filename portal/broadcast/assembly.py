@@ -33,35 +33,35 @@ class Segment:
     """The bytes of a segment as far as they have come."""
 
     data: bytearray
-    missing: list[tuple[int, int]]  # in order, apart from one another
-    lost: list[tuple[int, int]] = field(default_factory=list)  # of what passed by without being received
+    missing_ranges: list[tuple[int, int]]  # in order, apart from one another
+    lost_ranges: list[tuple[int, int]] = field(default_factory=list)  # of what passed by without being received
     after: int | None = None  # where the packet that was received last ended
 
     @property
     def whole(self) -> bool:
         """Whether all of it is there."""
-        return not self.missing
+        return not self.missing_ranges
 
     def within(self, begin: int, end: int) -> list[tuple[int, int]]:
         """Return what is missing between two places."""
-        return [(max(a, begin), min(b, end)) for a, b in self.missing if a < end and b > begin]
+        return [(max(a, begin), min(b, end)) for a, b in self.missing_ranges if a < end and b > begin]
 
     def put(self, begin: int, data: bytes) -> None:
         """Take bytes that belong there; what is there already stays as it is."""
         end = begin + len(data)
         for a, b in self.within(begin, end):
             self.data[a:b] = data[a - begin : b - begin]
-        self.missing = _without(self.missing, begin, end)
-        self.lost = _without(self.lost, begin, end)
+        self.missing_ranges = _without(self.missing_ranges, begin, end)
+        self.lost_ranges = _without(self.lost_ranges, begin, end)
 
-    def heard(self, begin: int, data: bytes) -> None:
+    def take_packet(self, begin: int, data: bytes) -> None:
         """Take a packet, and note what should have come between it and the one before: it was lost."""
         size, after = len(self.data), self.after
         self.after = (begin + len(data)) % size
         if after is not None and after != begin:
             passed = [(after, begin)] if after < begin else [(after, size), (0, begin)]
             lost = {gap for a, b in passed for gap in self.within(a, b)}
-            self.lost = sorted({*self.lost, *lost})
+            self.lost_ranges = sorted({*self.lost_ranges, *lost})
         self.put(begin, data)
 
 
@@ -90,8 +90,8 @@ class Assembly:
         if segment is None:
             return False
         if not segment.whole:
-            segment.heard(packet.offset, packet.data)
-            if segment.lost:
+            segment.take_packet(packet.offset, packet.data)
+            if segment.lost_ranges:
                 self._lossy.add(packet.segment)
             self._judge(packet.segment, segment)
         return True
@@ -141,7 +141,7 @@ class Assembly:
         return self.index is not None and not self._open
 
     @property
-    def shown(self) -> int:
+    def playable(self) -> int:
         """How many of the segments 1, 2 and so on are there without a gap: what players can be told of."""
         return min(self._shown, self.count)
 
@@ -162,9 +162,9 @@ class Assembly:
         for number in sorted(self._due_soon(now_ns + before_ns) | self._lossy):
             segment, due = self.segments.get(number), self.due_ns(number)
             if due is not None and due <= now_ns + before_ns:
-                missing = [(0, 0)] if segment is None else segment.missing
+                missing = [(0, 0)] if segment is None else segment.missing_ranges
             else:
-                missing = [] if segment is None else segment.lost
+                missing = [] if segment is None else segment.lost_ranges
             found += [Gap(number, a, b, due or now_ns + self.wait_ns) for a, b in missing]
         return sorted(found, key=lambda gap: (gap.due_ns, gap.segment, gap.begin))
 

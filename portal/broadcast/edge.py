@@ -28,7 +28,8 @@ class Edge:
         self.key, self._random, self._most = key, random, most
         self.current: Assembly | None = None
         self.before: Assembly | None = None
-        self.heard = self.refused = self.lost = self.repaired = 0  # packets, packets, packets, bytes
+        self.packets_received = self.refused = self.packets_lost = 0
+        self.repaired = 0  # bytes
         self._number, self._heard_ns = 0, 0
         self._ask_ns: dict[tuple[int, int], int] = {}  # when each gap may be asked for, by its segment and beginning
 
@@ -66,10 +67,10 @@ class Edge:
     def _count(self, number: int, now_ns: int) -> None:
         skipped = number - self._number - 1
         if self._number and 0 < skipped < RESTART:
-            self.lost += skipped
+            self.packets_lost += skipped
         if number > self._number or now_ns - self._heard_ns >= SILENCE_NS:
             self._number = number
-        self.heard, self._heard_ns = self.heard + 1, now_ns
+        self.packets_received, self._heard_ns = self.packets_received + 1, now_ns
 
     def _drop(self, movie: Assembly, error: ValueError) -> None:
         log.warning("movie %08x has an index that is none: %s", movie.movie, error)
@@ -91,7 +92,7 @@ class Edge:
         """Return a movie that people may still be watching."""
         return next((one for one in (self.current, self.before) if one is not None and one.movie == movie), None)
 
-    def wanted(self, now_ns: int, most: int) -> list[Gap]:
+    def requests_due(self, now_ns: int, most: int) -> list[Gap]:
         """Return what to ask the origin for now, at most so many; what is not answered is asked for again."""
         movie, asked = self.current, []
         if movie is None or movie.whole or most <= 0:
@@ -134,8 +135,9 @@ class Edge:
         movie = self.current
         return {
             "movie": None if movie is None else f"{movie.movie:08x}",
-            "shown": 0 if movie is None else movie.shown,
+            "shown": 0 if movie is None else movie.playable,
             "segments": 0 if movie is None else movie.count,
             "whole": movie is not None and movie.whole,
-            "packets": self.heard, "refused": self.refused, "lost": self.lost, "repaired_bytes": self.repaired,
+            "packets": self.packets_received, "refused": self.refused, "lost": self.packets_lost,
+            "repaired_bytes": self.repaired,
         }  # fmt: skip

@@ -100,7 +100,7 @@ class Receiving:
 
     def _fetch(self) -> None:
         movie = self._edge.current
-        for gap in self._edge.wanted(now_ns(), AT_ONCE - len(self._fetching)):
+        for gap in self._edge.requests_due(now_ns(), AT_ONCE - len(self._fetching)):
             if movie is not None:
                 task = asyncio.ensure_future(self._repair(movie.movie, gap))
                 self._fetching.add(task)

@@ -39,7 +39,7 @@ class Channel:
         turn, into = divmod(Fraction(at), self.slots)
         return self.segments[int(turn) % len(self.segments)] - 1 + into / self.slots
 
-    def sent(self, place: Exact, since: Exact) -> Fraction:
+    def next_time(self, place: Exact, since: Exact) -> Fraction:
         """Return when a place of one of its segments is next sent, not before `since`."""
         segment = math.floor(place)
         first = self.slots * (self.segments.index(segment + 1) + Fraction(place) - segment)
@@ -77,7 +77,7 @@ class Scheme:
 
     def received(self, place: Exact, joined: Exact) -> Fraction:
         """Return when whoever joined at this moment has this place of the movie."""
-        return self.channel_of(math.floor(place) + 1).sent(place, joined)
+        return self.channel_of(math.floor(place) + 1).next_time(place, joined)
 
 
 def _each(first: int, segments: range) -> tuple[Channel, ...]:
@@ -127,7 +127,7 @@ def lateness(scheme: Scheme, joined: Exact) -> Fraction:
         for segment in channel.segments:
             for end in {Fraction(segment), now if segment - 1 < now < segment else Fraction(segment)}:
                 took = channel.slots * (end - segment + 1)  # from the segment's beginning to this end
-                sent = channel.sent(segment - 1, joined - took) + took
+                sent = channel.next_time(segment - 1, joined - took) + took
                 if sent <= joined:  # what is just before the end was missed, and comes in the next cycle
                     sent += channel.cycle
                 latest.append(sent - (begin + end))

@@ -45,7 +45,7 @@ class Serving:
             return nothing()
         if place[2]:
             ended = movie is not self._edge.current
-            kept = WHOLE if ended or movie.shown == movie.count else GROWING
+            kept = WHOLE if ended or movie.playable == movie.count else GROWING
             return text(playlist.media(movie, movie.index, ended), PLAYLIST, kept)
         if place[3]:
             return self._bytes(movie.index.init, "video/mp4")
@@ -54,10 +54,9 @@ class Serving:
     def _begin(self) -> Answer:
         """Lead to the movie, from when on each of its segments will be there when players need it."""
         movie = self._edge.current
-        ready = movie is not None and movie.shown > 0 and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS
-        if not ready:
+        if not (movie and movie.playable and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS):
             movie = self._edge.before  # a new one begins: the one before is shown until then
-        if movie is None or movie.index is None or not movie.shown:
+        if movie is None or movie.index is None or not movie.playable:
             return later(1)
         return text(playlist.multivariant(movie, movie.index), PLAYLIST, GROWING)
 

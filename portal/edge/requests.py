@@ -72,14 +72,14 @@ class Bounded:
         most, seconds = bounds_of(scope["path"])
         body, started = _Body(receive, most, seconds), False
 
-        async def told(message: dict[str, Any]) -> None:
+        async def send_noted(message: dict[str, Any]) -> None:
             nonlocal started
             started = True
             await send(message)
 
         try:
             body.check_length(scope["headers"])
-            await self.app(scope, body.receive, told)
+            await self.app(scope, body.receive, send_noted)
         except _Refused as error:
             if not started:
                 await refuse(send, error.status, error.text)

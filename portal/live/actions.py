@@ -22,7 +22,7 @@ class Answer:
     code: str = ""
     changed: bool = False
     trace: bool | None = None
-    written: int = 0  # the key of a command that this request wrote; 0 for one that another had written
+    new_command: int = 0  # the key of a command that this request wrote; 0 for one that another had written
     extra: dict[str, Any] = field(default_factory=dict)
 
     def fields(self) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def _command(slug: str, user: Any, message: Command) -> Answer:
     issued = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now(), message.seen)
     row = issued.command
     return Answer(
-        written=row.pk if issued.created else 0, extra={"id": row.pk, "state": row.state, "grant": row.grant_id}
+        new_command=row.pk if issued.created else 0, extra={"id": row.pk, "state": row.state, "grant": row.grant_id}
     )
 
 

@@ -266,7 +266,7 @@ class RobotConsumer(Viewing):
             if answer.trace is not None and self.viewer is not None:
                 await hub().trace(self.viewer, answer.trace)
             if isinstance(message, Command) and self._is_held(message):
-                await self._written(message, answer.written)
+                await self._written(message, answer.new_command)
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:

@@ -239,7 +239,7 @@ class Viewing(Line):
         if connection is None or (connection.free() and not self._one_by_one.locked()):
             return
         async with self._one_by_one:
-            while not connection.free() and not connection.gone():
+            while not connection.free() and not connection.is_gone():
                 self._freed.clear()
                 await self._freed.wait()
 
@@ -247,7 +247,7 @@ class Viewing(Line):
         await self._free()
         if self.viewer is None or self.viewer.connection is None:
             await self.send(bytes_data=data)
-        elif not self.viewer.connection.gone():
+        elif not self.viewer.connection.is_gone():
             self.viewer.write(binary_frame(data))
 
     async def _tell_together(self, packets: list[bytes]) -> None:
@@ -255,14 +255,14 @@ class Viewing(Line):
         if self.viewer is None or self.viewer.connection is None:
             for packet in packets:
                 await self.send(bytes_data=packet)
-        elif not self.viewer.connection.gone():
+        elif not self.viewer.connection.is_gone():
             self.viewer.write(b"".join(map(binary_frame, packets)))
 
     async def _tell_text(self, text: str) -> None:
         await self._free()
         if self.viewer is None or self.viewer.connection is None:
             await self.send(text)
-        elif not self.viewer.connection.gone():
+        elif not self.viewer.connection.is_gone():
             self.viewer.write_text(text)
 
     async def _resync(self) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from django.db import IntegrityError, transaction
 
-from accounts.handles import claims_role, taken
+from accounts.handles import claims_role, is_taken
 from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
@@ -123,7 +123,7 @@ def packets_of(robot: Robot, stream: str) -> list[tuple[bytes, bool]]:
 def _shown_name(user: Any, name: str) -> str:
     """Return the name for the page; none of a guest. Raises BadRequest."""
     shown = one_line(name)[:LONGEST_NAME].strip() if user is not None else ""
-    if shown and (claims_role(shown) or taken(shown, but=user.pk)):
+    if shown and (claims_role(shown) or is_taken(shown, but=user.pk)):
         raise BadRequest(
             "The name on the page may not be that of a role, a robot or another person; choose another one."
         )

@@ -9,7 +9,7 @@ from django.test import Client
 
 from portal.keep.seeding import add_robot
 from portal.live.snapshot import snapshot
-from portal.web.composites.drawn import waiting_jobs
+from portal.web.composites.drawing import waiting_jobs
 from queueing import services as queue
 from queueing.models import Job, QueueRobot
 from queueing.rows import BadSettings

@@ -15,7 +15,7 @@ from operatorlog.models import Entry, Visibility
 from portal.edge.pages import leave_room
 from portal.live.snapshot import shown_still, status_of
 from portal.web.classic import tokens
-from portal.web.classic.pictures import drawn, name_of
+from portal.web.classic.pictures import has_classic_console, name_of
 from portal.web.consoles.console import classic
 from queueing import services as queue
 from queueing.errors import QueueError
@@ -42,7 +42,7 @@ PIXEL = re.compile(r"[0-9]{1,5}\Z")
 def enter(request: HttpRequest, slug: str) -> HttpResponse:
     """Redirect to an address with a fresh token."""
     robot = get_object_or_404(Robot, slug=slug)
-    return redirect(_address(robot, request)) if drawn(robot) else _without(request, robot)
+    return redirect(_address(robot, request)) if has_classic_console(robot) else _without(request, robot)
 
 
 def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
@@ -62,7 +62,7 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
 def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
     """Show the page for the person's present role; a request counts as presence."""
     robot = get_object_or_404(Robot, slug=slug)
-    panel = panel_of(robot.driver) if drawn(robot) else None
+    panel = panel_of(robot.driver) if has_classic_console(robot) else None
     if panel is None:
         return _without(request, robot)
     if request.method == "POST":

@@ -15,9 +15,9 @@ from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.edge.addresses import network_of
 from portal.edge.attempts import within
-from portal.web.jobs.answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
+from portal.web.jobs.answers import AGAIN_S, job_fields, own_jobs_answer, refusal, status_of, wants_json
 from portal.web.jobs.forms import forms, values
-from portal.web.jobs.words import asked, result, share_of, stages
+from portal.web.jobs.words import request_in_words, result, share_of, stages
 from portal.web.pages.places import back_from
 from portal.web.recordings.figures import figures_of
 from portal.web.recordings.films import films_of
@@ -55,7 +55,7 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
     if request.method == "POST":
         return _act(request, robot)
     if wants_json(request):
-        return own_listed(robot, asker_of(request), SYSTEM.now())
+        return own_jobs_answer(robot, asker_of(request), SYSTEM.now())
     return _show_all(request, robot)
 
 
@@ -79,7 +79,7 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
         return _ask(request, robot)
     except (QueueError, RobotError) as error:
         if wants_json(request):
-            return refused(error)
+            return refusal(error)
         page = _show_all(request, robot, str(error), status_of(error))
         if isinstance(error, TooOften):
             page["Retry-After"] = AGAIN_S
@@ -110,7 +110,7 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
         name=name if storable(name) else "", mail=request.POST.get("mail") == "yes", form=form,
         seen_ms=whole(request.POST.get("seen", "")) or 0,
     )  # fmt: skip
-    answer: HttpResponse = JsonResponse(told(job), status=201) if wants_json(request) else redirect(job)
+    answer: HttpResponse = JsonResponse(job_fields(job), status=201) if wants_json(request) else redirect(job)
     if fresh:
         answer.set_signed_cookie(
             GUEST, fresh, max_age=A_YEAR_S, httponly=True, samesite="Lax", secure=request.is_secure()
@@ -123,12 +123,12 @@ def _cancel(request: HttpRequest, job: Job, asker: queue.Asker) -> HttpResponse:
         queue.cancel(job, asker, SYSTEM.now())
     except QueueError as error:
         if wants_json(request):
-            return refused(error)
+            return refusal(error)
         messages.warning(request, str(error))
         return redirect(job)
     if wants_json(request):
         job.refresh_from_db()
-        return JsonResponse(told(job))
+        return JsonResponse(job_fields(job))
     messages.success(request, "The job is cancelled; the robot holds.")
     return redirect(job)
 
@@ -175,7 +175,7 @@ def _show(request: HttpRequest, job: Job, asker: queue.Asker, problem: str = "",
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
         "suspended": job.state == JobState.WAITING and queue.waits_for_staff(job.robot),
-        "asked": asked(job, texts=mine), "texts_hidden": not mine and bool(job.args),
+        "asked": request_in_words(job, texts=mine), "texts_hidden": not mine and bool(job.args),
         "result": result(job, last, texts=mine),
         "share": share_of(last),
         "may_cancel": mine,

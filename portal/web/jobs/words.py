@@ -24,7 +24,7 @@ class Stage:
     note: str = ""
 
 
-def asked(job: Job, texts: bool) -> list[tuple[str, str]]:
+def request_in_words(job: Job, texts: bool) -> list[tuple[str, str]]:
     """Return name and value of what was asked, with its unit, where the robot still takes such jobs.
 
     `texts`: what people wrote too, which only its asker and staff see.

@@ -18,7 +18,7 @@ from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_with, may_see_picture
 from portal.live.snapshot import shown_still, status_of
-from portal.web.classic.pictures import drawn
+from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
 from queueing.models import Turn
@@ -82,7 +82,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": facts,
         "views": description.views(described),
-        "classic": drawn(robot),
+        "classic": has_classic_console(robot),
         "takes_jobs": bool(job_kinds(robot)),
         "suspended": waits_for_staff(robot),
         "composites": robot.spec().all_of(Composite),

@@ -24,7 +24,7 @@ LOOKED = 60  # movies at which the rule looks; before them stand those of hidden
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownMovie:
     """A movie that everybody may see, and what it is of."""
 
     movie: Movie
@@ -42,7 +42,7 @@ class Shown:
         return movie_path(self.movie)
 
 
-def movie_of_the_day(now: datetime) -> Shown | None:
+def movie_of_the_day(now: datetime) -> ShownMovie | None:
     """Return the pinned movie; else the newest of a whole recording that was ready when the day began (UTC).
 
     Everybody may see it. None if there is none.
@@ -64,7 +64,7 @@ def may_be_shown(key: int) -> bool:
     return movie is not None and _shown(movie) is not None
 
 
-def needed() -> set[int]:
+def movies_to_keep() -> set[int]:
     """Return which movies are not removed for their age or size: the one that is shown now."""
     found = movie_of_the_day(SYSTEM.now())
     return set() if found is None else {found.movie.pk}
@@ -76,10 +76,10 @@ def _ready() -> QuerySet[Movie]:
     return found.select_related("recording__robot", "recording__grant")
 
 
-def _shown(movie: Movie) -> Shown | None:
+def _shown(movie: Movie) -> ShownMovie | None:
     assert movie.recording is not None
     about = access.about(movie.recording)
-    return None if about is None or about.hidden or about.quiet else Shown(movie, movie.recording, about)
+    return None if about is None or about.hidden or about.quiet else ShownMovie(movie, movie.recording, about)
 
 
 @never_cache

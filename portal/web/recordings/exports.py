@@ -113,12 +113,12 @@ def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseB
     return _served(request, found, f"{robot.slug}-{day}.{kind}")
 
 
-def offered(recording: Recording) -> list[dict[str, Any]]:
+def movies_of(recording: Recording) -> list[dict[str, Any]]:
     """Return each kind of movie with how it stands."""
     found = {one.kind: one for one in recording.movies.filter(version=recording.version)}
     return [{"kind": kind, "label": label, "movie": found.get(kind)} for kind, label in Movie.Kind.choices]
 
 
 def arriving(found: list[dict[str, Any]]) -> bool:
-    """Return whether one of the movies that `offered` gives is still to be made."""
+    """Return whether one of the movies that `movies_of` returns is still to be made."""
     return any(one["movie"] is not None and one["movie"].open for one in found)

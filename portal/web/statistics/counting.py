@@ -32,8 +32,8 @@ class Motion:
 
     kind: str
     state: str
-    began: datetime
-    ended: datetime
+    began_at: datetime
+    ended_at: datetime
     first: Mapping[str, float] = field(default_factory=dict)
     last: Mapping[str, float] = field(default_factory=dict)
 
@@ -60,7 +60,7 @@ def readings(motions: Iterable[Motion], channel: str) -> list[float]:
 
 def seconds_of(motions: Iterable[Motion], kinds: Sequence[str], start: datetime, end: datetime) -> float:
     """Return how long motions of these kinds ran between two times (s)."""
-    parts = (min(m.ended, end) - max(m.began, start) for m in motions if m.kind in kinds)
+    parts = (min(m.ended_at, end) - max(m.began_at, start) for m in motions if m.kind in kinds)
     return sum((part for part in parts if part > timedelta()), timedelta()).total_seconds()
 
 
@@ -131,7 +131,7 @@ def course(motions: Iterable[Motion], channel: str, start: datetime, end: dateti
     width = (end - start) / MOST_POINTS
     sums: dict[int, tuple[float, int]] = {}
     for motion in motions:
-        for at, told in ((motion.began, motion.first), (motion.ended, motion.last)):
+        for at, told in ((motion.began_at, motion.first), (motion.ended_at, motion.last)):
             if channel in told and start <= at < end:
                 place = int((at - start) / width)
                 total, count = sums.get(place, (0.0, 0))

@@ -69,7 +69,7 @@ def happened(robot: Robot, declared: Statistics, span: Span, now: datetime) -> H
     over_the_end = motions.filter(ended_at__gte=span.end).order_by("ended_at", "id")[:1]
     if span.until < span.end:
         over_the_end = motions.filter(ended_at=None)[:1]
-    last = [Motion(m.kind, m.state, m.began, m.ended) for m in _motions(over_the_end, now)]  # read in the next day
+    last = [Motion(m.kind, m.state, m.began_at, m.ended_at) for m in _motions(over_the_end, now)]  # read the next day
     before = _motions(motions.filter(ended_at__lt=span.start).order_by("-ended_at", "-id")[:LOOK_BACK], now)
     return Happened(asks, found[:MOST_MOTIONS] + last, before, cut or len(found) > MOST_MOTIONS, use_of(robot, span))
 

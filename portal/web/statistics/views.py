@@ -12,7 +12,7 @@ from portal.web.pages.errors import software_missing
 from portal.web.statistics import plots
 from portal.web.statistics.day import DAY, BadDate, Span, span_of
 from portal.web.statistics.reading import MOST_JOBS, MOST_MOTIONS, happened
-from portal.web.statistics.telling import Told, tell
+from portal.web.statistics.report import Report, report_of
 from queueing.services import job_kinds
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Statistics
@@ -26,10 +26,10 @@ def _needs_jobs(robot: Robot) -> None:
         raise Http404("This robot takes no jobs, so it has no statistics of jobs.")
 
 
-def _told(robot: Robot, span: Span, now: datetime) -> Told:
+def _told(robot: Robot, span: Span, now: datetime) -> Report:
     spec = robot.spec()
     declared = spec.capability(Statistics) or Statistics()
-    return tell(happened(robot, declared, span, now), spec, declared, span)
+    return report_of(happened(robot, declared, span, now), spec, declared, span)
 
 
 class _Refused(Exception):

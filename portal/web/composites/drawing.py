@@ -32,7 +32,7 @@ QUALITY = 40  # with a Huffman table for each picture; robots/kit/drivers/irat/R
 THREAD = Pool("composites", 1)
 
 
-class Drawn(Parts):
+class Drawing(Parts):
     """One composite of one robot in one event loop; it runs from its first watcher to its last."""
 
     def __init__(self, slug: str, spec: Spec, composite: Composite) -> None:
@@ -105,9 +105,9 @@ def compressed(pixels: "Pixels") -> bytes:
     return bytes(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_OPTIMIZE, 1])[1])
 
 
-def drawn(slug: str, spec: Spec, composite: Composite) -> Parts:
+def shared_drawing(slug: str, spec: Spec, composite: Composite) -> Parts:
     """Return the composite of the running event loop; one that nobody watches yet draws nothing."""
-    return shared(slug, composite.name, lambda: Drawn(slug, spec, composite))
+    return shared(slug, composite.name, lambda: Drawing(slug, spec, composite))
 
 
 def waiting_jobs(slug: str) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Adapts allauth: what failed attempts are counted by, and mails that are sent in the background."""
+"""Adapts allauth: how it counts failed attempts, and mails that are sent in the background."""
 
 import logging
 from concurrent.futures import ThreadPoolExecutor

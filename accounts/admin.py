@@ -241,7 +241,7 @@ admin.site.unregister((Group, EmailAddress))
 
 @admin.register(Group)
 class RightsAdmin(ForSuperusers, GroupAdmin):
-    """Groups give rights: also to who could edit a group of their own."""
+    """Groups give rights, also to a person who could edit their own group."""
 
 
 @admin.register(EmailAddress)

@@ -47,7 +47,7 @@ class ShownQuestion:
 
 @dataclass(frozen=True)
 class Hint:
-    """What a failed test shows: where to read again, but not which or how many answers were wrong."""
+    """The answer to a failed test: where to read again, but not which or how many answers were wrong."""
 
     topic: str
     section: str
@@ -197,7 +197,7 @@ def questions(attempt: Attempt) -> list[ShownQuestion]:
 
 
 def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
-    """Grade an attempt once, on the server; the same answers sent again are told the same.
+    """Grade an attempt once, on the server; the same answers sent again get the same result.
 
     If all answers are right, the person is cleared; otherwise one topic is shown.
 

@@ -52,7 +52,7 @@ def may_do_more(other: Any, user: Any) -> bool:
 
 
 def drives_more(other: Any, user: Any) -> bool:
-    """Return whether `other` is cleared for what `user` is not; who gives clearances gives none to themselves."""
+    """Return whether `other` has a clearance that `user` has not; nobody gives clearances to themselves."""
     if user.is_superuser or other.pk == user.pk:
         return False
     levels = dict(_levels(user))

@@ -34,7 +34,7 @@ def results(request: HttpRequest) -> HttpResponse:
 
 
 def plots(question: SurveyQuestion) -> list[dict[str, Any]]:
-    """Return what is shown of a question: its answers as what it is now, and those of before, when it was another."""
+    """Return the plots of a question: first of its answers, then of those from when it was of another kind."""
     values: dict[str, list[str]] = defaultdict(list)
     for kind, value in question.answers.order_by("id").values_list("kind", "value"):
         values[kind or question.kind].append(value)

@@ -200,14 +200,14 @@ ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
 ACCOUNT_USERNAME_VALIDATORS = "accounts.handles.VALIDATORS"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
-# the movie of the day: what origin and edges share; where the origin answers edges (with port 0 the supervisor starts
-# neither); the ports of the edges that the supervisor starts
+# the movie of the day: the key that origin and edges share; the address at which the origin answers edges (with port 0
+# the supervisor starts neither); the ports of the edges that the supervisor starts
 BROADCAST_KEY = env.str("FARHAND_BROADCAST_KEY", "")
 BROADCAST_GROUP = env.str("FARHAND_BROADCAST_GROUP", "239.8.1.30:5004")
 BROADCAST_INTERFACE = env.str("FARHAND_BROADCAST_INTERFACE", "lo")
 BROADCAST_HOST, BROADCAST_PORT = env.str("FARHAND_BROADCAST_HOST", "127.0.0.1"), env.int("FARHAND_BROADCAST_PORT", 8010)
 BROADCAST_EDGES = env.list("FARHAND_BROADCAST_EDGES", cast=int, default=[])
-SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # what mails call the site
+SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # the name of the site in mails
 # attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
 # or the mail address that is written to
 ACCOUNT_RATE_LIMITS = {
@@ -354,7 +354,7 @@ LOGGING = {
 
 OPERATORS_PORT = env.int("FARHAND_OPERATORS_PORT", 0)  # of a second web process, for operators' streams; 0: none
 
-# What one network address (IPv6: its /64) may have open in a web process, and the bounds of a request.
+# The limits of one network address (IPv6: its /64) in a web process, and of one request.
 LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
     "SOCKETS_OF_ACCOUNT": env.int("FARHAND_SOCKETS_PER_ACCOUNT", 20),  # beside operators' streams

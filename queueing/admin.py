@@ -88,7 +88,7 @@ class JobAdmin(Kept):
 
 @admin.register(Account)
 class AccountAdmin(FormFieldsAdmin):
-    """What people have used, and their weight."""
+    """The use of people and guests, and their weight."""
 
     list_display = ("__str__", "queue", "network", "finish_tag", "weight")
     readonly_fields = ("user", "network", "queue", "finish_tag")

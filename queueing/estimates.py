@@ -1,4 +1,4 @@
-"""How many people and jobs are ahead of a person who waits, and how long the wait may be. Reads only."""
+"""Estimates for a person who waits: people and jobs ahead, and the length of the wait. Reads only."""
 
 from datetime import datetime
 from typing import Any

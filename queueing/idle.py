@@ -1,4 +1,4 @@
-"""What a robot does by itself: its needs before everybody's requests, its idle behaviour while nobody asks."""
+"""The robot's own behaviour: its needs before everybody's requests, idle behaviour while nobody asks."""
 
 from datetime import datetime, timedelta
 from typing import TypeVar
@@ -22,7 +22,7 @@ C = TypeVar("C")
 
 
 def wanted_need(robot: Robot, now: datetime) -> Need | None:
-    """Return what the robot needs before anybody is served: a channel is too low, or not yet full again."""
+    """Return the need that comes before all requests: a channel is too low, or not yet full again."""
     found = _capabilities(robot, Need)
     if not found:
         return None
@@ -65,7 +65,7 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
 
 
 def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
-    """Start one slice of the robot's idle behaviour, unless nobody has watched for long, or the last did not last."""
+    """Start one slice of idle behaviour, unless nobody has watched for long, or the last slice ended at once."""
     found = _capabilities(robot, Idle)
     if not found or rests(link, now):
         return False

@@ -23,7 +23,7 @@ from robots.states import GrantEnd
 
 
 class Place(Enum):
-    """What happens to place and turn when a session of the person ends."""
+    """The consequence for place and turn when a session of the person ends."""
 
     KEPT = "kept"
     OTHERS = "goes on only where another session of theirs drives"
@@ -53,7 +53,7 @@ def last_report_elsewhere(slug: str, person: int, session: str, now: datetime) -
 
 
 def note_open_session(person: int, session: str, now: datetime) -> None:
-    """Note that a session in which the person's turn was accepted still has a page open, whichever page that is."""
+    """Note that a session in which the person's turn was accepted still has any page open."""
     TurnSession.objects.filter(turn__user=person, turn__ended_at=None, session=session).update(last_seen=now)
 
 
@@ -66,8 +66,8 @@ def mark_disconnected(slug: str, person: int, now: datetime) -> None:
 def end_session(slug: str, person: int, place: Place, reason: str, now: datetime) -> None:
     """End the person's turn on the robot, or remove them from its queue, as `place` says.
 
-    With `OTHERS` the turn must have been marked as disconnected a moment before: another session that still drives has
-    removed the mark since.
+    With `OTHERS` the turn must have been marked as disconnected a moment before: a session that still drives removes
+    the mark.
     """
     if place is Place.LOST:
         ticket = Ticket.objects.filter(queue__robot_links__robot__slug=slug, user=person, state__in=OPEN_TICKET).first()

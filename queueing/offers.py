@@ -21,7 +21,7 @@ from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
-BACK = timedelta(seconds=40)  # by then a page has connected again, and its person was heard
+BACK = timedelta(seconds=40)  # by then a page has connected again, and its person was seen
 CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
 IN_USE = {
@@ -50,7 +50,7 @@ _FIRST_CLEARED: Prepared[Ticket] = Prepared(lambda: _there().filter(user__in=cle
 
 
 def _there() -> QuerySet[Ticket]:
-    """Return who waits and may come next; those who were heard before `back` may not have come back yet."""
+    """Return the tickets that may come next; people last seen before `back` may not have come back yet."""
     heard = Q(last_seen__gte=Slot("present", DateTimeField())) | Q(last_seen__lt=Slot("back", DateTimeField()))
     waiting = Ticket.objects.filter(heard, queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
     busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
@@ -69,7 +69,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
     """Start the turn of an accepted offer; `away`: the robot's page is not open yet.
 
     `session`: the key of the session in which it was accepted. It is noted with the turn, not only with the page's next
-    report: whoever signs out of another one meanwhile drives on here.
+    report: a person who signs out of another session meanwhile drives on here.
 
     Raises:
         RobotsFault: the robot is no longer offered, or somebody else may move it.

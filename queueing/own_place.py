@@ -1,4 +1,4 @@
-"""What people do with their own place, from whichever page: join, accept, leave, or say that they are still there."""
+"""Acts of people on their own place, the same from every page: join, accept, leave, stay."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

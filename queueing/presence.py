@@ -1,4 +1,4 @@
-"""Notes that people are present, and that they have read what happened to their place."""
+"""Notes that people are present, and that they have read the end of their place."""
 
 from datetime import datetime
 from typing import Any
@@ -13,8 +13,8 @@ from robots.models import Robot
 def note_presence(robot: Robot, user: Any, now: datetime, classic: bool | None = None, session: str = "") -> None:
     """Count a heartbeat or a request as presence; `session`: the key of the session in which a page reports.
 
-    `now`: when it came. A page's sockets are noted in threads of their own, so a younger absence may have been noted
-    before; that remains.
+    `now`: when it came. A page's sockets are noted in threads of their own, so a later absence may have been noted
+    before; it stays.
     """
     ticket = open_ticket(robot, user)
     if ticket is None:
@@ -45,7 +45,7 @@ def note_disconnection(robot: Robot, user: Any, now: datetime, session: str = ""
 
 
 def note_waiting(user: Any, now: datetime) -> None:
-    """Note that a person who waits is present, on whatever page.
+    """Note that a person who waits is present, on any page.
 
     A running turn needs its robot's page; presence on other pages does not keep it.
     """

@@ -1,4 +1,4 @@
-"""Decides what each robot does next: its needs, then turns and jobs in the order of their tags, then idle behaviour."""
+"""Starts the next thing of each robot: its needs, then turns and jobs in order of their tags, then idle behaviour."""
 
 from datetime import datetime
 
@@ -18,7 +18,7 @@ ASKED, TURN_NEXT = "somebody asked for the robot", "somebody's turn comes next"
 
 
 def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None:
-    """Start what comes next on each robot that is ready. `up_since`: since when people can reach the portal."""
+    """Start the next thing on each robot that is ready. `up_since`: since when people can reach the portal."""
     tag_next(queue)
     store_watchers(queue, now)
     for link in links_of(queue):
@@ -56,7 +56,7 @@ def _before(ticket: Ticket, job: Job) -> bool:
 
 
 def _gives_way(robot: Robot, grant: Grant | None, reason: str, now: datetime) -> bool:
-    """End the grant for what comes next. Return False if the robot comes to rest first."""
+    """End the grant for the next thing. Return False if the robot comes to rest first."""
     if grant is None:
         return True
     end_grant(grant, GrantEnd.PREEMPTED, reason, now)

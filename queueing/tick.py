@@ -1,4 +1,4 @@
-"""Advances the queues in time: ends what is over, and offers robots to the next people."""
+"""Advances the queues in time: ends turns and offers that are over, and offers robots to the next people."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -84,7 +84,7 @@ def busy_queues() -> QuerySet[Queue]:
 
 
 def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
-    """End the offers that nobody answered, and the places of who is away."""
+    """End the offers that nobody answered, and the places of people who are away."""
     for ticket in open_offers(queue):
         if ticket.offer_until is None or ticket.offer_until > now:
             continue
@@ -99,7 +99,7 @@ def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
 
 
 def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: datetime) -> None:
-    """Do it for each queue; what goes wrong in one of them, as in a robot's package, costs no other its time."""
+    """Do it for each queue; an error in one of them, as in a robot's package, does not stop the others."""
     for queue in queues:
         try:
             with transaction.atomic():

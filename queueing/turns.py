@@ -1,4 +1,4 @@
-"""Turns: which one runs, until when, and its end."""
+"""Turns: the running one, its time, and its end."""
 
 import logging
 from datetime import UTC, datetime, timedelta
@@ -48,7 +48,7 @@ _LAST_ENDED: Prepared[Any] = Prepared(
 
 
 def _theirs() -> QuerySet[Command]:
-    """Return what a person has asked for under a grant."""
+    """Return the commands that a person has given under a grant."""
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
@@ -155,7 +155,7 @@ def idle_s(turn: Turn) -> int:
 
 
 def stay(robot: Robot, user: Any, now: datetime) -> bool:
-    """Note that the operator has done something beside commands, or says that they are there.
+    """Note that the operator has done something other than a command, or says that they are there.
 
     Return False if they have no turn, or it has ended.
     """
@@ -172,9 +172,9 @@ def stay(robot: Robot, user: Any, now: datetime) -> bool:
 
 
 def note_act(robot: Robot, user: Any, now: datetime) -> None:
-    """Note what the operator has done, as `stay` does, but wait for no tick, and let no failure reach them.
+    """Note an act of the operator, as `stay` does, but wait for no tick, and raise no error of the database.
 
-    For stops: one that succeeded is answered at once. It is not noted while the turn's row is being changed.
+    For stops: a stop that succeeded is answered at once. Nothing is noted while another transaction changes the row.
     """
     try:
         with transaction.atomic():
@@ -184,7 +184,7 @@ def note_act(robot: Robot, user: Any, now: datetime) -> None:
                 mine.update(acted_at=now)
                 bus.tell_people_on_commit(StandingChanged(user=user.pk))
     except Error:
-        log.warning("what the operator of %s has done was not noted", robot.slug, exc_info=True)
+        log.warning("an act of the operator of %s was not noted", robot.slug, exc_info=True)
 
 
 def others_wait_since(turn: Turn) -> datetime | None:
@@ -202,9 +202,9 @@ def others_wait_since(turn: Turn) -> datetime | None:
 
 
 def _last_act(turn: Turn, now: datetime) -> datetime:
-    """Return when the operator last did something; while a command of theirs runs they have.
+    """Return when the operator last did something; now, while a command of theirs runs.
 
-    What staff set under the grant meanwhile is no act of the operator.
+    Settings by staff under the grant are no acts of the operator.
     """
     theirs = {"grant": turn.grant_id, "robot": turn.robot_id, "user": turn.user_id}
     if _UNDER_WAY(**theirs):

@@ -1,4 +1,4 @@
-"""What origin and edges answer to HTTP requests; `application` makes an ASGI application of either."""
+"""HTTP answers of origin and edges; `application` makes an ASGI application of either."""
 
 import json
 from collections.abc import Awaitable, Callable, Mapping

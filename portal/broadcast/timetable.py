@@ -40,7 +40,7 @@ class Channel:
         return -(-(since_ns - self.phase_ns) * self.packets // self.period_ns)
 
     def complete(self, joined_ns: int) -> int:
-        """Return when whoever joined at this moment has all of it."""
+        """Return when a viewer who joins at this moment has all of it."""
         return self.at(self.first(joined_ns) + self.packets - 1)
 
     @property

@@ -35,8 +35,8 @@ class Plain:
 class SharedCache(BaseCache):
     """Django's cache in Redis, which uses memory while Redis is away and returns by itself.
 
-    What was to be deleted meanwhile is deleted first when Redis is back: a lock that stayed would refuse everybody who
-    is counted under it.
+    Keys that were to be deleted meanwhile are deleted first when Redis is back: a lock that stayed would refuse
+    everybody who is counted under it.
     """
 
     _owed: ClassVar[dict[tuple[str, int | None], float]] = {}  # keys to delete, and since when

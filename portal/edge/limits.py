@@ -1,4 +1,4 @@
-"""Limits of each network address in this process: how much is open at once, and how often something comes."""
+"""Limits of each network address in this process: open items at once, and a token bucket for rates."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from portal.edge.addresses import network_of
 from robots.kit.clock import SYSTEM
 
-MANY = 1000  # addresses that are remembered before those that are calm are forgotten
+MANY = 1000  # addresses that are remembered before those with full buckets are forgotten
 
 
 class AddressCount:
@@ -48,7 +48,7 @@ class AddressCount:
 
 
 class Bucket:
-    """Tokens that come back with time: `rate` a second, `burst` at most, which is what there is at the beginning."""
+    """A token bucket: `rate` tokens come a second, up to `burst`; it is full at the beginning."""
 
     __slots__ = ("_at", "_burst", "_left", "_rate")
 
@@ -56,13 +56,13 @@ class Bucket:
         self._rate, self._burst, self._left, self._at = rate, burst, burst, 0.0
 
     def take(self, now: float) -> bool:
-        """Take a token at that time (s). Return False if there is none; what has come back is lost then."""
+        """Take a token at that time (s). Return False if there is none; a fraction of one is lost then."""
         left = self._has(now) - 1.0
         self._left, self._at = max(0.0, left), now
         return left >= 0.0
 
     def full(self, now: float) -> bool:
-        """Return whether nothing was taken for long."""
+        """Return whether all tokens are there."""
         return self._has(now) >= self._burst
 
     def _has(self, now: float) -> float:

@@ -1,4 +1,4 @@
-"""Few pages are rendered at once, so that threads leave the interpreter to commands and stops; addresses take turns."""
+"""Limits how many pages are rendered at once, so that commands and stops get the interpreter; addresses take turns."""
 
 import asyncio
 from collections import OrderedDict, deque
@@ -15,7 +15,7 @@ from portal.edge.addresses import network_of
 class FewPages(ASGIHandler):
     """Django's handler, which renders at most `LIMITS["PAGES"]` pages at a time.
 
-    Bodies are received before, and what a page streams is sent afterwards; neither is counted.
+    Bodies are received before, and streams are sent afterwards; neither is counted.
     """
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ def leave_room(request: HttpRequest) -> None:
 
 
 class FairSemaphore:
-    """Lets `most` in at a time, in one event loop; who waits comes in by turns of the network addresses."""
+    """A semaphore of `most`, in one event loop; the network addresses that wait take turns."""
 
     def __init__(self, most: int) -> None:
         self._free = most

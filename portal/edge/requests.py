@@ -12,7 +12,7 @@ TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."
 TOO_MANY = "Too many requests from your network address at once; wait a moment."
 STAFF_PATH = "/admin/"
-OPERATORS_PATH = "/ws/operators/"  # counted apart: whoever watches takes no place from an operator
+OPERATORS_PATH = "/ws/operators/"  # counted apart: a viewer takes no place from an operator
 
 
 class _Refused(Exception):

@@ -173,7 +173,7 @@ class Ws(WebSocketsSansIOProtocol):
         self._look_no_more()
         super().connection_lost(exc)
         self.close_sent = True
-        if self._call is not None:  # who waits for it to become free must not wait for ever
+        if self._call is not None:  # tasks that wait for it to become free must not wait for ever
             self._call()
 
     def handle_ping(self) -> None:

@@ -1,4 +1,4 @@
-"""What pages tell of jobs."""
+"""Jobs on pages."""
 
 from django import template
 

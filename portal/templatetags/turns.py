@@ -1,4 +1,4 @@
-"""What pages tell of turns and of waiting."""
+"""Turns and waits on pages."""
 
 from django import template
 

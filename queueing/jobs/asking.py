@@ -1,4 +1,4 @@
-"""Requests of jobs: who may ask, how many, and where the job waits."""
+"""Requests for jobs: permission, limits, and the new job's place."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -75,7 +75,7 @@ def ask(
         raise BadRequest("The values of a job must be an object.")
     args = with_program(robot, user, kind, args)
     check(robot.driver, kind, args, robot.driver_settings(), present_state(robot, lease_of(robot), now))
-    _refuse_by_what_is_shown(robot, kind, args)
+    _refuse_by_stream(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():
         queue = lock(queue_of(robot))
@@ -107,8 +107,8 @@ def job_of_form(robot: Robot, asker: Asker, form: str) -> Job | None:
     return Job.objects.filter(robot=robot, user=asker.user, guest="" if asker.user else asker.guest, form=form).first()
 
 
-def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> None:
-    """Let the robot's own check refuse what makes no sense by what it shows, so that nobody waits for it in vain."""
+def _refuse_by_stream(robot: Robot, kind: str, args: dict[str, Any]) -> None:
+    """Let the robot's own check refuse a job that makes no sense by its stream, so that nobody waits in vain."""
     for own in spec_of(robot.driver).all_of(JobCheck):
         if packets := packets_of(robot, own.stream):
             function(own.function)(kind, args, packets)

@@ -57,7 +57,7 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     turn_left = left_of_turn(robot, now)
-    if turn_left is not None:  # which may end at any time
+    if turn_left is not None:  # the turn may end at any time
         low, high = low + HANDOVER_S, high + turn_left + HANDOVER_S
     found: list[Forecast] = []
     for number, job in enumerate(jobs):

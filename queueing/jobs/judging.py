@@ -1,4 +1,4 @@
-"""Which waiting jobs may start, and which of them is next.
+"""Judges whether waiting jobs may start, and finds the next one.
 
 Jobs are judged again while they wait: by the rule of asking (`kinds.may_ask`), and by the robot's present state.
 """
@@ -44,14 +44,14 @@ def judge_waiting(queue: Queue, now: datetime) -> None:
 
 
 def unfit(robot: Robot, guests_ask: bool) -> Q:
-    """Return which waiting jobs of the robot may not start, because their asker may no longer ask for them."""
+    """Return the filter of waiting jobs that may not start, because their asker may no longer ask for them."""
     return _any(refusals(robot, guests_ask))
 
 
 def refusals(robot: Robot, guests_ask: bool) -> tuple[tuple[Q, str], ...]:
-    """Return which jobs of the robot may no longer be asked for, and why, as a sentence each.
+    """Return the filters of jobs that may no longer be asked for, each with the reason as a sentence.
 
-    Nothing is said of kinds and clearances while the robot's package is not installed.
+    Kinds and clearances are not checked while the robot's package is not installed.
     """
     kinds = job_kinds_or_none(robot)
     found = [(Q(user__is_active=False), SWITCHED_OFF)]

@@ -106,7 +106,7 @@ def _used(grant: Grant, robot: Robot) -> float:
 def end(
     queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime, code: str = ""
 ) -> None:  # fmt: skip
-    """End a job for good, charge it, and tell its asker. `code`: the robot's own word for why it never began."""
+    """End a job for good, charge it, and notify its asker. `code`: the robot's own word for why it never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
     if not open_one.update(state=state, reason=reason[:LONGEST], code=code, ended_at=now, charged=cost):
         return

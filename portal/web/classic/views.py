@@ -33,7 +33,7 @@ from robots.services import newest_still, stop_shown
 
 WAIT_S = 20.0
 POLL_S = 0.1
-REFRESH_S, DRIVING_S = 30, 60  # of who drives: before `CLASSIC_PRESENCE_S` is over
+REFRESH_S, DRIVING_S = 30, 60  # the second one for the operator: before `CLASSIC_PRESENCE_S` is over
 WARN_S, TOLD_S = 30, 3  # before a turn ends because nothing is done; after it
 PIXEL = re.compile(r"[0-9]{1,5}\Z")
 
@@ -109,7 +109,7 @@ def _over(robot: Robot, user: Any, now: datetime) -> End | None:
 
 
 def _refresh_s(ticket: Ticket | None, idle_s: int | None, mine: bool) -> int | None:
-    """Return after how long the page asks again: of who drives in time to warn, where nothing is done."""
+    """Return after how many seconds the page reloads; an idle operator's page reloads in time to warn."""
     if ticket is None:
         return None
     if not mine:

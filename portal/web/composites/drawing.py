@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # arrays, which a portal whose pictures nobody watches need n
 
 log = logging.getLogger(__name__)
 EVERY_S = 0.1
-UNHEARD_S = 1.0  # between two pictures of a robot that tells nothing new
+UNHEARD_S = 1.0  # between two pictures while nothing new comes from the robot
 JOBS_S = 1.0  # between two looks at the jobs that wait
 MOST_JOBS = 10
 QUALITY = 40  # with a Huffman table for each picture; robots/kit/drivers/irat/README.md has bytes and likeness
@@ -46,7 +46,7 @@ class Drawing(Parts):
         self._broken: set[int] = set()  # streams of which a packet could not be read, until their next key packet
 
     async def make(self, viewer: Viewer) -> None:
-        """Draw ten times a second what the robot tells."""
+        """Draw the robot's packets, picture and state ten times a second."""
         clock = asyncio.get_running_loop().time
         heard = seen = due = clock()
         shown = -UNHEARD_S

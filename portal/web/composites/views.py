@@ -36,7 +36,7 @@ from robots.models import Robot
 from robots.services import newest_still
 
 ABSENT = "There is no such picture.\n"
-Still = Callable[[], Awaitable[bytes]] | None  # reads what a stream begins with
+Still = Callable[[], Awaitable[bytes]] | None  # reads the first picture of a stream
 PICTURES = Pool("pictures", 2)
 LATEST_S = 2**37  # later is no time of a picture
 NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
@@ -111,7 +111,7 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
 
 @dataclass(frozen=True)
 class LiveRobot:
-    """What a request needs to know of a robot."""
+    """A robot as live pictures need it."""
 
     slug: str
     spec: Spec

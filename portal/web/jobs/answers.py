@@ -22,7 +22,7 @@ AGAIN_S = "300"  # the longest wait until one may ask again
 
 
 def wants_json(request: HttpRequest) -> bool:
-    """Return whether a script asks, and not a person who goes to the page."""
+    """Return whether a script asks, and not a person in a browser."""
     return request.get_preferred_type(["text/html", "application/json"]) == "application/json"
 
 

@@ -1,4 +1,4 @@
-"""Middleware: which requests are refused before a page sees them, static files, and what caches may keep."""
+"""Middleware: refuses requests that no page should see, serves static files, and keeps private pages out of caches."""
 
 import logging
 from collections.abc import Callable
@@ -72,7 +72,7 @@ def _break_plainly(request: HttpRequest) -> None:
 class PlainText:
     """Middleware that refuses NUL and unpaired surrogates in an address, its query or a form, and too many fields.
 
-    What a form sends has line breaks of one character from here on, so that no text is longer than its field showed.
+    From here on, line breaks of a form are one character, so that no text is longer than its field showed.
     """
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:

@@ -59,7 +59,7 @@ def landing(request: HttpRequest) -> HttpResponse:
 
 
 def story(request: HttpRequest) -> HttpResponse:
-    """Tell what the project is for."""
+    """Show what the project is for."""
     return render(request, "pages/story.html")
 
 

@@ -1,4 +1,4 @@
-"""Who may see a recording: as much as may be seen of the turn or the job that it shows."""
+"""Access to recordings: a person may see as much of a recording as of the turn or job that it shows."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -64,7 +64,7 @@ def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About |
 
 
 def to_offer(grants: Any, user: Any) -> list[Recording]:
-    """Return the recordings of these grants of which a page may tell this person: ready, running or removed."""
+    """Return the recordings of these grants that a page may mention to this person: ready, running or removed."""
     found = Recording.objects.filter(grant__in=grants).select_related("robot", "grant").order_by("id")
     return [one for one in found if may_see(one, about(one), user)]
 

@@ -1,6 +1,6 @@
-"""The movie of the day: which one it is, by a rule that staff may override, and its page.
+"""The movie of the day: chosen by a rule that staff may override; and its page.
 
-Nothing is stored of the choice: it is made again whenever somebody asks, so what is hidden or removed is gone at once.
+The choice is not stored but made again for each request, so a movie that is hidden or removed is gone at once.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ LOOKED = 60  # movies at which the rule looks; before them stand those of hidden
 
 @dataclass(frozen=True)
 class ShownMovie:
-    """A movie that everybody may see, and what it is of."""
+    """A movie that everybody may see, with its recording."""
 
     movie: Movie
     recording: Recording
@@ -65,7 +65,7 @@ def may_be_shown(key: int) -> bool:
 
 
 def movies_to_keep() -> set[int]:
-    """Return which movies are not removed for their age or size: the one that is shown now."""
+    """Return the movies that are not removed for their age or size: the one that is shown now."""
     found = movie_of_the_day(SYSTEM.now())
     return set() if found is None else {found.movie.pk}
 

@@ -62,7 +62,7 @@ def _served(request: HttpRequest, found: Movie | None, name: str) -> HttpRespons
 
 
 def of_day(robot: Robot, day: date) -> list[Recording]:
-    """Return the recordings that a time-lapse may show: whose pictures everybody may see."""
+    """Return the recordings that a time-lapse may show: everybody may see their pictures."""
     found = Recording.objects.filter(robot=robot, began_at__date=day, state__in=SHOWN).select_related("grant")
     about = [(recording, access.about(recording)) for recording in found.order_by("began_at")]
     return [recording for recording, one in about if one is not None and not one.hidden]
@@ -114,7 +114,7 @@ def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseB
 
 
 def movies_of(recording: Recording) -> list[dict[str, Any]]:
-    """Return each kind of movie with how it stands."""
+    """Return each kind of movie, with the recording's movie of that kind."""
     found = {one.kind: one for one in recording.movies.filter(version=recording.version)}
     return [{"kind": kind, "label": label, "movie": found.get(kind)} for kind, label in Movie.Kind.choices]
 

@@ -64,7 +64,7 @@ def figures_of(robot: Robot, findings: Sequence[Finding], recordings: Iterable[R
 
 @dataclass(frozen=True)
 class Run:
-    """The path of one run (m), and where its pictures were taken. `joined`: driven are the places that were noted."""
+    """The path of one run (m), and the places of its pictures. `joined`: `driven` joins the places that were noted."""
 
     driven: list[Line]
     plan: list[Line]
@@ -81,7 +81,7 @@ def _run(track: Mapping[str, Any], findings: Sequence[Finding]) -> Run:
 
 
 def _lines(told: Any) -> list[Line]:
-    """Return the lines of a stored track; what is none is left out."""
+    """Return the lines of a stored track; anything else in it is left out."""
     lines = [[(float(x), float(y)) for x, y in line if is_place((x, y))] for line in told or ()]
     return [line[:POINTS] for line in lines[:POINTS] if line]
 
@@ -123,12 +123,12 @@ def beside(marks: Iterable[tuple[int, float, float]]) -> tuple[tuple[int, float,
 
 
 def length(lines: Sequence[Line]) -> float:
-    """Return how long a path is (m)."""
+    """Return the length of a path (m)."""
     return sum(dist(a, b) for line in lines for a, b in pairwise(line))
 
 
 def words_of(run: Run) -> str:
-    """Return what a figure shows, in words."""
+    """Return a figure in words."""
     begin, end = run.driven[0][0], run.driven[-1][-1]
     way = "In straight lines between the places at which it noted something" if run.joined else "It drove"
     said = [f"{way}{':' if run.joined else ''} {length(run.driven):.1f} m, from {_m(begin)} to {_m(end)}."]

@@ -1,4 +1,4 @@
-"""Counts what happened to jobs and in motions. Pure: no database, no clock."""
+"""Counts jobs and motions. Pure: no database, no clock."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -41,7 +41,7 @@ class Motion:
 def growth(readings: Iterable[float], before: float | None = None) -> float | None:
     """Return by how much a counter grew from the reading `before` over these; None where nothing was read.
 
-    A counter that fell has begun anew at zero, so what it shows then counts in full.
+    A counter that fell has begun again at zero, so its whole value counts.
     """
     total, last, any_read = 0.0, before, False
     for value in readings:
@@ -53,7 +53,7 @@ def growth(readings: Iterable[float], before: float | None = None) -> float | No
 
 
 def readings(motions: Iterable[Motion], channel: str) -> list[float]:
-    """Return what was read of a channel, in the order of time."""
+    """Return the readings of a channel, in the order of time."""
     told = (value.get(channel) for motion in motions for value in (motion.first, motion.last))
     return [value for value in told if value is not None]
 
@@ -87,7 +87,7 @@ def by_hour(asks: Iterable[Ask], start: datetime) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Bin:
-    """Jobs that began while a channel was between `low` and `high`: how many, and how many of them are done."""
+    """The number of jobs that began while a channel was between `low` and `high`, and how many of them are done."""
 
     low: float
     high: float
@@ -127,7 +127,7 @@ def round_step(least: float, most: float) -> float:
 
 
 def course(motions: Iterable[Motion], channel: str, start: datetime, end: datetime) -> list[tuple[float, float]]:
-    """Return the course of a channel: hours from `start`, and the mean of what was read in each five minutes."""
+    """Return the course of a channel: hours from `start`, and the mean of the readings in each five minutes."""
     width = (end - start) / MOST_POINTS
     sums: dict[int, tuple[float, int]] = {}
     for motion in motions:

@@ -24,7 +24,7 @@ AS_IT_IS = {
 
 @dataclass(frozen=True)
 class Use:
-    """How long the robot was online (s), the most who watched at once, bytes sent to them; None: nothing is known."""
+    """Time online (s), greatest number of viewers at once, and bytes sent to them; None: not known."""
 
     online_s: float | None = None
     watching: int | None = None
@@ -33,7 +33,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Happened:
-    """What happened in 24 hours; `cut`: there was more than is read. `before`: motions shortly before, newest first."""
+    """Jobs and motions of 24 hours; `cut`: there were more than are read. `before`: earlier motions, newest first."""
 
     asks: list[Ask]
     motions: list[Motion]
@@ -43,7 +43,7 @@ class Happened:
 
 
 def use_of(robot: Robot, span: Span) -> Use:
-    """Return what was counted in the five minutes that began in this span."""
+    """Return the sums over the counts of five minutes that began in this span."""
     kept = Usage.objects.filter(robot=robot, at__gte=span.start, at__lt=span.end)
     found = kept.aggregate(online=Sum("online_s"), watching=Max("watching"), sent=Sum("sent_bytes"))
     return Use(found["online"], found["watching"], found["sent"])

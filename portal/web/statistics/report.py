@@ -1,4 +1,4 @@
-"""What the page and the JSON tell of 24 hours: rows, goals an hour, success, the course of a channel."""
+"""The report on 24 hours, for page and JSON: rows, goals an hour, success, the course of a channel."""
 
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
@@ -76,7 +76,7 @@ def _stamp(at: datetime) -> str:
 
 
 def report_of(found: Happened, spec: Spec, declared: Statistics, span: Span) -> Report:
-    """Count what was read."""
+    """Return the report on these jobs and motions."""
     low, high = next(((c.low, c.high) for c in spec.channels if c.name == declared.against), (0.0, 0.0))
     return Report(
         [*_jobs(found, declared), *(_own(row, found, spec, span) for row in declared.rows), *_use(found.use, span)],

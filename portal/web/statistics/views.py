@@ -1,4 +1,4 @@
-"""`/robots/<slug>/statistics/` and `statistics.json`: what happened to the jobs of a robot in any 24 hours."""
+"""`/robots/<slug>/statistics/` and `statistics.json`: the jobs of a robot in any 24 hours."""
 
 from datetime import datetime, timedelta
 

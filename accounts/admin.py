@@ -73,7 +73,7 @@ def _decides(user: Any, clearance: Clearance | None) -> bool:
 
 
 class ClearanceForm(forms.ModelForm):  # type: ignore[type-arg]
-    """A clearance of somebody else, who may do no more."""
+    """A clearance of another person, who has no more rights than the user."""
 
     by: Any  # the person who fills it in
 
@@ -199,7 +199,7 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
         return not (obj and may_do_more(obj, request.user)) and super().has_delete_permission(request, obj)
 
     def get_deleted_objects(self, objs: Any, request: HttpRequest) -> Any:
-        """Let whoever may delete the account delete what goes with it, also what is otherwise kept as history."""
+        """Let a person who may delete the account delete its rows, too, also those otherwise kept as history."""
         shown, counts, needed, protected = super().get_deleted_objects(objs, request)
         return shown, counts, needed & {self.opts.verbose_name}, protected
 

@@ -65,7 +65,7 @@ def is_taken(handle: str, but: Any = None) -> bool:
 
 @cache
 def _prototypes() -> dict[str, str]:
-    """Return Unicode's confusables: a character, and what stands for all that look like it.
+    """Return Unicode's confusables: each character with the one that stands for all that look like it.
 
     The package lists each pair in both directions, so that a prototype is what several look like, or several letters.
     """

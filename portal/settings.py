@@ -221,7 +221,7 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
-# of what guests may send and ask; "key" is the account, of guests the network address (portal/web/jobs/views.py)
+# rates of requests by guests and people; "key" is the account, of guests the network address (portal/web/jobs/views.py)
 RATE_LIMITS = {
     "survey": "30/m/ip,300/h/ip",
     "statistics": "120/m/ip",
@@ -344,7 +344,7 @@ LOGGING = {
         "django.request": {"level": "ERROR"},
         "uvicorn.access": {"level": "WARNING"},
         # Django's handlers on these, and those that Celery adds to loggers without any, would write what strangers
-        # sent as it is, of any length, and wait for whoever reads the log
+        # sent as it is, of any length, and wait for a slow reader of the log
         "django": {"level": "INFO"},
         "django.server": {"propagate": True},
         "celery.task": {"handlers": ["console"], "propagate": False},

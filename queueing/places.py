@@ -25,7 +25,7 @@ URGENT_FIRST = ("offered", "operating", "missed", "ended", "waiting")
 class Standing:
     """A person's place at one robot: `offered`, `operating`, `waiting`; `missed` or `ended` until it is dismissed.
 
-    A place that was lost by the person's absence is `missed`, what ended otherwise against their wish is `ended`.
+    A place that was lost by the person's absence is `missed`; one that ended otherwise against their wish is `ended`.
     """
 
     state: str

@@ -26,7 +26,7 @@ SAVED_S = 5  # a pause of so long may be made good at once
 
 
 class Repairs:
-    """Answers edges from what the carousel sends, at most `rate` bytes a second."""
+    """Answers edges from the contents of the carousel, at most `rate` bytes a second."""
 
     def __init__(self, carousel: Carousel, key: bytes, rate: float, now_ns: Callable[[], int]) -> None:
         self._carousel, self._key, self._rate, self._now_ns = carousel, key, rate, now_ns

@@ -17,7 +17,7 @@ from robots.kit.clock import SYSTEM
 
 AGAIN_S = 2.0  # between two attempts while Redis is away
 OWED = 10_000
-OWED_S = 10.0  # the longest life of a lock that whoever counts sets and deletes
+OWED_S = 10.0  # the longest life of a lock that a counting request sets and deletes
 
 
 class Plain:

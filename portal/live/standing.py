@@ -1,4 +1,4 @@
-"""A person's places as pages and sockets show them, and what the person may do there."""
+"""A person's places as pages and sockets show them, and the person's acts there."""
 
 from collections.abc import Sequence
 from datetime import datetime

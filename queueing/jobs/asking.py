@@ -55,8 +55,8 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense from where the robot
-            is or by what it shows, or a name that shows a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense at the robot's place
+            or by its stream, or a name of a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -101,14 +101,14 @@ def ask(
 
 
 def job_of_form(robot: Robot, asker: Asker, form: str) -> Job | None:
-    """Return the asker's job that this form has made; `form` is empty for what is no form."""
+    """Return the asker's job that this form has made; `form` is empty for a request without one."""
     if not form:
         return None
     return Job.objects.filter(robot=robot, user=asker.user, guest="" if asker.user else asker.guest, form=form).first()
 
 
 def _refuse_by_stream(robot: Robot, kind: str, args: dict[str, Any]) -> None:
-    """Let the robot's own check refuse a job that makes no sense by its stream, so that nobody waits in vain."""
+    """Let the robot's own check refuse a job that makes no sense by its stream, so that nobody waits for nothing."""
     for own in spec_of(robot.driver).all_of(JobCheck):
         if packets := packets_of(robot, own.stream):
             function(own.function)(kind, args, packets)

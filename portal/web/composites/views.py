@@ -169,7 +169,7 @@ def _stream(request: HttpRequest, robot: LiveRobot, make: Callable[[], Parts], s
 
 
 async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Still) -> AsyncIterator[bytes]:
-    """Count the reader from the first part to the last, whatever ends it."""
+    """Count the reader from the first part to the last, however it ends."""
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
             shown = make()

@@ -1,7 +1,7 @@
 """The path that a robot drove, over the path planned, as a drawing of a job's page: from above, one for each run.
 
-It is drawn from what was found in the recording when its movie was made, and without that from the places at which the
-robot noted something; both are bounded.
+It is drawn from the track that was read from the recording when its movie was made; without one, from the places at
+which the robot noted something. Both are bounded.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ class Figure:
 
     `joined`: the lines driven are straight ones between the places at which it noted something.
     `room` and `rectangles` are x, y, width and height, `circles` x, y and radius; lines are points as SVG writes them;
-    `marks` are the pictures' numbers in the table of what was found, with x and y.
+    `marks` are the pictures' numbers in the table of findings, with x and y.
     """
 
     width: float

@@ -22,7 +22,7 @@ LONGEST = timedelta(hours=12)  # of a turn or a job
 
 @dataclass(frozen=True)
 class Listed:
-    """A recording of the list, and what it shows."""
+    """A recording of the list, with the turn or job that it shows."""
 
     recording: Recording
     about: access.About

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
 BUSY = "Other recordings are being read; try again in some seconds.\n"
-INDEX = "recording-index-2"  # kept indexes; the number changes with what is in one
+INDEX = "recording-index-2"  # kept indexes; the number changes with their content
 COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # a whole file is read for an index: one at a time in a process
 
 

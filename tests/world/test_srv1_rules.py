@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from robots import services, verbs
+from robots import services
+from robots.admin import verbs
 from robots.kit.contract.errors import BadRequest
 from robots.kit.description import load
 from robots.kit.drivers.srv1 import flash

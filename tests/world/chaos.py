@@ -70,7 +70,7 @@ class Chaos:
         self.world.database_away = False
         portal.rig.plug()
         portal.rig.clear_faults()
-        self.world.thaw(portal.run.supervisor.worker.process)
+        self.world.thaw(portal.supervisor.worker.process)
 
     # what people do
 

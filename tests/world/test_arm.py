@@ -31,7 +31,7 @@ def killed(portal):
     (connection,) = told(portal, "connected")
     slowly(portal)
     at = portal.world.monotonic()
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     portal.at_rest(BRAKES_S)
     assert [record["cause"] for record in told(portal, "disconnected")] == ["the client closed the line"]
     assert told(portal, "end")[-1]["end"] == "held"
@@ -54,7 +54,7 @@ def vanished(portal):
     command = slowly(portal)
     at = portal.world.monotonic()
     portal.rig.stall(2 * watchdog_s)
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     portal.world.sleep(watchdog_s - 1.0)
     assert portal.rig.moving, "it had no reason to stop yet, or the motion was too short to tell"
     portal.at_rest(1.0 + BRAKES_S)

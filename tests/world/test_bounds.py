@@ -89,7 +89,7 @@ def test_promise_44_a_hostile_client_beside_the_owner_changes_nothing(worlds, pr
             command = portal.final(portal.move())
             assert command.state == "completed", command.reason
         assert len(history.begun.keys() - before) == number
-        assert portal.run.supervisor.starts == 1
+        assert portal.supervisor.starts == 1
         assert all(portal.rig.count(event) == 0 for event in ("crash", "thread_died", "passed"))
         history.check()
 
@@ -120,7 +120,7 @@ def test_promise_48_nobody_says_that_a_robot_rests_before_it_does(worlds, proof,
             world.sleep(dice.random() * 0.3)
             rig.fault("mute") if how == "mute" else rig.stall(60.0)
             if how == "killed":
-                portal.run.supervisor.worker.kill()
+                portal.supervisor.worker.kill()
             services.stop(portal.robot, portal.people["ada"])
             said = portal.until(lambda: (told := shown()) and told.rests_by and told, 30, "the time by which it rests")
             assert not said.confirmed

@@ -118,7 +118,7 @@ def killed(portal):
     at = portal.world.monotonic()
     if unheard:
         portal.rig.network.stall(5)
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     assert rested(portal, at) <= REST_S
     assert portal.rig.journal()[-1]["end"] == ("silence" if unheard else "lost")
     portal.controls.let_go()
@@ -136,7 +136,7 @@ def frozen(portal):
     portal.grant()
     held(portal)
     portal.world.sleep(0.5)
-    worker = portal.run.supervisor.worker.process
+    worker = portal.supervisor.worker.process
     at = portal.world.monotonic()
     portal.world.freeze(worker)
     assert rested(portal, at) <= REST_S

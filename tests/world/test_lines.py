@@ -67,7 +67,7 @@ def test_a_run_depends_on_its_seed_alone(worlds):
         portal.stop()
         portal.all_final()
         portal.release()
-        portal.run.supervisor.worker.kill()
+        portal.supervisor.worker.kill()
         portal.works_on()
         states = list(Command.objects.order_by("pk").values_list("state", flat=True))
         return portal.world.history, states, portal.rig.journal()

@@ -117,7 +117,7 @@ def test_promise_43_a_busy_machine_restarts_nothing(worlds, proof, seed):
                 portal.stop()
                 portal.all_final()
                 portal.release()
-        assert portal.run.supervisor.starts == 1
+        assert portal.supervisor.starts == 1
         history.check()
 
     hunt(worlds, seed, run, lambda seed: busy(seed))

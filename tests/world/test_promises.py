@@ -61,7 +61,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(worlds, proof, seed):
                 world.sleep(dice.random() * 0.8)
             else:
                 world.sleep(dice.random() * 0.08)
-            portal.run.supervisor.worker.kill()
+            portal.supervisor.worker.kill()
             begun = history.begun[portal.wishes.goal(command)]
             portal.at_rest()
             portal.until(lambda epoch=epoch: Lease.objects.get().epoch > epoch, 20, "the next owner")
@@ -90,7 +90,7 @@ def test_promise_02_killed_before_any_wait_or_statement(worlds, proof, seed):
         history, dice, world = Motions(portal), random.Random(seed), portal.world
         portal.grant()
         for _ in range(kills):
-            worker, epoch = portal.run.supervisor.worker, portal.owner.lease.epoch
+            worker, epoch = portal.supervisor.worker, portal.owner.lease.epoch
             world.at_moment(worker.process, int(2 ** (dice.random() * MOST_MOMENTS)), worker.kill)
             command = portal.move()
             portal.until(lambda worker=worker: worker.ended, 30, "the death")
@@ -122,7 +122,7 @@ def test_promise_03_claimed_in_time_but_said_too_late(worlds, proof, seed, setti
         history, dice, world = Motions(portal), random.Random(seed), portal.world
         portal.grant()
         for _ in range(times):
-            process = portal.run.supervisor.worker.process
+            process = portal.supervisor.worker.process
             world.at_moment(process, dice.randrange(1, 20), lambda process=process: world.freeze(process))
             command = portal.move()
             history.issued[command.pk] = world.monotonic()
@@ -130,7 +130,7 @@ def test_promise_03_claimed_in_time_but_said_too_late(worlds, proof, seed, setti
             assert process.frozen
             world.thaw(process)
             portal.final(command)
-            assert portal.run.supervisor.starts == 1
+            assert portal.supervisor.starts == 1
             portal.works_on()
         history.check()
 
@@ -150,7 +150,7 @@ def test_promise_03_late_commands_never_move(worlds, proof, seed, how):
         portal.grant()
         for _ in range(times):
             seconds = dice.choice((1.0, 9.0, 12.0, 60.0)) * dice.uniform(0.8, 1.0)
-            worker = portal.run.supervisor.worker
+            worker = portal.supervisor.worker
             waiting = [portal.move() for _ in range(2)]
             if how == "owner frozen":
                 world.freeze(worker.process)
@@ -185,12 +185,12 @@ def test_promise_04_a_frozen_owner_moves_nothing_and_is_killed(worlds, proof, se
         ends = {"unknown", "expired"} | ({"cancelled"} if portal.wishes.one_at_a_time else set())  # by a newer one
         portal.grant()
         for _ in range(times):
-            first, epoch = portal.run.supervisor.worker, portal.owner.lease.epoch
+            first, epoch = portal.supervisor.worker, portal.owner.lease.epoch
             waiting = [portal.move() for _ in range(3)]
             portal.in_motion()
             world.sleep(dice.random() * 0.5)
             world.freeze(first.process)
-            portal.run.supervisor.worker = Worker(world, portal.slug, portal.rig)
+            portal.supervisor.worker = Worker(world, portal.slug, portal.rig)
             portal.until(lambda epoch=epoch: Lease.objects.get().epoch > epoch, 30, "the next owner")
             assert first.ended, "the frozen owner has the device, so it is killed first"
             world.thaw(first.process)
@@ -217,7 +217,7 @@ def test_promise_04_an_owner_that_goes_on_after_its_lease_moves_nothing_before_i
         history, dice, world = Motions(portal), random.Random(seed), portal.world
         portal.grant()
         for _ in range(times):
-            process = portal.run.supervisor.worker.process
+            process = portal.supervisor.worker.process
             world.at_moment(process, int(2 ** (dice.random() * 5)), lambda process=process: world.freeze(process))
             command = portal.move()
             portal.until(lambda process=process: process.frozen, 5, "the freeze")
@@ -243,13 +243,13 @@ def test_promise_05_one_owner_however_many_start(worlds, proof, seed):
         portal.grant()
         others = [Worker(portal.world, portal.slug, portal.rig) for _ in range(number - 1)]
         portal.world.sleep(20)
-        assert not any(one.ended for one in (portal.run.supervisor.worker, *others)), "one was killed for its robot"
-        owners = [worker for worker in (portal.run.supervisor.worker, *others) if worker.owner and not worker.ended]
+        assert not any(one.ended for one in (portal.supervisor.worker, *others)), "one was killed for its robot"
+        owners = [worker for worker in (portal.supervisor.worker, *others) if worker.owner and not worker.ended]
         assert [one.owner.lease.epoch for one in owners] == [Lease.objects.get().epoch]
         portal.works_on()
-        for worker in (portal.run.supervisor.worker, *others)[: number // 2]:
+        for worker in (portal.supervisor.worker, *others)[: number // 2]:
             worker.kill()
-        portal.run.supervisor.worker = next((one for one in others if not one.ended), portal.run.supervisor.worker)
+        portal.supervisor.worker = next((one for one in others if not one.ended), portal.supervisor.worker)
 
         def one_has_it():
             living = [worker for worker in others if worker.owner and not worker.ended]
@@ -312,7 +312,7 @@ def test_promise_07_the_latch_survives_a_death_of_everything(worlds, proof, seed
             bus.send_stop(portal.slug)
             portal.until(lambda: portal.owner.latch.latched, 2, "the latch")
             world.sleep(dice.random() * 0.2)
-            portal.run.supervisor.worker.kill()
+            portal.supervisor.worker.kill()
             portal.store.restart()
             begun = len(portal.motions())
             portal.until(lambda: portal.owner and portal.owner.connection.connected, 60, "the next owner")

@@ -60,7 +60,7 @@ def killed_while_commands_wait(portal):
     crowd.move(ada.user)
     crowd.issue(ada.user, "noop", {})
     portal.in_motion()
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     portal.world.sleep(NOOP_S + 2.0)
     judged(crowd)
 

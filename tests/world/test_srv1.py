@@ -194,7 +194,7 @@ def killed(portal):
     command = sent(portal)
     portal.world.sleep(random.Random(portal.world.seed).random())
     at = portal.world.monotonic()
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     assert rested(portal, at) <= REST_S
     assert portal.final(command).state == "unknown"
     portal.until(lambda: portal.owner, 30, "another owner")
@@ -308,7 +308,7 @@ def killed_in_a_mission(portal):
     portal.until(lambda: found(command), 30, "the first readings")
     portal.world.sleep(5)
     assert [path.stem for path in folder.glob("*.json")] == [str(command.pk)]
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     ended = portal.final(command)
     assert ended.state == "unknown"
     assert ended.reason.endswith("It was at step 3 of 3: wait 100."), ended.reason
@@ -351,7 +351,7 @@ def without_database(portal):
     world.database_away = True
     world.sleep(random.Random(world.seed).random() * 20)
     if world.seed % 2:
-        portal.run.supervisor.worker.kill()
+        portal.supervisor.worker.kill()
         world.sleep(5)
     world.database_away = False
     portal.final(command)

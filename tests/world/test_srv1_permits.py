@@ -178,7 +178,7 @@ def killed(portal):
     if away:
         portal.rig.pull()
         portal.world.sleep(random.Random(portal.world.seed).random())
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     if away:
         portal.until(lambda: portal.owner, 30, "another owner")
         assert portal.rig.moving
@@ -237,7 +237,7 @@ def stopped_anew(portal):
     """An owner that has not asked the rover yet counts it as moving by the permit of the one before."""
     command = patrolling(portal)
     portal.rig.pull()
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     killed = portal.world.monotonic()
     portal.until(lambda: portal.owner, 30, "another owner")
     bus.send_stop(portal.slug)
@@ -326,8 +326,8 @@ def terminated(portal):
     """An owner that is told to end holds the rover, and opens nothing again."""
     command = patrolling(portal)
     at = portal.world.monotonic()
-    portal.run.supervisor.worker.terminate()
-    portal.until(lambda: portal.run.supervisor.worker.ended, 20, "its end")
+    portal.supervisor.worker.terminate()
+    portal.until(lambda: portal.supervisor.worker.ended, 20, "its end")
     assert portal.world.monotonic() - at < 10
     portal.at_rest(1.0)
     assert notes(portal, "rest")[-1]["end"] == "held"
@@ -348,8 +348,8 @@ def terminated_out_of_reach(portal):
     command = patrolling(portal)
     portal.rig.pull()
     portal.world.sleep(random.Random(portal.world.seed).random())
-    portal.run.supervisor.worker.terminate()
-    portal.until(lambda: portal.run.supervisor.worker.ended, 20, "its end")
+    portal.supervisor.worker.terminate()
+    portal.until(lambda: portal.supervisor.worker.ended, 20, "its end")
     while portal.rig.moving:
         command.refresh_from_db()
         assert command.state == "acknowledged", "it moves"

@@ -235,7 +235,7 @@ def killed_and_off(portal):
     portal.grant()
     assert by_staff(portal, THIRD).state == "completed"
     released(portal)
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     portal.rig.power_cycle()
     portal.until(lambda: portal.owner, 30, "another owner")
     portal.ready_again()
@@ -317,7 +317,7 @@ def killed(portal):
     asked(portal)
     portal.rig.halve()
     portal.world.sleep(random.Random(portal.world.seed).random() * 0.1)
-    portal.run.supervisor.worker.kill()
+    portal.supervisor.worker.kill()
     portal.rig.clear_faults()
     portal.until(lambda: portal.owner, 30, "another owner")
     portal.until(lambda: not portal.row.reason, 60, "a connection")

@@ -1,8 +1,8 @@
 """The door to queues for all other rooms: verbs, which change rows, and below them reads. One verb is one function.
 
 Every change of a queue happens under a lock of its row (PostgreSQL) or of the database (SQLite, immediate
-transactions), so two ticks or two people cannot interleave. Beside this module, other rooms import only models, errors
-and words of queues; import-linter checks it.
+transactions), so two ticks or two people cannot interleave. Other rooms import only this module, the models and the
+errors of queues; import-linter checks it.
 """
 
 from queueing.endings import end_of_turn, is_news, last_turn

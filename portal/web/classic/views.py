@@ -138,9 +138,7 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
     if what in queue.PLACE_ACTS:
         queue.change_place(what, robot, user, now, queue.Page(classic=True))
     elif what == "stop":
-        services.stop(robot, user, now)
-        queue.note_act(robot, user, now)
-        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+        _stop(request, robot, now)
     elif what == "release":
         services.release_stop(robot, user, request.POST.get("checked") == "yes")
         queue.note_act(robot, user, now)
@@ -149,15 +147,19 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
         _press(request, robot, panel, token, now)
 
 
+def _stop(request: HttpRequest, robot: Robot, now: datetime) -> None:
+    services.stop(robot, request.user, now)
+    queue.note_act(robot, request.user, now)
+    messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+
+
 def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
     wanted = _wanted(request, robot, panel)
     if wanted is None:
         messages.warning(request, "Nothing was pressed. Click in the picture or on a button.")
         return
     if wanted.kind == "stop":
-        services.stop(robot, request.user, now)
-        queue.note_act(robot, request.user, now)
-        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+        _stop(request, robot, now)
         return
     spent = tokens.spend_token(robot, request.user, token, now)
     if spent is None:

@@ -1,4 +1,4 @@
-"""Adapts allauth: what failed attempts are counted by, and mails that are sent in the background."""
+"""Adapts allauth: how it counts failed attempts, and mails that are sent in the background."""
 
 import logging
 from concurrent.futures import ThreadPoolExecutor
@@ -59,7 +59,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     def clean_username(self, username: str, shallow: bool = False) -> str:
         """Return a new handle in its stored form. Raises ValidationError if it is refused or taken."""
         handle = handles.normal(username)
-        if not shallow and handles.taken(handle):
+        if not shallow and handles.is_taken(handle):
             raise self.validation_error("username_taken")
         return str(super().clean_username(handle, shallow))
 

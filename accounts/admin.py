@@ -19,7 +19,7 @@ from django.http import HttpRequest, HttpResponse
 from accounts import handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
-from accounts.rights import drives_more, may_do_more
+from accounts.staff import drives_more, may_do_more
 from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedInline, ReadOnlyAdmin
 from robots.admin.hooks import after_adding
 from robots.kit.clock import SYSTEM
@@ -73,7 +73,7 @@ def _decides(user: Any, clearance: Clearance | None) -> bool:
 
 
 class ClearanceForm(forms.ModelForm):  # type: ignore[type-arg]
-    """A clearance of somebody else, who may do no more."""
+    """A clearance of another person, who has no more rights than the user."""
 
     by: Any  # the person who fills it in
 
@@ -157,7 +157,7 @@ class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
         handle = handles.normal(self.cleaned_data["username"])
         if handle != self.initial.get("username"):
             handles.validate(handle)
-            if handles.taken(handle, but=self.instance.pk):
+            if handles.is_taken(handle, but=self.instance.pk):
                 raise forms.ValidationError("That handle is taken, or looks like one that is taken.")
         return handle
 
@@ -199,7 +199,7 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
         return not (obj and may_do_more(obj, request.user)) and super().has_delete_permission(request, obj)
 
     def get_deleted_objects(self, objs: Any, request: HttpRequest) -> Any:
-        """Let whoever may delete the account delete what goes with it, also what is otherwise kept as history."""
+        """Let a person who may delete the account delete its rows, too, also those otherwise kept as history."""
         shown, counts, needed, protected = super().get_deleted_objects(objs, request)
         return shown, counts, needed & {self.opts.verbose_name}, protected
 
@@ -241,7 +241,7 @@ admin.site.unregister((Group, EmailAddress))
 
 @admin.register(Group)
 class RightsAdmin(ForSuperusers, GroupAdmin):
-    """Groups give rights: also to who could edit a group of their own."""
+    """Groups give rights, also to a person who could edit their own group."""
 
 
 @admin.register(EmailAddress)

@@ -54,7 +54,7 @@ def key(handle: str) -> str:
     return _skeleton(_skeleton(normal(handle)).casefold()).translate(READ_AS)[:LONGEST_KEY]
 
 
-def taken(handle: str, but: Any = None) -> bool:
+def is_taken(handle: str, but: Any = None) -> bool:
     """Return whether a person other than `but` (a primary key) has the handle, or one that looks like it."""
     keys = {key(variant) for variant in (handle, handle.lower(), handle.upper())}
     alike = Q(handle_key__in=keys)
@@ -65,7 +65,7 @@ def taken(handle: str, but: Any = None) -> bool:
 
 @cache
 def _prototypes() -> dict[str, str]:
-    """Return Unicode's confusables: a character, and what stands for all that look like it.
+    """Return Unicode's confusables: each character with the one that stands for all that look like it.
 
     The package lists each pair in both directions, so that a prototype is what several look like, or several letters.
     """

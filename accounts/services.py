@@ -11,6 +11,7 @@ from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 
 from accounts import quiz
+from accounts.bank import load_bank as load_bank
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.grants import ROBOT
 from robots.kit.contract.errors import NotPermitted
@@ -35,7 +36,7 @@ class NotNow(Exception):
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownQuestion:
     """A question as it is shown, without the right answer."""
 
     id: int
@@ -46,7 +47,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Hint:
-    """What a failed test shows: where to read again, but not which or how many answers were wrong."""
+    """The answer to a failed test: where to read again, but not which or how many answers were wrong."""
 
     topic: str
     section: str
@@ -183,20 +184,20 @@ def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
         return open_one
 
 
-def questions(attempt: Attempt) -> list[Shown]:
+def questions(attempt: Attempt) -> list[ShownQuestion]:
     """Return the drawn questions in their order, without the right answers."""
     ids = [q for q, _ in attempt.drawn]
     texts = dict(Question.objects.filter(pk__in=ids).values_list("pk", "text"))
     options = dict(Choice.objects.filter(question__in=ids).values_list("pk", "text"))
     return [
-        Shown(q, texts[q], tuple((c, options[c]) for c in choices if c in options))
+        ShownQuestion(q, texts[q], tuple((c, options[c]) for c in choices if c in options))
         for q, choices in attempt.drawn
         if q in texts
     ]
 
 
 def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
-    """Grade an attempt once, on the server; the same answers sent again are told the same.
+    """Grade an attempt once, on the server; the same answers sent again get the same result.
 
     If all answers are right, the person is cleared; otherwise one topic is shown.
 
@@ -247,14 +248,14 @@ def _stored(answers: dict[int, int]) -> dict[str, int]:
     return {str(question): choice for question, choice in answers.items()}
 
 
-def _wrong(attempt: Attempt, answers: dict[int, int]) -> list[Shown]:
+def _wrong(attempt: Attempt, answers: dict[int, int]) -> list[ShownQuestion]:
     shown = questions(attempt)
     right = Choice.objects.filter(question__in=[q.id for q in shown], correct=True)
     correct = dict(right.values_list("question", "pk"))
     return [q for q in shown if answers.get(q.id) != correct.get(q.id)]
 
 
-def _told(attempt: Attempt, wrong: list[Shown]) -> Hint | None:
+def _told(attempt: Attempt, wrong: list[ShownQuestion]) -> Hint | None:
     if not wrong:
         return None
     always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable

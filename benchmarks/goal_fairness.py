@@ -70,8 +70,8 @@ def fair() -> Counter[int]:
     """Return what the portal's queue gives to each: guests, each at an address of their own."""
     from queueing import services as queue
     from queueing.errors import TooManyJobs
-    from queueing.jobs.asking import Asker, ask
     from queueing.models import Job, JobState, QueueRobot
+    from queueing.services import Asker, ask
     from robots.models import Command, Lease, Robot
     from robots.states import CommandState, Cycle
     from workers.commands import rows

@@ -188,7 +188,7 @@ def main() -> None:
         "H30_times_b": round(float(harmonic(30).bandwidth), 3), "bound_times_b": round(bound, 3),
         "unicast_times_b": round(JOINERS * TCP, 1), "of_unicast": round(rate / (JOINERS * TCP), 4),
         "repaired_kB": round(repaired * SECONDS / 1000, 1), "stalls": stalls, "wrong": wrong,
-        "least_early_s": round(min(early), 3), "lost": sum(one.edge.lost for one in everybody),
+        "least_early_s": round(min(early), 3), "lost": sum(one.edge.packets_lost for one in everybody),
         "held_up_s": round(sent["held_up_s"], 3), "pauses": sent["pauses"], "origin_late_ms": sent["late_ms"],
         "refused": sum(one.edge.refused for one in everybody),
     }  # fmt: skip

@@ -62,7 +62,7 @@ class Viewers:
 
 
 def _part(pixels: Pixels) -> int:
-    from portal.web.composites.drawn import compressed
+    from portal.web.composites.drawing import compressed
     from portal.web.composites.parts import BOUNDARY
 
     return len(PART.format(BOUNDARY.decode())) + len(compressed(pixels))

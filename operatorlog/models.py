@@ -9,7 +9,7 @@ from robots.people import handle_of
 
 
 class Visibility(models.TextChoices):
-    """Who sees an entry."""
+    """The people who see an entry."""
 
     PUBLISHED = "published", "Published"
     FEATURED = "featured", "Featured"
@@ -52,7 +52,7 @@ class SurveyQuestion(models.Model):
     """One question of the survey after a turn, after a job, or after both."""
 
     class After(models.TextChoices):
-        """After what it is asked."""
+        """The occasion after which it is asked."""
 
         TURN = "turn", "A turn"
         JOB = "job", "A job"
@@ -90,7 +90,7 @@ class SurveyQuestion(models.Model):
 class SurveyResponse(models.Model):
     """One person's answers: after a turn, with which they are stored, or after a job, without a name.
 
-    After a job only the robot and the day are stored, so that nobody can tell whose answers they are.
+    After a job only the robot and the day are stored, so that nobody knows whose answers they are.
     """
 
     turn = models.OneToOneField(Turn, models.CASCADE, null=True, blank=True, related_name="survey")
@@ -110,7 +110,7 @@ class SurveyResponse(models.Model):
 
 
 class SurveyAnswer(models.Model):
-    """What somebody answered to one question: the value as text, without a name."""
+    """One answer to a question: the value as text, without a name."""
 
     response = models.ForeignKey(SurveyResponse, models.CASCADE, related_name="answers")
     question = models.ForeignKey(SurveyQuestion, models.CASCADE, related_name="answers")

@@ -1,7 +1,9 @@
 """The results of the survey for staff: plots, and all answers as CSV."""
 
+import codecs
+import csv
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from django.contrib.auth.decorators import permission_required
@@ -11,14 +13,14 @@ from django.utils.translation import ngettext
 from django.views.decorators.cache import never_cache
 
 from operatorlog.models import SurveyQuestion, SurveyResponse
-from operatorlog.spreadsheets import csv_response
 from robots.kit.clock import SYSTEM
 
 NEWEST = 100  # texts
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # some spreadsheets execute what begins so
 SCALE = SurveyQuestion.Kind.SCALE
 
 
-def counted(count: int) -> str:
+def answers_in_words(count: int) -> str:
     """Return a number of answers as text."""
     return ngettext("%d answer", "%d answers", count) % count
 
@@ -32,7 +34,7 @@ def results(request: HttpRequest) -> HttpResponse:
 
 
 def plots(question: SurveyQuestion) -> list[dict[str, Any]]:
-    """Return what is shown of a question: its answers as what it is now, and those of before, when it was another."""
+    """Return the plots of a question: first of its answers, then of those from when it was of another kind."""
     values: dict[str, list[str]] = defaultdict(list)
     for kind, value in question.answers.order_by("id").values_list("kind", "value"):
         values[kind or question.kind].append(value)
@@ -51,7 +53,7 @@ def _plot(kind: str, values: list[str], choices: list[str]) -> dict[str, Any]:
     bars = [{"label": label, "count": counts[label], "share": round(100 * counts[label] / most)} for label in labels]
     numbers = [int(value) for value in values if value in SurveyQuestion(kind=SCALE).choices()] if kind == SCALE else []
     mean = f", mean {sum(numbers) / len(numbers):.1f} of 5" if numbers else ""
-    return {"bars": bars, "summary": counted(len(values)) + mean}
+    return {"bars": bars, "summary": answers_in_words(len(values)) + mean}
 
 
 @never_cache
@@ -69,3 +71,17 @@ def _rows() -> Iterator[list[object]]:
         robot = one.robot or (one.turn.robot if one.turn else None)
         about = [one.turn_id or "", robot.slug if robot else "", one.at.isoformat()]
         yield [*about, *(given.get(q.pk, "") for q in questions)]
+
+
+def cell(text: str) -> str:
+    """Return the text as a cell that no spreadsheet executes: a quote is put before the start of a formula."""
+    return f"'{text}" if text.startswith(FORMULA) or text.lstrip().startswith(FORMULA) else text
+
+
+def csv_response(name: str, rows: Iterable[Sequence[object]]) -> HttpResponse:
+    """Return the rows as a download; the byte order mark tells Excel that it is UTF-8."""
+    response = HttpResponse(codecs.BOM_UTF8, content_type="text/csv; charset=utf-8")
+    response["Content-Disposition"] = f'attachment; filename="{name}.csv"'
+    writer = csv.writer(response)
+    writer.writerows([cell(str(value)) for value in row] for row in rows)
+    return response

@@ -11,9 +11,8 @@ from django.db.models.signals import post_delete
 from django.dispatch import receiver
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from queueing.jobs.asking import Asker
-from queueing.jobs.telling import note_answered
 from queueing.models import Job, Turn
+from queueing.services import Asker, note_answered
 from robots import bus
 from robots.kit.packets import Changed
 from robots.models import Frame, Robot
@@ -161,7 +160,7 @@ def may_see_hidden(entry: Entry, user: Any) -> bool:
 def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
     """Return whether this person may see one picture of a hidden entry's turn (`frames/...`).
 
-    Who drives the robot now may, too, if it is the newest, in which they click, or the one before, which is beside it.
+    The operator may also see the newest picture, in which they click, and the one before, which is shown beside it.
     """
     if may_see_hidden(entry, user):
         return True
@@ -226,7 +225,7 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
 
 
 def answer_survey_of_job(job: Job, asker: Asker, answers: dict[int, str], now: datetime) -> SurveyResponse:
-    """Store the answers of who asked for an ended job, once a job; neither the person nor the job is stored with them.
+    """Store the answers of the asker of an ended job, once a job; neither the person nor the job is stored with them.
 
     Raises:
         LogError: another person's job, not ended, answered before, no answer at all, an unknown value.
@@ -237,7 +236,7 @@ def answer_survey_of_job(job: Job, asker: Asker, answers: dict[int, str], now: d
     with transaction.atomic():
         if not note_answered(job, asker):
             raise LogError("The survey is for who asked for this job, once, after its end.")
-        day = now.replace(hour=0, minute=0, second=0, microsecond=0)  # the minute would tell whose answers they are
+        day = now.replace(hour=0, minute=0, second=0, microsecond=0)  # the minute would show whose answers they are
         return _stored(SurveyResponse(robot=job.robot, at=day), good)
 
 

@@ -78,7 +78,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)
     commands, findings = turn.grant.commands.order_by("id"), list(findings_of([turn.grant_id]))
-    noted = {one.frame_id for one in findings}  # those pictures stand with what was found
+    noted = {one.frame_id for one in findings}  # those pictures stand with the findings
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,
@@ -93,13 +93,13 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
 
 
 def _survey(request: HttpRequest, turn: Turn) -> list[dict[str, Any]]:
-    """Return the questions, each with what was just answered; none where they were answered before."""
+    """Return the questions, each with the answer just given; none if they were answered before."""
     if SurveyResponse.objects.filter(turn=turn).exists():
         return []
     return survey_form(request, SurveyQuestion.After.TURN)
 
 
 def survey_form(request: HttpRequest, after: SurveyQuestion.After) -> list[dict[str, Any]]:
-    """Return the questions after a turn or a job, each with what was just answered."""
+    """Return the questions after a turn or a job, each with the answer just given."""
     given = survey_answers(request)
     return [{"q": q, "given": given.get(q.pk, "")} for q in services.questions_after(after)]

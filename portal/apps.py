@@ -22,7 +22,7 @@ class PortalConfig(AppConfig):
         from portal.web.recordings import day  # noqa: PLC0415
         from robots.recordings import cleaning  # noqa: PLC0415
 
-        cleaning.needed.append(day.needed)
+        cleaning.needed.append(day.movies_to_keep)
         checks.register(mail_leaves)
         security.listen()
         changes.listen()

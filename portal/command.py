@@ -29,6 +29,6 @@ def _note_port(arguments: list[str]) -> None:
     try:
         port = parser.parse_known_args(arguments)[0].port
     except argparse.ArgumentError:
-        return  # the command tells what is wrong with it
+        return  # the command names the error
     if port is not None:
         os.environ["FARHAND_PORT"] = str(port)

@@ -16,8 +16,7 @@ from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
 from portal.edge.addresses import proxy_networks
-from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
-from portal.privacy import keep_private
+from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_private
 from portal.run import roles
 from portal.site import site_address
 from portal.store_urls import check_database, read_url, redis_tls
@@ -81,11 +80,11 @@ INSTALLED_APPS = [
     "portal.web.classic",
 ]
 MIDDLEWARE = [
-    "portal.web.pages.hosts.KnownHost",
+    "portal.web.pages.middleware.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
-    "portal.web.pages.methods.KnownMethods",
-    "portal.web.pages.static_files.StaticFiles",
+    "portal.web.pages.middleware.KnownMethods",
+    "portal.web.pages.middleware.StaticFiles",
     "django.contrib.sessions.middleware.SessionMiddleware",
     "django.middleware.common.CommonMiddleware",
     "django.middleware.csrf.CsrfViewMiddleware",
@@ -94,8 +93,8 @@ MIDDLEWARE = [
     "django.middleware.clickjacking.XFrameOptionsMiddleware",
     "allauth.account.middleware.AccountMiddleware",
     "portal.logs.security.RefusalLog",
-    "portal.web.pages.plain.PlainText",
-    "portal.web.pages.private.PrivatePages",
+    "portal.web.pages.middleware.PlainText",
+    "portal.web.pages.middleware.PrivatePages",
 ]
 ROOT_URLCONF = "portal.urls"
 ASGI_APPLICATION = "portal.asgi.application"
@@ -201,14 +200,14 @@ ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
 ACCOUNT_USERNAME_VALIDATORS = "accounts.handles.VALIDATORS"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
-# the movie of the day: what origin and edges share; where the origin answers edges (with port 0 the supervisor starts
-# neither); the ports of the edges that the supervisor starts
+# the movie of the day: the key that origin and edges share; the address at which the origin answers edges (with port 0
+# the supervisor starts neither); the ports of the edges that the supervisor starts
 BROADCAST_KEY = env.str("FARHAND_BROADCAST_KEY", "")
 BROADCAST_GROUP = env.str("FARHAND_BROADCAST_GROUP", "239.8.1.30:5004")
 BROADCAST_INTERFACE = env.str("FARHAND_BROADCAST_INTERFACE", "lo")
 BROADCAST_HOST, BROADCAST_PORT = env.str("FARHAND_BROADCAST_HOST", "127.0.0.1"), env.int("FARHAND_BROADCAST_PORT", 8010)
 BROADCAST_EDGES = env.list("FARHAND_BROADCAST_EDGES", cast=int, default=[])
-SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # what mails call the site
+SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # the name of the site in mails
 # attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
 # or the mail address that is written to
 ACCOUNT_RATE_LIMITS = {
@@ -222,7 +221,7 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
-# of what guests may send and ask; "key" is the account, of guests the network address (portal/web/jobs/views.py)
+# rates of requests by guests and people; "key" is the account, of guests the network address (portal/web/jobs/views.py)
 RATE_LIMITS = {
     "survey": "30/m/ip,300/h/ip",
     "statistics": "120/m/ip",
@@ -345,7 +344,7 @@ LOGGING = {
         "django.request": {"level": "ERROR"},
         "uvicorn.access": {"level": "WARNING"},
         # Django's handlers on these, and those that Celery adds to loggers without any, would write what strangers
-        # sent as it is, of any length, and wait for whoever reads the log
+        # sent as it is, of any length, and wait for a slow reader of the log
         "django": {"level": "INFO"},
         "django.server": {"propagate": True},
         "celery.task": {"handlers": ["console"], "propagate": False},
@@ -355,7 +354,7 @@ LOGGING = {
 
 OPERATORS_PORT = env.int("FARHAND_OPERATORS_PORT", 0)  # of a second web process, for operators' streams; 0: none
 
-# What one network address (IPv6: its /64) may have open in a web process, and the bounds of a request.
+# The limits of one network address (IPv6: its /64) in a web process, and of one request.
 LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
     "SOCKETS_OF_ACCOUNT": env.int("FARHAND_SOCKETS_PER_ACCOUNT", 20),  # beside operators' streams

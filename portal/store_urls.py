@@ -1,6 +1,6 @@
 """The addresses of database, Redis and mail server, read once for all libraries that connect.
 
-Whoever asks for TLS gets checked certificates.
+Where TLS is asked for, certificates are checked.
 """
 
 import os
@@ -19,7 +19,7 @@ def read_url(name: str, read: Callable[[], Any]) -> Any:
     """Return what `read` makes of the URL in that variable.
 
     Raises:
-        ImproperlyConfigured: it cannot be read. What is refused is not shown: it could be a part of the password.
+        ImproperlyConfigured: it cannot be read. The refused text is not shown: it could be a part of the password.
     """
     try:
         return read()
@@ -41,7 +41,7 @@ def redis_tls(url: str) -> dict[str, Any]:
     if scheme == "unix":
         return {}
     asked = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
-    if asked.keys() - ({*OPTIONS, *CHECKS} if scheme == "rediss" else set()):  # what it is may be half a password
+    if asked.keys() - ({*OPTIONS, *CHECKS} if scheme == "rediss" else set()):  # its text may be half a password
         raise ImproperlyConfigured(
             f"REDIS_URL has an option that is not known here. After rediss:// there may be {', '.join(OPTIONS)}, after "
             "redis:// none; the number of the database stands in the path, and a ? in a password is written as %3F."

@@ -1,4 +1,4 @@
-"""What people are told when the database is away or the disk is full."""
+"""The sentences for people when the database is away or the disk is full."""
 
 import shutil
 

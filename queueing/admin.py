@@ -5,11 +5,8 @@ from typing import Any
 from django.contrib import admin
 from django.http import HttpRequest
 
-from queueing import staff
-from queueing.jobs.asking import Asker
-from queueing.jobs.cancelling import cancel
-from queueing.jobs.suspending import RESUMED, resume
 from queueing.models import Account, Job, Queue, QueueRobot, Ticket, Turn
+from queueing.services import RESUMED, Asker, cancel, end_by_staff, remove_by_staff, resume
 from robots.admin.bases import FormFieldsAdmin, NamedInline, NamedRowsAdmin, NamedValues, ReadOnlyAdmin
 from robots.admin.verbs import add, staff_only
 from robots.kit.clock import SYSTEM
@@ -53,7 +50,7 @@ class TicketAdmin(ReadOnlyAdmin):
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Take the chosen people out; a running turn is ended."""
         self.act_on(
-            request, queryset, lambda one: staff.remove(one, request.user, SYSTEM.now()),
+            request, queryset, lambda one: remove_by_staff(one, request.user, SYSTEM.now()),
             "Taken out of the queue", "Place ended before",
         )  # fmt: skip
 
@@ -69,7 +66,9 @@ class TurnAdmin(ReadOnlyAdmin):
     @admin.action(description="End the turn now", permissions=["act"])
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
-        self.act_on(request, queryset, lambda one: staff.end(one, request.user, SYSTEM.now()), "Ended", "Ended before")
+        self.act_on(
+            request, queryset, lambda one: end_by_staff(one, request.user, SYSTEM.now()), "Ended", "Ended before"
+        )
 
 
 @admin.register(Job)
@@ -89,7 +88,7 @@ class JobAdmin(ReadOnlyAdmin):
 
 @admin.register(Account)
 class AccountAdmin(FormFieldsAdmin):
-    """What people have used, and their weight."""
+    """The use of people and guests, and their weight."""
 
     list_display = ("__str__", "queue", "network", "finish_tag", "weight")
     readonly_fields = ("user", "network", "queue", "finish_tag")

@@ -10,5 +10,5 @@ class QueueingConfig(AppConfig):
     verbose_name = "Queue and turns"
 
     def ready(self) -> None:
-        """Have what is open end with its account."""
+        """Connect the signal that ends open turns, places and jobs with their account."""
         from queueing import leaving  # noqa: F401, PLC0415 - after the models

@@ -1,19 +1,18 @@
-"""What pages tell of a turn or a place that is over; its words stand in `end_words.py`."""
+"""The end of a turn or a place as pages show it; the words stand in `words.py`."""
 
 from datetime import datetime, timedelta
 from typing import Any
 
 from django.conf import settings
 
-from queueing.end_words import OWN_WISH, PLACE_ENDS, TURN_ENDS, End
 from queueing.models import PlaceEnd, Ticket, TicketState, Turn
 from queueing.turns import idle_s
-from queueing.words import length_words
+from queueing.words import OWN_WISH, PLACE_ENDS, TURN_ENDS, End, length_words
 from robots.models import Robot
 from robots.states import GrantEnd
 
 RULES = settings.FARHAND
-LATELY = timedelta(hours=1)  # for so long an end is told on pages that are not about it
+LATELY = timedelta(hours=1)  # for so long an end is mentioned on all pages
 
 
 def end_of_turn(turn: Turn) -> End:
@@ -47,5 +46,5 @@ def last_turn(robot: Robot, user: Any) -> Turn | None:
 
 
 def is_news(turn: Turn, now: datetime) -> bool:
-    """Return whether the turn ended so lately that pages which are not about it tell of it."""
+    """Return whether the turn ended so lately that all pages mention it."""
     return turn.ended_at is not None and now - turn.ended_at < LATELY

@@ -1,4 +1,4 @@
-"""How many people and jobs are ahead of a person who waits, and how long the wait may be. Reads only."""
+"""Estimates for a person who waits: people and jobs ahead, and the length of the wait. Reads only."""
 
 from datetime import datetime
 from typing import Any
@@ -7,7 +7,7 @@ from django.conf import settings
 from django.db.models import BigAutoField, Count, FloatField, Q
 
 from queueing import fairshare
-from queueing.jobs.foreseeing import HANDOVER_S, jobs_before, jobs_take, left_of_turn
+from queueing.jobs.forecasts import HANDOVER_S, jobs_before, jobs_take, left_of_turn
 from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState
 from queueing.rows import QUEUE
 from robots.models import Robot

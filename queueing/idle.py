@@ -1,4 +1,4 @@
-"""What a robot does by itself: its needs before everybody's requests, its idle behaviour while nobody asks."""
+"""The robot's own behaviour: its needs before everybody's requests, idle behaviour while nobody asks."""
 
 from datetime import datetime, timedelta
 from typing import TypeVar
@@ -22,7 +22,7 @@ C = TypeVar("C")
 
 
 def wanted_need(robot: Robot, now: datetime) -> Need | None:
-    """Return what the robot needs before anybody is served: a channel is too low, or not yet full again."""
+    """Return the need that comes before all requests: a channel is too low, or not yet full again."""
     found = _capabilities(robot, Need)
     if not found:
         return None
@@ -31,7 +31,7 @@ def wanted_need(robot: Robot, now: datetime) -> Need | None:
         return None
     values = lease.state.get("values") or {}
     last = newest_grant_that_moves(robot)
-    serving = last.commands.values_list("kind", flat=True).first() if last is not None and _own(last) else ""
+    serving = last.commands.values_list("kind", flat=True).first() if last is not None and serves_need(last) else ""
     for need in found:
         value = values.get(need.channel)
         bound = need.until if need.kind == serving else need.below
@@ -40,7 +40,8 @@ def wanted_need(robot: Robot, now: datetime) -> Need | None:
     return None
 
 
-def _own(grant: Grant) -> bool:
+def serves_need(grant: Grant) -> bool:
+    """Return whether the grant is for a need of the robot itself, and not for a command of staff."""
     return grant.kind == GrantKind.UPKEEP and grant.holder_id is None
 
 
@@ -53,7 +54,7 @@ def need_first(robot: Robot, need: Need) -> str:
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     """Run the need's command under an upkeep grant; after a failure not before `AGAIN_S`."""
     last = newest_grant_that_moves(robot)
-    failed = last is not None and _own(last) and last.end_code != GrantEnd.FINISHED
+    failed = last is not None and serves_need(last) and last.end_code != GrantEnd.FINISHED
     if last is not None and failed and last.ended_at and 0 <= (now - last.ended_at).total_seconds() < AGAIN_S:
         return False
     kind = spec_of(robot.driver).command(need.kind)
@@ -64,7 +65,7 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
 
 
 def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
-    """Start one slice of the robot's idle behaviour, unless nobody has watched for long, or the last did not last."""
+    """Start one slice of idle behaviour, unless nobody has watched for long, or the last slice ended at once."""
     found = _capabilities(robot, Idle)
     if not found or rests(link, now):
         return False

@@ -11,7 +11,7 @@ from accounts.services import cleared, cleared_people
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
-from queueing.rows import QUEUE, announce, locked
+from queueing.rows import QUEUE, announce, lock
 from queueing.tickets import open_ticket
 from queueing.turns import ALWAYS
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
@@ -21,7 +21,7 @@ from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
-BACK = timedelta(seconds=40)  # by then a page has connected again, and its person was heard
+BACK = timedelta(seconds=40)  # by then a page has connected again, and its person was seen
 CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
 IN_USE = {
@@ -50,7 +50,7 @@ _FIRST_CLEARED: Prepared[Ticket] = Prepared(lambda: _there().filter(user__in=cle
 
 
 def _there() -> QuerySet[Ticket]:
-    """Return who waits and may come next; those who were heard before `back` may not have come back yet."""
+    """Return the tickets that may come next; people last seen before `back` may not have come back yet."""
     heard = Q(last_seen__gte=Slot("present", DateTimeField())) | Q(last_seen__lt=Slot("back", DateTimeField()))
     waiting = Ticket.objects.filter(heard, queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
     busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
@@ -69,7 +69,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
     """Start the turn of an accepted offer; `away`: the robot's page is not open yet.
 
     `session`: the key of the session in which it was accepted. It is noted with the turn, not only with the page's next
-    report: whoever signs out of another one meanwhile drives on here.
+    report: a person who signs out of another session meanwhile drives on here.
 
     Raises:
         RobotsFault: the robot is no longer offered, or somebody else may move it.
@@ -134,7 +134,7 @@ def accept(robot: Robot, user: Any, now: datetime, away: bool = False, session: 
     except RobotsFault as fault:
         assert ticket is not None
         with transaction.atomic():
-            recall(locked(ticket.queue), ticket, fault.robot)
+            recall(lock(ticket.queue), ticket, fault.robot)
         raise RobotUnavailable(f"{fault.why.rstrip('.')}. You keep your place and are offered it again.") from fault
 
 
@@ -142,7 +142,7 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool, session: str) -> T
     with transaction.atomic():
         if ticket is None:
             raise NotYourTurn("The robot is not offered to you now.")
-        queue = locked(ticket.queue)
+        queue = lock(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
             return Turn.objects.get(ticket=ticket)  # by a click at the same moment
@@ -161,7 +161,7 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool, session: str) -> T
 
 def recall_offers(queue: Queue, now: datetime) -> None:
     """Take back offers of robots that are no longer in order."""
-    for ticket in offered(queue):
+    for ticket in open_offers(queue):
         robot = ticket.robot
         if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
             recall(queue, ticket, robot)
@@ -169,7 +169,7 @@ def recall_offers(queue: Queue, now: datetime) -> None:
     _WITHOUT_TURN(queue=queue.pk)
 
 
-def offered(queue: Queue) -> list[Ticket]:
+def open_offers(queue: Queue) -> list[Ticket]:
     """Return the tickets with an open offer."""
     return _OFFERED(queue=queue.pk)
 

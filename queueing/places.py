@@ -7,12 +7,12 @@ from typing import Any
 from django.conf import settings
 from django.db.models import DateTimeField, Exists, OuterRef, Q, QuerySet
 
-from queueing.end_words import End
 from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
 from queueing.rows import links_of
 from queueing.turns import USER, idle_at
+from queueing.words import End
 from robots.bus.web_uptime import up_since
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
@@ -25,7 +25,7 @@ URGENT_FIRST = ("offered", "operating", "missed", "ended", "waiting")
 class Standing:
     """A person's place at one robot: `offered`, `operating`, `waiting`; `missed` or `ended` until it is dismissed.
 
-    A place that was lost by the person's absence is `missed`, what ended otherwise against their wish is `ended`.
+    A place that was lost by the person's absence is `missed`; one that ended otherwise against their wish is `ended`.
     """
 
     state: str

@@ -1,4 +1,4 @@
-"""Notes that people are present, and that they have read what happened to their place."""
+"""Notes that people are present, and that they have read the end of their place."""
 
 from datetime import datetime
 from typing import Any
@@ -10,11 +10,11 @@ from robots.kit.packets import StandingChanged
 from robots.models import Robot
 
 
-def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, session: str = "") -> None:
+def note_presence(robot: Robot, user: Any, now: datetime, classic: bool | None = None, session: str = "") -> None:
     """Count a heartbeat or a request as presence; `session`: the key of the session in which a page reports.
 
-    `now`: when it came. A page's sockets are noted in threads of their own, so a younger absence may have been noted
-    before; that remains.
+    `now`: when it came. A page's sockets are noted in threads of their own, so a later absence may have been noted
+    before; it stays.
     """
     ticket = open_ticket(robot, user)
     if ticket is None:
@@ -36,7 +36,7 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, se
             bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
-def disconnected(robot: Robot, user: Any, now: datetime, session: str = "") -> None:
+def note_disconnection(robot: Robot, user: Any, now: datetime, session: str = "") -> None:
     """Note that the operator's socket closed; the turn is kept for a while. `session`: its session's key."""
     mine = Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False)
     TurnSession.objects.filter(turn__in=mine, session=session).delete()
@@ -44,8 +44,8 @@ def disconnected(robot: Robot, user: Any, now: datetime, session: str = "") -> N
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
-def present(user: Any, now: datetime) -> None:
-    """Note that a person who waits is present, on whatever page.
+def note_waiting(user: Any, now: datetime) -> None:
+    """Note that a person who waits is present, on any page.
 
     A running turn needs its robot's page; presence on other pages does not keep it.
     """

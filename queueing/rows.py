@@ -57,8 +57,8 @@ def _first_settings(robot: Robot) -> dict[str, Any]:
     return told
 
 
-def locked(queue: Queue) -> Queue:
-    """Return the queue with its row locked until the transaction ends."""
+def lock(queue: Queue) -> Queue:
+    """Lock the queue's row until the transaction ends. Return the queue."""
     found = _LOCKED.first(queue=queue.pk)
     if found is None:
         raise Queue.DoesNotExist
@@ -71,12 +71,12 @@ def robots_of(queue: Queue) -> list[Robot]:
 
 
 def links_of(queue: Queue) -> list[QueueRobot]:
-    """Return what the queue does for each of its robots, in their order."""
+    """Return the queue's settings for each of its robots, in their order."""
     return _LINKS(queue=queue.pk)
 
 
 def announce(queue: Queue, user: Any = None) -> None:
-    """Tell watchers of its robots, people in it, and `user` that the queue changed, after the transaction."""
+    """Announce a change of the queue, after the transaction, to viewers of its robots, people in it, and `user`."""
     for robot in robots_of(queue):
         bus.publish_on_commit(robot.slug, Changed("queue"))
     bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))

@@ -1,32 +1,48 @@
-"""The verbs of queues, by subject. One verb is one function.
+"""The door to queues for all other rooms: verbs, which change rows, and below them reads. One verb is one function.
 
 Every change of a queue happens under a lock of its row (PostgreSQL) or of the database (SQLite, immediate
-transactions), so two ticks or two people cannot interleave.
+transactions), so two ticks or two people cannot interleave. Other rooms import only this module, the models and the
+errors of queues; import-linter checks it.
 """
 
-from queueing.jobs.asking import ask
-from queueing.jobs.cancelling import cancel
-from queueing.jobs.foreseeing import foreseen
+from queueing.endings import end_of_turn, is_news, last_turn
+from queueing.estimates import place_and_wait, waiting
+from queueing.jobs.asking import Asker, ask, job_of_form, packets_of
+from queueing.jobs.cancelling import cancel, may_cancel
+from queueing.jobs.forecasts import Forecast, forecast, in_order
+from queueing.jobs.kinds import job_kinds, kinds_for, label_of, link_of, offers_turns
+from queueing.jobs.notices import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
+from queueing.jobs.running import FAULTS
+from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
+from queueing.leaving import Place, end_session, last_report_elsewhere, mark_disconnected, note_open_session
 from queueing.offers import accept
-from queueing.presence import disconnected, dismiss, present, seen
+from queueing.own_place import PLACE_ACTS, Page, change_place
+from queueing.places import Standing, standings
+from queueing.presence import dismiss, note_disconnection, note_presence, note_waiting
 from queueing.rows import queue_of
 from queueing.tick import tick
-from queueing.tickets import join, leave, open_ticket, remove
-from queueing.turns import acted, end_turn, note_act, open_turn, turn_of
+from queueing.tickets import join, leave, open_ticket, remove, remove_by_staff
+from queueing.turns import end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, stay, turn_of
+from queueing.words import End, wait_said
 
-__all__ = (  # noqa: RUF022 - in the order of the rooms
-    # the queue of a robot
-    "queue_of",
-    # tickets
-    "join", "leave", "open_ticket", "remove",
-    # offers
-    "accept",
+__all__ = (  # noqa: RUF022 - by subject
+    # verbs of the queue of a robot, tickets and offers
+    "queue_of", "PLACE_ACTS", "Page", "change_place", "join", "accept", "leave", "remove", "remove_by_staff",
     # turns
-    "acted", "end_turn", "note_act", "open_turn", "turn_of",
-    # presence
-    "disconnected", "dismiss", "present", "seen",
-    # jobs, and how long they will wait
-    "ask", "cancel", "foreseen",
+    "stay", "note_act", "end_turn", "end_by_staff",
+    # presence and sessions
+    "note_presence", "note_waiting", "note_disconnection", "mark_disconnected", "note_open_session", "end_session",
+    "Place", "dismiss",
+    # jobs
+    "Asker", "ask", "cancel", "RESUMED", "resume", "mark_seen", "note_answered",
     # time
     "tick",
+    # reads of tickets and turns
+    "open_ticket", "open_turn", "turn_of", "last_turn", "others_wait_since", "idle_at",
+    "Standing", "standings", "place_and_wait", "waiting", "last_report_elsewhere",
+    # ends and waits in words
+    "End", "end_of_turn", "is_news", "wait_said",
+    # jobs
+    "job_kinds", "kinds_for", "label_of", "link_of", "offers_turns", "waits_for_staff", "job_of_form", "own_jobs",
+    "unseen_jobs", "may_cancel", "may_answer", "packets_of", "Forecast", "forecast", "in_order", "FAULTS",
 )  # fmt: skip

@@ -1,25 +1,24 @@
-"""Decides what each robot does next: its needs, then turns and jobs in the order of their tags, then idle behaviour."""
+"""Starts the next thing of each robot: its needs, then turns and jobs in order of their tags, then idle behaviour."""
 
 from datetime import datetime
 
-from queueing.idle import need_first, open_idle, open_need, store_watchers, wanted_need
-from queueing.jobs.head import head_of
+from queueing.charging import tag_next
+from queueing.idle import need_first, open_idle, open_need, serves_need, store_watchers, wanted_need
+from queueing.jobs.judging import head_of
 from queueing.jobs.running import promote
-from queueing.jobs.tagging import tag_next
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
 from queueing.rows import announce, links_of, suspended
 from queueing.turns import ALWAYS
 from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot
-from robots.states import Cycle, GrantEnd, GrantKind
+from robots.states import GIVES_WAY_TO_QUEUE, Cycle, GrantEnd, GrantKind
 
-GIVES_WAY = frozenset({GrantKind.IDLE, GrantKind.JOB})
 ASKED, TURN_NEXT = "somebody asked for the robot", "somebody's turn comes next"
 
 
 def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None:
-    """Start what comes next on each robot that is ready. `up_since`: since when people can reach the portal."""
+    """Start the next thing on each robot that is ready. `up_since`: since when people can reach the portal."""
     tag_next(queue)
     store_watchers(queue, now)
     for link in links_of(queue):
@@ -29,7 +28,7 @@ def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None
 def _serve(queue: Queue, link: QueueRobot, now: datetime, up_since: datetime) -> None:
     robot = link.robot
     grant = open_grant(robot)
-    if why_not_ready(robot, now, giving_way=GIVES_WAY):
+    if why_not_ready(robot, now, giving_way=GIVES_WAY_TO_QUEUE):
         return
     idle = grant is None or grant.kind == GrantKind.IDLE
     ticket = head(queue, robot, now, up_since) if idle and link.offers_turns else None
@@ -57,7 +56,7 @@ def _before(ticket: Ticket, job: Job) -> bool:
 
 
 def _gives_way(robot: Robot, grant: Grant | None, reason: str, now: datetime) -> bool:
-    """End the grant for what comes next. Return False if the robot comes to rest first."""
+    """End the grant for the next thing. Return False if the robot comes to rest first."""
     if grant is None:
         return True
     end_grant(grant, GrantEnd.PREEMPTED, reason, now)
@@ -68,8 +67,7 @@ def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket
     """Offer the robot; if it moved for a job or by itself, it is handed over first."""
     _gives_way(robot, grant, TURN_NEXT, now)
     last = newest_grant_that_moves(robot)
-    of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None
-    if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or of_itself):
+    if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or serves_need(last)):
         Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.HANDOVER)
         announce(queue)
     else:

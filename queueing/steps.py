@@ -1,8 +1,8 @@
-"""Moves the stamps of what runs and who waits when the time of day was set, or when the machine slept.
+"""Moves the stamps of running and waiting rows when the time of day was set, or when the machine slept.
 
-Everything that the queues judge by the time of day is in rows: until when a turn or an offer lasts, who was present
-lately, which command is too late. With their stamps moved by as much as the clock was, nothing of it has changed. What
-has ended keeps the stamps that it has.
+Everything that the queues judge by the time of day is in rows: the end of a turn or an offer, the last presence of a
+person, the deadline of a command. When their stamps are moved by as much as the clock, all this stays as it was. Rows
+that have ended keep their stamps.
 """
 
 import logging
@@ -17,7 +17,7 @@ from django.db import InterfaceError, OperationalError, transaction
 from django.db.models import F, Max, QuerySet
 
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, QueueRobot, Ticket, Turn, TurnSession
-from queueing.rows import announce, locked
+from queueing.rows import announce, lock
 from robots.bus import web_uptime
 from robots.kit.clock_steps import Step
 from robots.models import Command, Grant, Lease, Robot
@@ -33,7 +33,7 @@ def carry(step: Step, now: datetime) -> None:
     """
     try:
         with transaction.atomic():
-            queues = [locked(queue) for queue in Queue.objects.order_by("pk")]
+            queues = [lock(queue) for queue in Queue.objects.order_by("pk")]
             _Move(step, now).everything()
             for queue in queues:
                 announce(queue)
@@ -46,7 +46,7 @@ def carry(step: Step, now: datetime) -> None:
 
 
 class _Move:
-    """Moves stamps but those that were written after the step, which lies somewhere in the last `since_s` seconds."""
+    """Moves stamps, except those written after the step, which lies somewhere in the last `since_s` seconds."""
 
     def __init__(self, step: Step, now: datetime) -> None:
         self._new = (now - timedelta(seconds=step.since_s) - SLACK, now + SLACK)
@@ -67,7 +67,7 @@ class _Move:
         return max(longest, timedelta())
 
     def everything(self) -> None:
-        """Move what the portal judges by the time of day."""
+        """Move all stamps that the portal judges by the time of day."""
         for rows, stamp, *more in _written():  # `more` of a row moves where `stamp` does
             old = rows.exclude(**{f"{stamp}__isnull": True}).exclude(**{f"{stamp}__range": self._new})
             old.update(**{name: F(name) + self._by for name in (stamp, *more)})
@@ -78,14 +78,14 @@ class _Move:
             self._ahead(Session.objects.all(), "expire_date", settings.SESSION_COOKIE_AGE, self._moved)
 
     def _ahead(self, rows: QuerySet[Any], name: str, seconds: float, by: timedelta) -> None:
-        """Move the end of what lasts so long from each renewal on."""
+        """Move the end of rows that last so long from each renewal on."""
         first, last = (at + timedelta(seconds=seconds) for at in self._new)
         old = rows.exclude(**{f"{name}__isnull": True}).exclude(**{f"{name}__range": (first, last)})
         old.update(**{name: F(name) + by})
 
 
 def _written() -> Iterator[tuple[Any, ...]]:
-    """Yield what is open: rows, the name of a stamp that says when it was written, and names that belong to it."""
+    """Yield open rows, the name of a stamp that says when it was written, and names of stamps that move with it."""
     turns, commands = Turn.objects.filter(ended_at=None), Command.objects.filter(grant__ended_at=None)
     tickets, jobs = Ticket.objects.filter(state__in=OPEN_TICKET), Job.objects.filter(state__in=OPEN_JOB)
     yield turns, "started_at", "base_until", "until"

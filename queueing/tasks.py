@@ -21,7 +21,7 @@ def ticking() -> Lock:
 
 @shared_task(name="queueing.tick", ignore_result=True, max_retries=0)
 def queue_tick() -> None:
-    """Advance every queue; first, if the time of day was set, what is open follows it.
+    """Advance every queue; first, if the time of day was set, move the stamps of open rows.
 
     One at a time: a tick that has begun would judge by the time of before what has followed the clock since.
     """

@@ -1,4 +1,4 @@
-"""Advances the queues in time: ends what is over, and offers robots to the next people."""
+"""Advances the queues in time: ends turns and offers that are over, and offers robots to the next people."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -11,8 +11,8 @@ from django.db.models import DateTimeField, Exists, OuterRef, Q, QuerySet
 from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.offers import made_at, offered, recall, recall_offers
-from queueing.rows import QUEUE, BadSettings, locked, queue_of, robots_of
+from queueing.offers import made_at, open_offers, recall, recall_offers
+from queueing.rows import QUEUE, BadSettings, lock, queue_of, robots_of
 from queueing.serving import serve_next
 from queueing.tickets import dismiss_unfit, withdraw
 from queueing.turns import ALWAYS, tick_turn
@@ -84,8 +84,8 @@ def busy_queues() -> QuerySet[Queue]:
 
 
 def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
-    """End the offers that nobody answered, and the places of who is away."""
-    for ticket in offered(queue):
+    """End the offers that nobody answered, and the places of people who are away."""
+    for ticket in open_offers(queue):
         if ticket.offer_until is None or ticket.offer_until > now:
             continue
         if made_at(ticket) < up_since:
@@ -99,11 +99,11 @@ def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
 
 
 def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: datetime) -> None:
-    """Do it for each queue; what goes wrong in one of them, as in a robot's package, costs no other its time."""
+    """Do it for each queue; an error in one of them, as in a robot's package, does not stop the others."""
     for queue in queues:
         try:
             with transaction.atomic():
-                do(locked(queue), now)
+                do(lock(queue), now)
         except Error:
             raise
         except Exception:

@@ -8,14 +8,14 @@ from django.db.models import Q
 
 from accounts.models import Clearance
 from accounts.services import cleared
-from queueing.charging import account_of, next_tag, settle
+from queueing.charging import account_of, give_way, next_tag, settle
 from queueing.errors import NotCleared, RobotUnavailable
-from queueing.jobs.tagging import give_way
 from queueing.models import OPEN_TICKET, PlaceEnd, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, locked, queue_of, robots_of
+from queueing.rows import QUEUE, announce, lock, queue_of, robots_of
 from queueing.turns import end_turn, start_countdown
 from robots.models import Robot
 from robots.prepared import Prepared
+from robots.services.permissions import need_staff
 from robots.states import Cycle, GrantEnd
 
 _OPEN = Q(queue=QUEUE, state__in=OPEN_TICKET)
@@ -54,7 +54,7 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
     if not QueueRobot.objects.filter(robot=robot, offers_turns=True).exists():
         raise RobotUnavailable("Nobody drives this robot; it takes jobs only.")
     with transaction.atomic():
-        queue = locked(queue)
+        queue = lock(queue)
         ticket = Ticket.objects.filter(queue=queue, user=user, state__in=OPEN_TICKET).first()
         if ticket is not None:
             Ticket.objects.filter(pk=ticket.pk).update(last_seen=now, classic=classic)
@@ -76,7 +76,7 @@ def leave(robot: Robot, user: Any, now: datetime) -> None:
     if ticket is None:
         return
     with transaction.atomic():
-        queue = locked(ticket.queue)
+        queue = lock(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
             end_turn(Turn.objects.get(ticket=ticket), GrantEnd.HOLDER, "ended by the operator", now)
@@ -103,9 +103,9 @@ def dismiss_unfit(queue: Queue, now: datetime) -> None:
 
 
 def remove(ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, code: GrantEnd = GrantEnd.STAFF) -> bool:
-    """Remove a person from the queue (staff). Return False if the place had ended."""
+    """Remove a person from the queue. Return False if the place had ended."""
     with transaction.atomic():
-        queue = locked(ticket.queue)
+        queue = lock(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
             return end_turn(Turn.objects.get(ticket=ticket), code, reason, now)
@@ -113,3 +113,9 @@ def remove(ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, c
             withdraw(queue, ticket, TicketState.LEFT, reason, now)
             return True
         return False
+
+
+def remove_by_staff(ticket: Ticket, user: Any, now: datetime) -> bool:
+    """Remove a person from the queue; a running turn is ended. Return False if the place had ended. Raises NotStaff."""
+    need_staff(user)
+    return remove(ticket, now)

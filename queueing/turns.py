@@ -1,4 +1,4 @@
-"""Turns: which one runs, until when, and its end."""
+"""Turns: the running one, its time, and its end."""
 
 import logging
 from datetime import UTC, datetime, timedelta
@@ -11,13 +11,14 @@ from django.db.models import BigAutoField, F, QuerySet
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
 from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, locked, suspended
+from queueing.rows import QUEUE, announce, lock, suspended
 from robots import bus
 from robots.grants import end_grant
 from robots.kit.packets import StandingChanged
 from robots.models import Command, Grant, Robot
 from robots.people import is_person
 from robots.prepared import Prepared, Slot
+from robots.services.permissions import need_staff
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd
 
 log = logging.getLogger(__name__)
@@ -47,7 +48,7 @@ _LAST_ENDED: Prepared[Any] = Prepared(
 
 
 def _theirs() -> QuerySet[Command]:
-    """Return what a person has asked for under a grant."""
+    """Return the commands that a person has given under a grant."""
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
@@ -86,7 +87,7 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     if ticket is None:  # its person's account was deleted, and it had ended before
         return False
     with transaction.atomic():
-        queue = locked(ticket.queue)
+        queue = lock(ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
         seconds = fairshare.charged(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
@@ -100,6 +101,12 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
         settle(queue)
         announce(queue)
         return True
+
+
+def end_by_staff(turn: Turn, user: Any, now: datetime) -> bool:
+    """End a running turn. Return False if it had ended. Raises NotStaff."""
+    need_staff(user)
+    return end_turn(turn, GrantEnd.STAFF, "ended by staff", now)
 
 
 def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> None:
@@ -147,8 +154,8 @@ def idle_s(turn: Turn) -> int:
     return int(RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"])
 
 
-def acted(robot: Robot, user: Any, now: datetime) -> bool:
-    """Note that the operator has done something beside commands, or says that they are there.
+def stay(robot: Robot, user: Any, now: datetime) -> bool:
+    """Note that the operator has done something other than a command, or says that they are there.
 
     Return False if they have no turn, or it has ended.
     """
@@ -157,7 +164,7 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
     if turn is None or ticket is None:
         return False
     with transaction.atomic():
-        locked(ticket.queue)  # a tick that has judged the turn ends it before, or judges after
+        lock(ticket.queue)  # a tick that has judged the turn ends it before, or judges after
         if not Turn.objects.filter(pk=turn.pk, ended_at=None).update(acted_at=now):
             return False
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
@@ -165,9 +172,9 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
 
 
 def note_act(robot: Robot, user: Any, now: datetime) -> None:
-    """Note what the operator has done, as `acted`, but wait for no tick, and let no failure reach them.
+    """Note an act of the operator, as `stay` does, but wait for no tick, and raise no error of the database.
 
-    For stops: one that succeeded is answered at once. It is not noted while the turn's row is being changed.
+    For stops: a stop that succeeded is answered at once. Nothing is noted while another transaction changes the row.
     """
     try:
         with transaction.atomic():
@@ -177,7 +184,7 @@ def note_act(robot: Robot, user: Any, now: datetime) -> None:
                 mine.update(acted_at=now)
                 bus.tell_people_on_commit(StandingChanged(user=user.pk))
     except Error:
-        log.warning("what the operator of %s has done was not noted", robot.slug, exc_info=True)
+        log.warning("an act of the operator of %s was not noted", robot.slug, exc_info=True)
 
 
 def others_wait_since(turn: Turn) -> datetime | None:
@@ -195,9 +202,9 @@ def others_wait_since(turn: Turn) -> datetime | None:
 
 
 def _last_act(turn: Turn, now: datetime) -> datetime:
-    """Return when the operator last did something; while a command of theirs runs they have.
+    """Return when the operator last did something; now, while a command of theirs runs.
 
-    What staff set under the grant meanwhile is no act of the operator.
+    Settings by staff under the grant are no acts of the operator.
     """
     theirs = {"grant": turn.grant_id, "robot": turn.robot_id, "user": turn.user_id}
     if _UNDER_WAY(**theirs):

@@ -62,10 +62,13 @@ class GrantKind(models.TextChoices):
     REST = "rest", "Comes to rest"
 
 
-# opened for one command, and ended with it
-ONE_COMMAND = frozenset({GrantKind.JOB, GrantKind.IDLE, GrantKind.UPKEEP})
-# in which the owner puts the robot in order, or a part of it
-IN_ORDER = frozenset({GrantKind.HANDOVER, GrantKind.SETTINGS})
+# What holds for the grants of a kind:
+G = GrantKind
+ASKED_FOR = frozenset({G.TURN, G.JOB})  # by a visitor; it is recorded
+ONE_COMMAND = frozenset({G.JOB, G.IDLE, G.UPKEEP})  # opened for one command, and ended with it
+IN_ORDER = frozenset({G.HANDOVER, G.SETTINGS})  # the owner puts the robot in order, or a part of it
+GIVES_WAY_TO_QUEUE = frozenset({G.JOB, G.IDLE})  # ended for what comes next in the queue, or for a need of the robot
+GIVES_WAY_TO_STAFF = frozenset({G.IDLE, G.REST})  # ended for a command of staff
 
 
 class GrantEnd(models.TextChoices):

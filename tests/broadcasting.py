@@ -65,7 +65,7 @@ class Air:
 
     def _ask(self):
         for edge in self.edges:
-            for gap in edge.wanted(self.now_ns, 4):
+            for gap in edge.requests_due(self.now_ns, 4):
                 movie = edge.current.movie
                 answer = self.origin.answer(repairs.path_of(movie, gap), {"range": repairs.range_of(gap)})
                 self._flying.append((self.now_ns + ROUND_NS, edge, movie, gap, answer))
@@ -89,7 +89,7 @@ class Air:
             start = self.movie.starts_ns[next_number] if next_number < len(self.movie.starts_ns) else None
             if start is not None and self.now_ns >= one.joined_ns + one.wait_ns + start:
                 self._shown[edge, one.movie] += 1
-                if one.shown < next_number:
+                if one.playable < next_number:
                     self.late.append((edge, next_number))
 
 

@@ -87,7 +87,7 @@ class Stand:
         from robots.models import Robot
 
         now = SYSTEM.now()
-        queue.seen(self.robot, person, now, classic=False)
+        queue.note_presence(self.robot, person, now, classic=False)
         ticket = queue.open_ticket(self.robot, person)
         if ticket is None:
             if self.dice.random() < 0.05:

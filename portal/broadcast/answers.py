@@ -1,4 +1,4 @@
-"""What origin and edges answer to HTTP requests; `application` makes an ASGI application of either."""
+"""HTTP answers of origin and edges; `application` makes an ASGI application of either."""
 
 import json
 from collections.abc import Awaitable, Callable, Mapping
@@ -47,7 +47,7 @@ def nothing() -> Answer:
 def application(answering: Answering) -> Application:
     """Return an ASGI application that answers GET and HEAD, whose bodies it does not read."""
 
-    async def asked(
+    async def answer_request(
         scope: dict[str, Any], _: Callable[[], Awaitable[Any]], send: Callable[[Any], Awaitable[None]]
     ) -> None:
         if scope["type"] != "http":
@@ -68,4 +68,4 @@ def application(answering: Answering) -> Application:
         await send({"type": "http.response.start", "status": answer.status, "headers": raw})
         await send({"type": "http.response.body", "body": b"" if scope["method"] == "HEAD" else answer.body})
 
-    return asked
+    return answer_request

@@ -1,4 +1,4 @@
-"""Puts a movie together from its packets: what has come, what was lost, and until when it is needed. No I/O."""
+"""Puts a movie together from its packets, and lists the gaps with their deadlines. No I/O."""
 
 from dataclasses import dataclass, field
 
@@ -24,7 +24,7 @@ class Gap:
 
     @property
     def all(self) -> bool:
-        """Whether the whole segment is missing, and with it its size."""
+        """Return whether the whole segment is missing, and with it its size."""
         return self.end == 0
 
 
@@ -33,35 +33,35 @@ class Segment:
     """The bytes of a segment as far as they have come."""
 
     data: bytearray
-    missing: list[tuple[int, int]]  # in order, apart from one another
-    lost: list[tuple[int, int]] = field(default_factory=list)  # of what passed by without being received
-    after: int | None = None  # where the packet that was received last ended
+    missing_ranges: list[tuple[int, int]]  # in order, apart from one another
+    lost_ranges: list[tuple[int, int]] = field(default_factory=list)  # sent, but not received
+    after: int | None = None  # the end of the packet that was received last
 
     @property
     def whole(self) -> bool:
-        """Whether all of it is there."""
-        return not self.missing
+        """Return whether all of it is there."""
+        return not self.missing_ranges
 
     def within(self, begin: int, end: int) -> list[tuple[int, int]]:
         """Return what is missing between two places."""
-        return [(max(a, begin), min(b, end)) for a, b in self.missing if a < end and b > begin]
+        return [(max(a, begin), min(b, end)) for a, b in self.missing_ranges if a < end and b > begin]
 
     def put(self, begin: int, data: bytes) -> None:
-        """Take bytes that belong there; what is there already stays as it is."""
+        """Store bytes at this place; bytes that are there already stay as they are."""
         end = begin + len(data)
         for a, b in self.within(begin, end):
             self.data[a:b] = data[a - begin : b - begin]
-        self.missing = _without(self.missing, begin, end)
-        self.lost = _without(self.lost, begin, end)
+        self.missing_ranges = _without(self.missing_ranges, begin, end)
+        self.lost_ranges = _without(self.lost_ranges, begin, end)
 
-    def heard(self, begin: int, data: bytes) -> None:
-        """Take a packet, and note what should have come between it and the one before: it was lost."""
+    def take_packet(self, begin: int, data: bytes) -> None:
+        """Store a packet, and note the bytes between it and the packet before as lost."""
         size, after = len(self.data), self.after
         self.after = (begin + len(data)) % size
         if after is not None and after != begin:
             passed = [(after, begin)] if after < begin else [(after, size), (0, begin)]
             lost = {gap for a, b in passed for gap in self.within(a, b)}
-            self.lost = sorted({*self.lost, *lost})
+            self.lost_ranges = sorted({*self.lost_ranges, *lost})
         self.put(begin, data)
 
 
@@ -73,7 +73,7 @@ def _without(gaps: list[tuple[int, int]], begin: int, end: int) -> list[tuple[in
 
 
 class Assembly:
-    """One movie, of which an edge has heard since `joined_ns`. At most `most` bytes."""
+    """One movie that an edge has received since `joined_ns`. At most `most` bytes."""
 
     def __init__(self, movie: int, wait_ds: int, joined_ns: int, most: int = MOST) -> None:
         self.movie, self.joined_ns, self.wait_ns = movie, joined_ns, wait_ds * DS_NS
@@ -85,19 +85,19 @@ class Assembly:
         self._shown = 0
 
     def take(self, packet: Packet) -> bool:
-        """Take a packet of this movie; tell whether it fits. Raises ValueError as `repair` does."""
+        """Take a packet of this movie. Return whether it fits. Raises ValueError as `repair` does."""
         segment = self._segment(packet.segment, packet.size)
         if segment is None:
             return False
         if not segment.whole:
-            segment.heard(packet.offset, packet.data)
-            if segment.lost:
+            segment.take_packet(packet.offset, packet.data)
+            if segment.lost_ranges:
                 self._lossy.add(packet.segment)
             self._judge(packet.segment, segment)
         return True
 
     def repair(self, gap: Gap, data: bytes, size: int) -> bool:
-        """Take what was fetched; tell whether it fits. Raises ValueError where it completes an index that is none."""
+        """Take fetched bytes. Return whether they fit. Raises ValueError if they complete an invalid index."""
         segment = self._segment(gap.segment, size)
         if segment is None or gap.begin + len(data) > len(segment.data):
             return False
@@ -132,21 +132,21 @@ class Assembly:
 
     @property
     def count(self) -> int:
-        """How many segments the movie has besides the index; 0 while that is not known."""
+        """Return how many segments the movie has besides the index; 0 while that is not known."""
         return 0 if self.index is None else len(self.index.starts_ms)
 
     @property
     def whole(self) -> bool:
-        """Whether all of it is there."""
+        """Return whether all of it is there."""
         return self.index is not None and not self._open
 
     @property
-    def shown(self) -> int:
-        """How many of the segments 1, 2 and so on are there without a gap: what players can be told of."""
+    def playable(self) -> int:
+        """Return how many of the segments 1, 2 and so on are there without a gap; players are told of these."""
         return min(self._shown, self.count)
 
     def due_ns(self, number: int) -> int | None:
-        """Return when this segment is needed by who joined with us; None while it is not known."""
+        """Return when a viewer who joined with us needs this segment; None while it is not known."""
         if number < 2:
             return self.joined_ns + self.wait_ns
         if number > self.count or self.index is None:
@@ -154,17 +154,17 @@ class Assembly:
         return self.joined_ns + self.wait_ns + self.index.starts_ms[number - 1] * SECOND // 1000
 
     def gaps(self, now_ns: int, before_ns: int) -> list[Gap]:
-        """Return what has to be fetched, the most urgent first.
+        """Return the gaps that have to be fetched, the most urgent first.
 
-        That is what was lost, and what is needed within `before_ns` and is not there.
+        These are bytes that were lost, and bytes that are needed within `before_ns` and are not there.
         """
         found = []
         for number in sorted(self._due_soon(now_ns + before_ns) | self._lossy):
             segment, due = self.segments.get(number), self.due_ns(number)
             if due is not None and due <= now_ns + before_ns:
-                missing = [(0, 0)] if segment is None else segment.missing
+                missing = [(0, 0)] if segment is None else segment.missing_ranges
             else:
-                missing = [] if segment is None else segment.lost
+                missing = [] if segment is None else segment.lost_ranges
             found += [Gap(number, a, b, due or now_ns + self.wait_ns) for a, b in missing]
         return sorted(found, key=lambda gap: (gap.due_ns, gap.segment, gap.begin))
 

@@ -7,7 +7,7 @@ from portal.broadcast import packets
 from portal.broadcast.timetable import SECOND, Channel, channels
 
 GUARD_NS = SECOND // 10
-STALLED_NS = 2 * SECOND  # what is later than that is left out, as if it had been lost: no flood after a long pause
+STALLED_NS = 2 * SECOND  # later packets are left out, as if they had been lost: no flood after a long pause
 DS_NS = SECOND // 10  # a tenth of a second
 
 

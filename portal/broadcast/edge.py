@@ -1,4 +1,4 @@
-"""What an edge knows: the movie that is broadcast, the one before it, and what it has to fetch. No socket, no clock."""
+"""The state of an edge: the present movie, the movie before it, and the bytes to fetch. No socket, no clock."""
 
 import logging
 from collections.abc import Callable
@@ -9,15 +9,15 @@ from portal.broadcast.assembly import MOST, Assembly, Gap
 from portal.broadcast.timetable import SECOND
 
 log = logging.getLogger(__name__)
-BEFORE_NS = SECOND // 20  # what is needed so soon and is not there was lost, or is late: half the origin's guard
+BEFORE_NS = SECOND // 20  # bytes needed so soon that are not there were lost, or are late: half the origin's guard
 PAUSE_NS = SECOND // 20  # after a loss, at least: packets may overtake one another
 SPREAD_NS = SECOND  # edges that lose the same packet do not ask all at once
-AGAIN_NS = SECOND // 2  # what was not answered is asked for again
+AGAIN_NS = SECOND // 2  # a request without an answer is repeated after it
 PLACES = 100_000  # of gaps that are remembered
 LONGEST = 256 * 1024  # bytes of a request
 SILENCE_NS = 10 * SECOND  # after that, an origin whose clock was set back is believed
 GONE_NS = 60 * SECOND  # after that silence a movie is forgotten: it may have been withdrawn
-LATER_NS = 60 * SECOND  # whoever watches may have begun late, or paused
+LATER_NS = 60 * SECOND  # viewers may have begun late, or paused
 RESTART = 100_000  # numbers that are skipped: another start of the origin, no loss
 
 
@@ -28,12 +28,13 @@ class Edge:
         self.key, self._random, self._most = key, random, most
         self.current: Assembly | None = None
         self.before: Assembly | None = None
-        self.heard = self.refused = self.lost = self.repaired = 0  # packets, packets, packets, bytes
+        self.packets_received = self.refused = self.packets_lost = 0
+        self.repaired = 0  # bytes
         self._number, self._heard_ns = 0, 0
         self._ask_ns: dict[tuple[int, int], int] = {}  # when each gap may be asked for, by its segment and beginning
 
     def hear(self, datagram: bytes, now_ns: int) -> None:
-        """Take whatever came to the group's address."""
+        """Take a datagram that came to the group's address."""
         packet = packets.decode(self.key, datagram)
         if packet is None:
             self.refused += 1
@@ -66,10 +67,10 @@ class Edge:
     def _count(self, number: int, now_ns: int) -> None:
         skipped = number - self._number - 1
         if self._number and 0 < skipped < RESTART:
-            self.lost += skipped
+            self.packets_lost += skipped
         if number > self._number or now_ns - self._heard_ns >= SILENCE_NS:
             self._number = number
-        self.heard, self._heard_ns = self.heard + 1, now_ns
+        self.packets_received, self._heard_ns = self.packets_received + 1, now_ns
 
     def _drop(self, movie: Assembly, error: ValueError) -> None:
         log.warning("movie %08x has an index that is none: %s", movie.movie, error)
@@ -77,7 +78,7 @@ class Edge:
         self.current = None
 
     def forget(self, now_ns: int) -> None:
-        """Forget what is no longer sent, and the movie before once whoever was watching it has seen its end."""
+        """Forget a movie that is no longer sent, and the movie before when its viewers have seen its end."""
         if self.current is not None and now_ns - self._heard_ns > GONE_NS:
             log.info("movie %08x is no longer sent", self.current.movie)
             self.current = self.before = None
@@ -91,8 +92,8 @@ class Edge:
         """Return a movie that people may still be watching."""
         return next((one for one in (self.current, self.before) if one is not None and one.movie == movie), None)
 
-    def wanted(self, now_ns: int, most: int) -> list[Gap]:
-        """Return what to ask the origin for now, at most so many; what is not answered is asked for again."""
+    def requests_due(self, now_ns: int, most: int) -> list[Gap]:
+        """Return the gaps to request from the origin now, at most `most`; a request without an answer is repeated."""
         movie, asked = self.current, []
         if movie is None or movie.whole or most <= 0:
             return []
@@ -109,14 +110,14 @@ class Edge:
         return asked
 
     def _pause_ns(self, left_ns: int) -> int:
-        """Return how long what was lost can wait, for others lost it, too, and packets may overtake one another."""
+        """Return how long a request can wait: other edges lost the bytes, too, and packets may overtake one another."""
         if left_ns <= BEFORE_NS:
             return 0
         least = min(PAUSE_NS, left_ns // 2)
         return least + int(self._random() * (min(SPREAD_NS, left_ns // 2) - least))
 
     def repair(self, movie: int, gap: Gap, data: bytes, size: int) -> None:
-        """Take what the origin answered: bytes from the gap's beginning on, of a segment of `size` bytes."""
+        """Take an answer of the origin: bytes from the gap's beginning on, of a segment of `size` bytes."""
         current = self.current
         if current is None or current.movie != movie:
             return
@@ -130,12 +131,13 @@ class Edge:
             self._ask_ns.pop((gap.segment, gap.begin), None)
 
     def status(self) -> dict[str, object]:
-        """Return how it is with this edge, for people and monitors."""
+        """Return the counters of this edge, for people and monitors."""
         movie = self.current
         return {
             "movie": None if movie is None else f"{movie.movie:08x}",
-            "shown": 0 if movie is None else movie.shown,
+            "shown": 0 if movie is None else movie.playable,
             "segments": 0 if movie is None else movie.count,
             "whole": movie is not None and movie.whole,
-            "packets": self.heard, "refused": self.refused, "lost": self.lost, "repaired_bytes": self.repaired,
+            "packets": self.packets_received, "refused": self.refused, "lost": self.packets_lost,
+            "repaired_bytes": self.repaired,
         }  # fmt: skip

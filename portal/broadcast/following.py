@@ -1,4 +1,4 @@
-"""Has an origin show what is chosen, while it runs: another movie, none, or silence after one that was withdrawn."""
+"""Has an origin show the chosen movie while it runs: another one, none, or silence after one that was withdrawn."""
 
 import asyncio
 import logging
@@ -18,7 +18,7 @@ SILENT_S = GONE_NS / SECOND + 5  # after a movie that was withdrawn: until then 
 
 
 class Choice(NamedTuple):
-    """A movie's file, what tells it from others, and its title."""
+    """A movie's file, its key, and its title."""
 
     key: int
     path: Path
@@ -29,7 +29,7 @@ Choosing = Callable[[int], Awaitable[tuple[Choice | None, bool]]]
 
 
 class Following:
-    """Has an origin show what is chosen: `choose` returns it, and whether a movie that was chosen may still be shown.
+    """Has an origin show the chosen movie: `choose` returns it, and whether the movie shown may still be shown.
 
     A movie that was withdrawn is followed by silence, so that edges forget it before another one begins.
     """
@@ -48,7 +48,7 @@ class Following:
         """Look once. Return after how many seconds to look again."""
         try:
             choice, still = await self._choose(self._shown)
-        except Exception as error:  # noqa: BLE001 - the database is away: what is sent goes on
+        except Exception as error:  # noqa: BLE001 - the database is away: the present movie goes on
             if not self._away:
                 log.warning("it cannot be read now which movie is to be shown: %s", error)
             self._away = True

@@ -1,4 +1,4 @@
-"""The index of a movie, its segment 0: what a player needs besides the segments."""
+"""The index of a movie, its segment 0: all that a player needs besides the segments."""
 
 import re
 from itertools import pairwise
@@ -18,7 +18,7 @@ Times = Annotated[list[Annotated[int, Meta(ge=0, le=HOUR_MS)]], Meta(min_length=
 
 
 class Index(msgspec.Struct, frozen=True):
-    """How each segment is shown: `starts_ms` and `durations_ms` of the segments 1, 2 and so on.
+    """The times of each segment: `starts_ms` and `durations_ms` of the segments 1, 2 and so on.
 
     `codec` is the name of RFC 6381, as browsers are asked for it; `init` the initialization segment of ISO BMFF;
     `independent`: each segment begins with a key picture; `title`: where and when it was taken, may be empty.

@@ -38,7 +38,7 @@ class Movie:
 
     @property
     def seconds(self) -> float:
-        """How long it is."""
+        """Return its length (s)."""
         return (self.index.starts_ms[-1] + self.index.durations_ms[-1]) / 1000
 
     @property

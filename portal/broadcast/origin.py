@@ -1,4 +1,4 @@
-"""The origin: sends one movie at a time, or none, and answers edges that ask for what they lost."""
+"""The origin: sends one movie at a time, or none, and answers the repair requests of edges."""
 
 from collections.abc import Callable
 

@@ -5,13 +5,13 @@
 | 1 | kind and version, 0xF1 |
 | 4 | the movie, by its content: the beginning of its SHA-256 |
 | 8 | number: of an origin it grows by one a packet, and never goes back while its clock does not |
-| 1 | how long whoever joins waits, in tenths of a second |
+| 1 | how long a joiner waits, in tenths of a second |
 | 2 | segment; 0 is the index |
 | 3, 3 | where in the segment the bytes begin; how many bytes the segment has |
 | 8 | tag: keyed BLAKE2s of the bytes before it and of those of the segment |
 
-Big-endian. Whoever is in the network can send to the group, in anybody's name; so a packet is read only if its tag fits
-the key that origin and edges share, which also finds what was changed on the way.
+Big-endian. Every host of the network can send to the group, in anybody's name; so a packet is read only if its tag fits
+the key that origin and edges share. The tag also shows changes on the way.
 """
 
 import hashlib

@@ -28,8 +28,8 @@ def media(movie: Assembly, index: Index, ended: bool) -> str:
     ]  # fmt: skip
     if index.independent:
         lines.insert(1, "#EXT-X-INDEPENDENT-SEGMENTS")
-    for number in range(1, movie.shown + 1):
+    for number in range(1, movie.playable + 1):
         lines += [f"#EXTINF:{index.durations_ms[number - 1] / 1000:.3f},", f"seg-{number}.m4s"]
-    if ended or movie.shown == movie.count:
+    if ended or movie.playable == movie.count:
         lines.append("#EXT-X-ENDLIST")
     return "\n".join(lines) + "\n"

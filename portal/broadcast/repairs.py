@@ -26,12 +26,12 @@ SAVED_S = 5  # a pause of so long may be made good at once
 
 
 class Repairs:
-    """Answers edges from what the carousel sends, at most `rate` bytes a second."""
+    """Answers edges from the contents of the carousel, at most `rate` bytes a second."""
 
     def __init__(self, carousel: Carousel, key: bytes, rate: float, now_ns: Callable[[], int]) -> None:
         self._carousel, self._key, self._rate, self._now_ns = carousel, key, rate, now_ns
         self._room, self._at_ns = rate * SAVED_S, now_ns()
-        self.sent = self.asked = 0  # bytes and requests
+        self.bytes_sent = self.request_count = 0  # bytes and requests
 
     def answer(self, path: str, headers: Headers) -> Answer:
         """Answer a request for a range of a segment."""
@@ -51,7 +51,7 @@ class Repairs:
         if not self._allowed(end - begin):
             return later(1)
         data = content[begin:end]
-        self.asked, self.sent = self.asked + 1, self.sent + len(data)
+        self.request_count, self.bytes_sent = self.request_count + 1, self.bytes_sent + len(data)
         told = packets.range_tag(self._key, self._carousel.movie, number, begin, len(content), data)
         head = {"content-range": f"bytes {begin}-{end - 1}/{len(content)}", "content-type": "application/octet-stream"}
         return Answer(206, data, {**head, "cache-control": "no-store", TAG: told})
@@ -61,7 +61,7 @@ class Repairs:
         return {
             "movie": f"{sent.movie:08x}", "packets": sent.packets, "bytes": sent.bytes, "pauses": sent.skipped,
             "late_ms": sent.late_ns // 10**6,
-            "repairs": self.asked, "repaired_bytes": self.sent,
+            "repairs": self.request_count, "repaired_bytes": self.bytes_sent,
         }  # fmt: skip
 
     def _allowed(self, size: int) -> bool:

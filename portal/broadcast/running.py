@@ -1,4 +1,4 @@
-"""Origin and edge at work: sockets and tasks around what the other files compute, by the time of the event loop."""
+"""Origin and edge at work: sockets and tasks around the pure code of the other files, by the time of the event loop."""
 
 import asyncio
 import logging
@@ -17,10 +17,10 @@ from portal.broadcast.timetable import SECOND
 log = logging.getLogger(__name__)
 LEAST, PAUSE_S = 4, 0.001  # packets without a pause, and the pause: sockets of edges have room for few
 FASTER = 4  # after a pause packets are sent that much faster than they are due
-LOOK_S = 0.02  # an edge looks so often for what came and what to fetch: cheaper than to wake for each packet
+LOOK_S = 0.02  # an edge reads packets and looks for gaps so often: cheaper than to wake for each packet
 AT_ONCE = 4  # requests of an edge to the origin
 IDLE_S = 0.5  # while there is nothing to send, it is looked so often whether there is
-READ = 1000  # datagrams at a look; what is more waits in the socket
+READ = 1000  # datagrams at a look; more of them wait in the socket
 
 
 def now_ns() -> int:
@@ -66,7 +66,7 @@ class Sending:
 
 
 class Receiving:
-    """Hears a group for an edge, and fetches what it wants from the origin, if there is an address of one."""
+    """Receives a group for an edge, and fetches its gaps from the origin, if it has the address of one."""
 
     def __init__(self, edge: Edge, line: Line, origin: str = "", loses: Callable[[], bool] = lambda: False) -> None:
         self._edge, self._line, self._origin, self._loses = edge, line, origin, loses
@@ -89,7 +89,7 @@ class Receiving:
         now = now_ns()
         for _ in range(READ):
             try:
-                datagram = self._line.socket.recv(DATAGRAM + 1)  # one byte more: what is longer is refused
+                datagram = self._line.socket.recv(DATAGRAM + 1)  # one byte more: a longer one is refused
             except BlockingIOError:
                 return
             except OSError as error:
@@ -100,7 +100,7 @@ class Receiving:
 
     def _fetch(self) -> None:
         movie = self._edge.current
-        for gap in self._edge.wanted(now_ns(), AT_ONCE - len(self._fetching)):
+        for gap in self._edge.requests_due(now_ns(), AT_ONCE - len(self._fetching)):
             if movie is not None:
                 task = asyncio.ensure_future(self._repair(movie.movie, gap))
                 self._fetching.add(task)

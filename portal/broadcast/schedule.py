@@ -1,4 +1,4 @@
-"""Harmonic broadcasting: which part of a movie each channel sends when, and whether whoever joins has it in time.
+"""Harmonic broadcasting: which part of a movie each channel sends when, and whether each joiner has it in time.
 
 A movie of n segments of equal length is sent on several channels again and again, for any number of joiners. Time is
 counted in slots, the length of a segment; a part of the movie is a place in it, in slots from its beginning; a
@@ -26,12 +26,12 @@ class Channel:
 
     @property
     def bandwidth(self) -> Fraction:
-        """Its bandwidth, in units of b."""
+        """Return its bandwidth, in units of b."""
         return Fraction(1, self.slots)
 
     @property
     def cycle(self) -> int:
-        """After so many slots it begins again."""
+        """Return after how many slots it begins again."""
         return self.slots * len(self.segments)
 
     def place(self, at: Exact) -> Fraction:
@@ -39,7 +39,7 @@ class Channel:
         turn, into = divmod(Fraction(at), self.slots)
         return self.segments[int(turn) % len(self.segments)] - 1 + into / self.slots
 
-    def sent(self, place: Exact, since: Exact) -> Fraction:
+    def next_time(self, place: Exact, since: Exact) -> Fraction:
         """Return when a place of one of its segments is next sent, not before `since`."""
         segment = math.floor(place)
         first = self.slots * (self.segments.index(segment + 1) + Fraction(place) - segment)
@@ -59,12 +59,12 @@ class Scheme:
 
     @property
     def segments(self) -> int:
-        """How many segments the movie has."""
+        """Return how many segments the movie has."""
         return sum(len(channel.segments) for channel in self.channels)
 
     @property
     def bandwidth(self) -> Fraction:
-        """The bandwidth of all channels, in units of b."""
+        """Return the bandwidth of all channels, in units of b."""
         return sum((channel.bandwidth for channel in self.channels), Fraction(0))
 
     def channel_of(self, segment: int) -> Channel:
@@ -72,12 +72,12 @@ class Scheme:
         return next(channel for channel in self.channels if segment in channel.segments)
 
     def begin(self, joined: Exact) -> Fraction:
-        """Return when whoever joined at this moment begins to show the movie."""
+        """Return when a viewer who joins at this moment begins to show the movie."""
         return Fraction(math.ceil(joined) if self.wait is None else joined + self.wait)
 
     def received(self, place: Exact, joined: Exact) -> Fraction:
-        """Return when whoever joined at this moment has this place of the movie."""
-        return self.channel_of(math.floor(place) + 1).sent(place, joined)
+        """Return when a viewer who joins at this moment has this place of the movie."""
+        return self.channel_of(math.floor(place) + 1).next_time(place, joined)
 
 
 def _each(first: int, segments: range) -> tuple[Channel, ...]:
@@ -115,7 +115,7 @@ def polyharmonic(segments: int, wait: int = 4) -> Scheme:
 
 
 def lateness(scheme: Scheme, joined: Exact) -> Fraction:
-    """Return how late the latest place of the movie comes to whoever joined at this moment (slots; least upper bound).
+    """Return how late the latest place of the movie comes to a viewer who joins now (slots; least upper bound).
 
     Not above 0: everything is there when it is shown. Within a segment a place is sent `slots` times as slowly as it is
     shown, but for one jump, at the place that is sent at the moment of joining; so the latest places are the ends of
@@ -127,15 +127,15 @@ def lateness(scheme: Scheme, joined: Exact) -> Fraction:
         for segment in channel.segments:
             for end in {Fraction(segment), now if segment - 1 < now < segment else Fraction(segment)}:
                 took = channel.slots * (end - segment + 1)  # from the segment's beginning to this end
-                sent = channel.sent(segment - 1, joined - took) + took
-                if sent <= joined:  # what is just before the end was missed, and comes in the next cycle
+                sent = channel.next_time(segment - 1, joined - took) + took
+                if sent <= joined:  # the part just before the end was missed, and comes in the next cycle
                     sent += channel.cycle
                 latest.append(sent - (begin + end))
     return max(latest)
 
 
 def on_time(scheme: Scheme, joined: Exact) -> bool:
-    """Tell whether whoever joined at this moment has each place of the movie when it is shown."""
+    """Return whether a viewer who joins at this moment has each place of the movie when it is shown."""
     return lateness(scheme, joined) <= 0
 
 

@@ -1,4 +1,4 @@
-"""What an edge serves to browsers: the player, playlists, and segments that any cache may keep."""
+"""Answers of an edge to browsers: the player, playlists, and segments that any cache may keep."""
 
 import re
 from collections.abc import Callable
@@ -24,7 +24,7 @@ PLACE = re.compile(r"/([0-9a-f]{8})/(?:(movie\.m3u8)|(init\.mp4)|seg-([1-9][0-9]
 
 
 class Serving:
-    """Answers browsers from what the edge has."""
+    """Answers browsers from the segments that the edge has."""
 
     def __init__(self, edge: Edge, now_ns: Callable[[], int]) -> None:
         self._edge, self._now_ns = edge, now_ns
@@ -45,19 +45,18 @@ class Serving:
             return nothing()
         if place[2]:
             ended = movie is not self._edge.current
-            kept = WHOLE if ended or movie.shown == movie.count else GROWING
+            kept = WHOLE if ended or movie.playable == movie.count else GROWING
             return text(playlist.media(movie, movie.index, ended), PLAYLIST, kept)
         if place[3]:
             return self._bytes(movie.index.init, "video/mp4")
         return self._segment(movie, int(place[4]))
 
     def _begin(self) -> Answer:
-        """Lead to the movie, from when on each of its segments will be there when players need it."""
+        """Lead to the movie, as soon as each of its segments will be there when players need it."""
         movie = self._edge.current
-        ready = movie is not None and movie.shown > 0 and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS
-        if not ready:
+        if not (movie and movie.playable and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS):
             movie = self._edge.before  # a new one begins: the one before is shown until then
-        if movie is None or movie.index is None or not movie.shown:
+        if movie is None or movie.index is None or not movie.playable:
             return later(1)
         return text(playlist.multivariant(movie, movie.index), PLAYLIST, GROWING)
 

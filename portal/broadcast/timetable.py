@@ -1,9 +1,9 @@
-"""When each packet of a movie is sent: polyharmonic broadcasting of segments of any length and size.
+"""The times of a movie's packets: polyharmonic broadcasting of segments of any length and size.
 
-A segment that is shown `start` after the beginning is sent again and again, evenly, in `wait + start`: whoever joins at
-any moment and waits `wait` has all of it when it is shown, for in any time as long as that each of its packets is sent
-once. With segments of one slot each and a wait of m slots these are the channels of `schedule.polyharmonic`. `guard` is
-taken off each period, for what sending, the network and one repair may take. Times are whole nanoseconds, and exact.
+A segment that is shown `start` after the beginning is sent again and again, evenly, in a period of `wait + start`. In
+any period each of its packets is sent once, so a viewer who joins at any moment and waits `wait` has all of it when it
+is shown. With segments of one slot each and a wait of m slots these are the channels of `schedule.polyharmonic`.
+`guard` is taken off each period, for delays of sending, the network and one repair. Times are exact, whole nanoseconds.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ class Channel:
         return -(-(since_ns - self.phase_ns) * self.packets // self.period_ns)
 
     def complete(self, joined_ns: int) -> int:
-        """Return when whoever joined at this moment has all of it."""
+        """Return when a viewer who joins at this moment has all of it."""
         return self.at(self.first(joined_ns) + self.packets - 1)
 
     @property

@@ -1,4 +1,4 @@
-"""The network address of a request: which proxies are trusted, and what counts as one address."""
+"""The network address of a request: which proxies are trusted, and which addresses count as one."""
 
 import ipaddress
 
@@ -29,7 +29,7 @@ def proxy_networks(entries: list[str]) -> list[str]:
 
 
 def network_of(address: str) -> str:
-    """Return what counts as one network address: an IPv4 address, an IPv6 /64, or the text itself."""
+    """Return the key under which an address is counted: an IPv4 address, an IPv6 /64, or the text itself."""
     try:
         ip = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

@@ -1,4 +1,4 @@
-"""How often something may be asked for, by `RATE_LIMITS`, counted for all web processes."""
+"""Rate limits of requests (`RATE_LIMITS`), counted for all web processes together."""
 
 from allauth.core.internal.ratelimit import get_cache_key, get_rates
 from django.conf import settings
@@ -9,8 +9,8 @@ from django.http import HttpRequest
 def within(request: HttpRequest, action: str, key: str | None = None) -> bool:
     """Count a request. Return whether it is within each limit of the action; `key`: what is counted "by key".
 
-    allauth's own `consume` refuses whoever waits a second for the lock under which it counts, so that requests side by
-    side are refused far below the limit. This counts in one step, from the first request for the time of the limit.
+    allauth's own `consume` refuses a request that waits a second for the lock under which it counts; so it refuses
+    simultaneous requests far below the limit. This counts in one step, from the first request on.
     """
     rates = get_rates(app="farhand", action=action, config=settings.RATE_LIMITS)
     counts = [

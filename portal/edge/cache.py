@@ -17,7 +17,7 @@ from robots.kit.clock import SYSTEM
 
 AGAIN_S = 2.0  # between two attempts while Redis is away
 OWED = 10_000
-OWED_S = 10.0  # the longest life of a lock that whoever counts sets and deletes
+OWED_S = 10.0  # the longest life of a lock that a counting request sets and deletes
 
 
 class Plain:
@@ -35,8 +35,8 @@ class Plain:
 class SharedCache(BaseCache):
     """Django's cache in Redis, which uses memory while Redis is away and returns by itself.
 
-    What was to be deleted meanwhile is deleted first when Redis is back: a lock that stayed would refuse everybody who
-    is counted under it.
+    Keys that were to be deleted meanwhile are deleted first when Redis is back: a lock that stayed would refuse
+    everybody who is counted under it.
     """
 
     _owed: ClassVar[dict[tuple[str, int | None], float]] = {}  # keys to delete, and since when

@@ -1,4 +1,4 @@
-"""Which pages may open a socket: those of this site, with the same scheme and port."""
+"""The check which pages may open a socket: those of this site, with the same scheme and port."""
 
 import re
 from typing import Any

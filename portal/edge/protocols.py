@@ -124,7 +124,7 @@ class Http(HttpToolsProtocol):
 
     def _upgrade(self) -> None:
         if not self._should_upgrade():
-            self.cycle.keep_alive = False  # it is answered in HTTP/1.1; what comes after it is in no known protocol
+            self.cycle.keep_alive = False  # it is answered in HTTP/1.1; the bytes after it are in no known protocol
         elif self._cycles:
             self._refuse(400)  # the answers to the requests before it would be written into the socket
         else:

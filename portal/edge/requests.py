@@ -5,14 +5,14 @@ from typing import Any
 
 from django.conf import settings
 
-from portal.edge.counts import AddressCount
 from portal.edge.dropped import drop
+from portal.edge.limits import AddressCount
 
 TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."
 TOO_MANY = "Too many requests from your network address at once; wait a moment."
 STAFF_PATH = "/admin/"
-OPERATORS_PATH = "/ws/operators/"  # counted apart: whoever watches takes no place from an operator
+OPERATORS_PATH = "/ws/operators/"  # counted apart: a viewer takes no place from an operator
 
 
 class _Refused(Exception):
@@ -72,14 +72,14 @@ class Bounded:
         most, seconds = bounds_of(scope["path"])
         body, started = _Body(receive, most, seconds), False
 
-        async def told(message: dict[str, Any]) -> None:
+        async def send_noted(message: dict[str, Any]) -> None:
             nonlocal started
             started = True
             await send(message)
 
         try:
             body.check_length(scope["headers"])
-            await self.app(scope, body.receive, told)
+            await self.app(scope, body.receive, send_noted)
         except _Refused as error:
             if not started:
                 await refuse(send, error.status, error.text)

@@ -12,10 +12,9 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import Frame
 from websockets.http11 import Request
 
-from portal.edge.counts import AddressCount
 from portal.edge.direct import DEFLATE, NAME, suits
 from portal.edge.dropped import drop
-from portal.edge.rates import Bucket
+from portal.edge.limits import AddressCount, Bucket
 from portal.edge.unsent import Unread
 
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
@@ -71,9 +70,9 @@ class Ws(WebSocketsSansIOProtocol):
 
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network."""
-        return self._taken and not self.gone()
+        return self._taken and not self.is_gone()
 
-    def gone(self) -> bool:
+    def is_gone(self) -> bool:
         """Return whether nothing can be written any more."""
         return self.close_sent or self.transport.is_closing()
 
@@ -99,7 +98,7 @@ class Ws(WebSocketsSansIOProtocol):
         self._call_ready = call
 
     def _judge(self) -> None:
-        self.ready = self._taken and not self._kept and not self.gone()
+        self.ready = self._taken and not self._kept and not self.is_gone()
 
     @property
     def close_sent(self) -> bool:
@@ -174,7 +173,7 @@ class Ws(WebSocketsSansIOProtocol):
         self._look_no_more()
         super().connection_lost(exc)
         self.close_sent = True
-        if self._call is not None:  # who waits for it to become free must not wait for ever
+        if self._call is not None:  # tasks that wait for it to become free must not wait for ever
             self._call()
 
     def handle_ping(self) -> None:

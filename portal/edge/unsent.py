@@ -1,4 +1,4 @@
-"""Peers that take nothing: how many bytes one has still to take, and the end of one that does not read."""
+"""Counts the bytes that a peer has not read yet, and ends the connection of a peer that does not read."""
 
 import asyncio
 import fcntl
@@ -12,20 +12,20 @@ from django.conf import settings
 
 
 def unsent(transport: Any) -> int:
-    """Return how many bytes were not acknowledged: those that wait here, and those that the system has taken over.
+    """Return how many bytes were not acknowledged: those that wait here, and those in the buffer of the system.
 
-    The system takes over megabytes, and more of them only after a third of these has gone. So what waits here may
-    stay the same for minutes though the peer reads all the time.
+    That buffer takes megabytes, and more only after a third of them has gone. So the number that waits here may stay
+    the same for minutes though the peer reads all the time.
     """
     waits: int = transport.get_write_buffer_size()
     line = transport.get_extra_info("socket")
-    with suppress(OSError, ValueError, AttributeError):  # closed, or a system that does not tell
+    with suppress(OSError, ValueError, AttributeError):  # closed, or a system without this call
         waits += struct.unpack("i", fcntl.ioctl(line.fileno(), termios.TIOCOUTQ, b"\0\0\0\0"))[0]
     return waits
 
 
 class Unread:
-    """Something waits for a peer: drops it once it took nothing for READ_S; one that reads slowly goes on.
+    """Bytes wait for a peer: the connection ends if it took nothing for READ_S; a peer that reads slowly goes on.
 
     `dropped` is called before the connection ends.
     """

@@ -40,7 +40,7 @@ def counts() -> dict[str, int]:
 
 
 def _media(folder: Path, without: frozenset[str] = frozenset()) -> Iterator[tuple[str, bytes]]:
-    """Yield path and content of each file under `folder`; not of what can be made again, nor of a half-written one."""
+    """Yield path and content of each file under `folder`, except files that can be made again and half-written ones."""
     for path in sorted(folder.rglob("*")):
         first = path.relative_to(folder).parts[0]
         whole = path.is_file() and path.suffix not in UNFINISHED

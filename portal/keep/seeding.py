@@ -6,8 +6,8 @@ from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group, Permission
 from django.db import transaction
 
-from accounts.bank import load_bank
 from accounts.models import User
+from accounts.services import load_bank
 from operatorlog.models import SurveyQuestion
 from queueing.services import queue_of
 from robots.kit import description

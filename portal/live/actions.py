@@ -22,7 +22,7 @@ class Answer:
     code: str = ""
     changed: bool = False
     trace: bool | None = None
-    written: int = 0  # the key of a command that this request wrote; 0 for one that another had written
+    new_command: int = 0  # the key of a command that this request wrote; 0 for one that another had written
     extra: dict[str, Any] = field(default_factory=dict)
 
     def fields(self) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def _command(slug: str, user: Any, message: Command) -> Answer:
     issued = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now(), message.seen)
     row = issued.command
     return Answer(
-        written=row.pk if issued.created else 0, extra={"id": row.pk, "state": row.state, "grant": row.grant_id}
+        new_command=row.pk if issued.created else 0, extra={"id": row.pk, "state": row.state, "grant": row.grant_id}
     )
 
 
@@ -69,14 +69,8 @@ def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool, session: st
             services.release_stop(robot, user, message.checked)
             queue.note_act(robot, user, now)
             return Answer(text="The stop is released. Nothing moves until you give a command.")
-        case Join():
-            queue.join(robot, user, now)
-            return Answer(changed=True)
-        case Leave():
-            queue.leave(robot, user, now)
-            return Answer(changed=True)
-        case Accept():
-            queue.accept(robot, user, now, session=session)
+        case Join() | Leave() | Accept():
+            queue.change_place(str(message.__struct_config__.tag), robot, user, now, queue.Page(session))
             return Answer(changed=True)
         case Trace():
             if not user.has_perm("robots.change_robot"):

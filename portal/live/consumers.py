@@ -16,8 +16,8 @@ from urllib.parse import parse_qs
 from django.conf import settings
 from django.db import Error
 
-from portal.edge.counts import AddressCount
 from portal.edge.dropped import drop
+from portal.edge.limits import AddressCount
 from portal.live import codes
 from portal.live.actions import SIGN_IN, Answer, act
 from portal.live.hub import hub
@@ -170,7 +170,7 @@ class RobotConsumer(Viewing):
         with self._noting:
             user = current_user(self.scope)
             if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
-                queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), session_key(self.scope))
+                queue.note_disconnection(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), session_key(self.scope))
 
     def goes_on_elsewhere(self, person: int) -> bool:
         """Return whether the person's page goes on over the operator's stream, which has just been opened."""
@@ -181,7 +181,7 @@ class RobotConsumer(Viewing):
             user = current_user(self.scope)
             if user.is_authenticated and not self.over:
                 robot = Robot.objects.get(slug=self.slug)
-                queue.seen(robot, user, self._here, classic=False, session=session_key(self.scope))
+                queue.note_presence(robot, user, self._here, classic=False, session=session_key(self.scope))
 
     async def take(self, message: RobotMessage) -> None:
         """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""
@@ -266,7 +266,7 @@ class RobotConsumer(Viewing):
             if answer.trace is not None and self.viewer is not None:
                 await hub().trace(self.viewer, answer.trace)
             if isinstance(message, Command) and self._is_held(message):
-                await self._written(message, answer.written)
+                await self._written(message, answer.new_command)
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:

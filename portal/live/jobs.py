@@ -3,8 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from queueing.jobs.foreseeing import Foreseen, foreseen
-from queueing.jobs.kinds import job_kinds
+from queueing.services import Forecast, forecast, job_kinds
 from robots.models import Robot
 
 SHOWN = 50
@@ -14,10 +13,10 @@ def jobs_shown(robot: Robot, now: datetime) -> list[dict[str, Any]]:
     """Return the open jobs in the order in which they will be served; none if the robot takes no jobs."""
     if not job_kinds(robot):
         return []
-    return [job_info(one) for one in foreseen(robot, now)[:SHOWN]]
+    return [job_info(one) for one in forecast(robot, now)[:SHOWN]]
 
 
-def job_info(one: Foreseen) -> dict[str, Any]:
+def job_info(one: Forecast) -> dict[str, Any]:
     """Return the fields of an open job that everybody may see; of its values the numbers."""
     job = one.job
     return {

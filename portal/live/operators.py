@@ -13,7 +13,7 @@ from portal.live.consumers import RobotConsumer
 from portal.live.people import current_user
 from portal.live.sessions import Ending, SignIn
 from portal.live.threads import DRIVERS, Pool
-from queueing.sessions import Place
+from queueing.services import Place
 from robots.kit.clock import SYSTEM
 from robots.models import Grant
 

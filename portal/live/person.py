@@ -19,9 +19,7 @@ from portal.live.sessions import sign_in_of
 from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
 from portal.stores import down_text
-from queueing.places import standings
-from queueing.presence import present
-from queueing.sessions import still_open
+from queueing.services import note_open_session, note_waiting, standings
 from robots.kit.clock import SYSTEM
 
 PULSE_S = 20.0
@@ -90,7 +88,7 @@ class PersonConsumer(Line):
 
     async def _check_in(self) -> None:
         with contextlib.suppress(Error):
-            await self.orm(still_open, self.me, session_key(self.scope), SYSTEM.now())
+            await self.orm(note_open_session, self.me, session_key(self.scope), SYSTEM.now())
 
     async def refuse(self, error: NotUnderstood) -> None:
         """Say what was wrong with a request."""
@@ -100,7 +98,7 @@ class PersonConsumer(Line):
         await self.send(json.dumps({"t": "answer", "to": to, "robot": robot, "ok": not wrong, "text": wrong}))
 
     def _present(self) -> None:
-        present(current_user(self.scope), SYSTEM.now())
+        note_waiting(current_user(self.scope), SYSTEM.now())
 
     def _act(self, message: Do) -> str:
         user = current_user(self.scope)

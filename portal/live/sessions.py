@@ -20,7 +20,7 @@ from portal.live.loops import of_loop
 from portal.live.people import session_key
 from portal.live.threads import Pool
 from queueing.models import PlaceEnd
-from queueing.sessions import Place
+from queueing.services import Place
 from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)

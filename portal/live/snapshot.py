@@ -8,13 +8,20 @@ from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of, may_see_picture
 from portal.live.jobs import jobs_shown
 from portal.stores import trouble
-from queueing.endings import end_of_turn, is_news, last_turn
-from queueing.estimates import place_and_wait, waiting
-from queueing.jobs.kinds import kinds_for, offers_turns
-from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Turn
-from queueing.services import open_ticket, open_turn
-from queueing.turns import others_wait_since
+from queueing.services import (
+    end_of_turn,
+    is_news,
+    kinds_for,
+    last_turn,
+    offers_turns,
+    open_ticket,
+    open_turn,
+    others_wait_since,
+    place_and_wait,
+    waiting,
+    waits_for_staff,
+)
 from robots.grants import lease_of, open_grant, owner_alive, told_result
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot

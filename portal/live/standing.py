@@ -1,4 +1,4 @@
-"""A person's places as pages and sockets show them, and what the person may do there."""
+"""A person's places as pages and sockets show them, and the person's acts there."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -6,15 +6,11 @@ from typing import Any
 
 from queueing import services as queue
 from queueing.errors import QueueError
-from queueing.places import Standing
-from queueing.presence import dismiss
 from robots.kit.clock import ms_of
 from robots.models import Robot
 
-OVER = "Your turn on this robot is over."
 
-
-def place_info(one: Standing, now: datetime) -> dict[str, Any]:
+def place_info(one: queue.Standing, now: datetime) -> dict[str, Any]:
     """Return the fields of one place for a page; `left_s` is for pages without scripts."""
     until = min((at for at in (one.kept_until or one.until, one.idle_at) if at), default=None)
     words = {"why": one.end.why, "credited": one.end.credited, "next": one.end.next} if one.end else None
@@ -27,7 +23,7 @@ def place_info(one: Standing, now: datetime) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
+def places(found: Sequence[queue.Standing], now: datetime) -> dict[str, Any]:
     """Return everything that the bar on every page shows, the most urgent place first."""
     return {"t": "places", "now_ms": ms_of(now), "places": [place_info(one, now) for one in found]}
 
@@ -38,22 +34,13 @@ def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime, session:
     `session`: the key of the page's session.
     """
     if wanted == "dismiss":
-        dismiss(ticket, user, now)
+        queue.dismiss(ticket, user, now)
         return ""
     found = Robot.objects.filter(slug=robot).first()
     if found is None:
         return "There is no such robot; reload the page."
     try:
-        if wanted == "accept":
-            queue.accept(found, user, now, away=True, session=session)
-        elif wanted == "join":
-            queue.join(found, user, now)
-        elif wanted == "leave":
-            queue.leave(found, user, now)
-        elif wanted == "stay":
-            return "" if queue.acted(found, user, now) else OVER
-        else:
-            return "That request is unknown; reload the page."
+        queue.change_place(wanted, found, user, now, queue.Page(session, away=True))
     except QueueError as error:
         return str(error)
     return ""

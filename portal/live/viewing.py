@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+from datetime import timedelta
 from typing import Any
 
 import msgspec
@@ -22,7 +23,7 @@ from portal.live.snapshot import of_person, snapshot
 from portal.live.threads import URGENT
 from portal.live.watchers import watchers_text
 from portal.stores import down_text
-from queueing.sessions import LATELY, Place, disconnect, reported_elsewhere, session_over
+from queueing.services import Place, end_session, last_report_elsewhere, mark_disconnected
 from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.packets import Changed
@@ -33,6 +34,7 @@ LEAST_S = 0.5  # between two snapshots for a person who is signed in and does no
 IDLE_S = 15.0  # a mailbox in which nothing waits is looked into all the same
 AGAIN_S = 2.0  # between two attempts while the database is away
 NOT_FOUND = 4404
+LATELY = timedelta(seconds=6)  # an operator's page reports every two seconds
 OTHERS_S = 0.6  # for other sessions of a person who has signed out to report that they continue
 
 
@@ -108,7 +110,7 @@ class Viewing(Line):
     async def _give_up(self, person: int, ending: Ending) -> None:
         if ending.place is Place.OTHERS:
             key, now = session_key(self.scope), SYSTEM.now()
-            reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
+            reported = await SESSIONS.orm(last_report_elsewhere)(self.slug, person, key, now)
             if reported is not None and now - reported < LATELY:
                 return
             await SESSIONS.orm(self._mark_gone)(person)
@@ -116,14 +118,14 @@ class Viewing(Line):
                 session_watch().check_soon(person)
                 await URGENT.run(bus.send_session_changed, person)
                 await asyncio.sleep(OTHERS_S)
-                reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
+                reported = await SESSIONS.orm(last_report_elsewhere)(self.slug, person, key, now)
                 if reported is not None and reported >= now:
                     return
-        await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
+        await SESSIONS.orm(end_session)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
 
     def _mark_gone(self, person: int) -> None:
         with self._noting:  # after a note of presence that has begun; none begins any more
-            disconnect(self.slug, person, SYSTEM.now())
+            mark_disconnected(self.slug, person, SYSTEM.now())
 
     async def send_snapshot(self) -> None:
         """Send everything, and remember what this person may do."""
@@ -237,7 +239,7 @@ class Viewing(Line):
         if connection is None or (connection.free() and not self._one_by_one.locked()):
             return
         async with self._one_by_one:
-            while not connection.free() and not connection.gone():
+            while not connection.free() and not connection.is_gone():
                 self._freed.clear()
                 await self._freed.wait()
 
@@ -245,7 +247,7 @@ class Viewing(Line):
         await self._free()
         if self.viewer is None or self.viewer.connection is None:
             await self.send(bytes_data=data)
-        elif not self.viewer.connection.gone():
+        elif not self.viewer.connection.is_gone():
             self.viewer.write(binary_frame(data))
 
     async def _tell_together(self, packets: list[bytes]) -> None:
@@ -253,14 +255,14 @@ class Viewing(Line):
         if self.viewer is None or self.viewer.connection is None:
             for packet in packets:
                 await self.send(bytes_data=packet)
-        elif not self.viewer.connection.gone():
+        elif not self.viewer.connection.is_gone():
             self.viewer.write(b"".join(map(binary_frame, packets)))
 
     async def _tell_text(self, text: str) -> None:
         await self._free()
         if self.viewer is None or self.viewer.connection is None:
             await self.send(text)
-        elif not self.viewer.connection.gone():
+        elif not self.viewer.connection.is_gone():
             self.viewer.write_text(text)
 
     async def _resync(self) -> None:

@@ -6,7 +6,7 @@ from django import template
 from django.template import Context
 from django.utils.safestring import SafeString, mark_safe
 
-from portal.web.consoles.parts import parts
+from portal.web.consoles.console import parts
 
 register = template.Library()
 

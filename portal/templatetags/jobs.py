@@ -1,10 +1,9 @@
-"""What pages tell of jobs."""
+"""Jobs on pages."""
 
 from django import template
 
-from queueing.jobs.kinds import label_of
-from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Job
+from queueing.services import label_of, waits_for_staff
 from robots.kit.contract.ranges import plain, readable
 from robots.models import Robot
 

@@ -1,4 +1,4 @@
-"""What pages of turns and jobs tell of recordings."""
+"""Recordings on pages of turns and jobs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -48,11 +48,11 @@ def recording_words(recording: Recording) -> str:
 
 @register.filter
 def stale(movie: Movie) -> bool:
-    """Return whether nobody seems to make movies now."""
+    """Return whether no process seems to make movies now."""
     return movies.stale(movie, SYSTEM.now())
 
 
 @register.filter
 def kept_days(robot: Robot) -> int:
-    """Return for how many days what this robot does is kept as a recording; 0 if it is not recorded."""
+    """Return for how many days recordings of this robot are kept; 0 if it is not recorded."""
     return keep_days(robot) if recorded(robot) else 0

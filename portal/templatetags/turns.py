@@ -1,14 +1,12 @@
-"""What pages tell of turns and of waiting."""
+"""Turns and waits on pages."""
 
 from django import template
 
-from queueing import words
-from queueing.end_words import End
-from queueing.endings import end_of_turn
 from queueing.models import Turn
+from queueing.services import End, end_of_turn, wait_said
 
 register = template.Library()
-register.filter("wait_said", words.wait_said)
+register.filter("wait_said", wait_said)
 
 
 @register.filter

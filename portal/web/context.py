@@ -10,9 +10,8 @@ from accounts.adapter import mails_go_to_terminal
 from portal.live.standing import place_info
 from portal.stores import trouble
 from portal.web.jobs.views import asker_of
-from queueing.jobs.telling import unseen_jobs
 from queueing.models import Job
-from queueing.places import standings
+from queueing.services import standings, unseen_jobs
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.prepared import Prepared

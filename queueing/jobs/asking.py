@@ -1,4 +1,4 @@
-"""Requests of jobs: who may ask, how many, and where the job waits."""
+"""Requests for jobs: permission, limits, and the new job's place."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -6,13 +6,12 @@ from typing import Any
 
 from django.db import IntegrityError, transaction
 
-from accounts.handles import claims_role, taken
-from queueing.charging import account_of, account_of_guests
+from accounts.handles import claims_role, is_taken
+from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
-from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
-from queueing.rows import announce, locked, queue_of, suspended
+from queueing.rows import announce, lock, queue_of, suspended
 from queueing.turns import start_countdown
 from robots.bus.streams import kept_stream
 from robots.grants import lease_of
@@ -56,12 +55,12 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense from where the robot
-            is or by what it shows, or a name that shows a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense at the robot's place
+            or by its stream, or a name of a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
-    if (made := made_by(robot, asker, form)) is not None:
+    if (made := job_of_form(robot, asker, form)) is not None:
         return made
     user, link = asker.user, link_of(robot)
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
@@ -76,11 +75,11 @@ def ask(
         raise BadRequest("The values of a job must be an object.")
     args = with_program(robot, user, kind, args)
     check(robot.driver, kind, args, robot.driver_settings(), present_state(robot, lease_of(robot), now))
-    _refuse_by_what_is_shown(robot, kind, args)
+    _refuse_by_stream(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():
-        queue = locked(queue_of(robot))
-        if (made := made_by(robot, asker, form)) is not None:  # by a press at the same moment
+        queue = lock(queue_of(robot))
+        if (made := job_of_form(robot, asker, form)) is not None:  # by a press at the same moment
             return made
         account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
         _refuse_more(queue, account, asker)
@@ -101,15 +100,15 @@ def ask(
         return job
 
 
-def made_by(robot: Robot, asker: Asker, form: str) -> Job | None:
-    """Return the asker's job that this form has made; `form` is empty for what is no form."""
+def job_of_form(robot: Robot, asker: Asker, form: str) -> Job | None:
+    """Return the asker's job that this form has made; `form` is empty for a request without one."""
     if not form:
         return None
     return Job.objects.filter(robot=robot, user=asker.user, guest="" if asker.user else asker.guest, form=form).first()
 
 
-def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> None:
-    """Let the robot's own check refuse what makes no sense by what it shows, so that nobody waits for it in vain."""
+def _refuse_by_stream(robot: Robot, kind: str, args: dict[str, Any]) -> None:
+    """Let the robot's own check refuse a job that makes no sense by its stream, so that nobody waits for nothing."""
     for own in spec_of(robot.driver).all_of(JobCheck):
         if packets := packets_of(robot, own.stream):
             function(own.function)(kind, args, packets)
@@ -124,7 +123,7 @@ def packets_of(robot: Robot, stream: str) -> list[tuple[bytes, bool]]:
 def _shown_name(user: Any, name: str) -> str:
     """Return the name for the page; none of a guest. Raises BadRequest."""
     shown = one_line(name)[:LONGEST_NAME].strip() if user is not None else ""
-    if shown and (claims_role(shown) or taken(shown, but=user.pk)):
+    if shown and (claims_role(shown) or is_taken(shown, but=user.pk)):
         raise BadRequest(
             "The name on the page may not be that of a role, a robot or another person; choose another one."
         )

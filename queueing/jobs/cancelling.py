@@ -8,7 +8,7 @@ from queueing.errors import NotYourJob
 from queueing.jobs.asking import Asker
 from queueing.jobs.running import end
 from queueing.models import OPEN_JOB, Job, JobState
-from queueing.rows import locked
+from queueing.rows import lock
 from robots.grants import end_grant
 from robots.people import is_person
 from robots.states import GrantEnd
@@ -32,7 +32,7 @@ def cancel(job: Job, asker: Asker, now: datetime) -> bool:
     if not may_cancel(job, asker):
         raise NotYourJob("Only the person who asked for this job, and staff, can cancel it.")
     with transaction.atomic():
-        queue = locked(job.queue)
+        queue = lock(job.queue)
         job.refresh_from_db()
         was_open = job.state in OPEN_JOB
         if job.state == JobState.WAITING:

@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 from django.db import transaction
 
 from queueing.models import OPEN_JOB, Account, Job, Queue
-from queueing.rows import locked
+from queueing.rows import lock
 from robots.wall_clock import FIRST
 
 KEPT = timedelta(days=400)
@@ -22,7 +22,7 @@ def forget_old_jobs(now: datetime) -> int:
 
 def _forget(queue: Queue, now: datetime) -> int:
     with transaction.atomic():
-        locked(queue)  # whoever asks now finds the account, or makes one, after this
+        lock(queue)  # a request that comes now finds the account, or makes one, after this
         old = Job.objects.filter(queue=queue, user=None, ended_at__gte=FIRST, ended_at__lt=now - KEPT)
         old = old.exclude(state__in=OPEN_JOB)
         numbers = list(old.order_by("id").values_list("pk", flat=True)[:MOST])

@@ -1,16 +1,21 @@
-"""Judges waiting jobs again: by the rule of asking (`kinds.may_ask`), and by what the robot tells meanwhile."""
+"""Judges whether waiting jobs may start, and finds the next one.
 
-from datetime import datetime
+Jobs are judged again while they wait: by the rule of asking (`kinds.may_ask`), and by the robot's present state.
+"""
 
-from django.db.models import Q
+from datetime import datetime, timedelta
+
+from django.db.models import Q, QuerySet
 
 from accounts.services import cleared_people
-from queueing.jobs.foreseeing import any_waits
-from queueing.jobs.kinds import job_kinds_or_none
-from queueing.jobs.outdated import outdated
+from queueing.jobs.forecasts import any_waits
+from queueing.jobs.kinds import job_kinds, job_kinds_or_none
 from queueing.jobs.running import end
-from queueing.models import Job, JobState, Queue
+from queueing.models import Job, JobState, Queue, QueueRobot
 from queueing.rows import links_of
+from robots.grants import lease_of
+from robots.kit.contract.capabilities import GoodWhile
+from robots.kit.contract.find import spec_or_none
 from robots.kit.contract.spec import CommandKind
 from robots.models import Robot
 
@@ -19,6 +24,8 @@ NO_SUCH_KIND = "This robot no longer takes this kind of job."
 NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
 NOTHING_KNOWN = Q(pk=None)  # of no job
+FRESH = timedelta(seconds=60)  # an older value of a channel is not used
+LATER = timedelta(seconds=2)  # a state must be so much newer than the job: clocks of hosts differ
 
 
 def judge_waiting(queue: Queue, now: datetime) -> None:
@@ -37,14 +44,14 @@ def judge_waiting(queue: Queue, now: datetime) -> None:
 
 
 def unfit(robot: Robot, guests_ask: bool) -> Q:
-    """Return which waiting jobs of the robot may not start, because their asker may no longer ask for them."""
+    """Return the filter of waiting jobs that may not start, because their asker may no longer ask for them."""
     return _any(refusals(robot, guests_ask))
 
 
 def refusals(robot: Robot, guests_ask: bool) -> tuple[tuple[Q, str], ...]:
-    """Return which jobs of the robot may no longer be asked for, and why, as a sentence each.
+    """Return the filters of jobs that may no longer be asked for, each with the reason as a sentence.
 
-    Nothing is said of kinds and clearances while the robot's package is not installed.
+    Kinds and clearances are not checked while the robot's package is not installed.
     """
     kinds = job_kinds_or_none(robot)
     found = [(Q(user__is_active=False), SWITCHED_OFF)]
@@ -66,3 +73,35 @@ def _any(rules: tuple[tuple[Q, str], ...]) -> Q:
     for rule, _ in rules:
         both |= rule
     return both
+
+
+def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[Job, GoodWhile]]:
+    """Return the robot's waiting jobs with an argument that its state no longer matches, each with the spec's rule.
+
+    A state that is old, or was reported before the job was asked for, is not used: the asker may have seen a newer one.
+    """
+    spec = spec_or_none(robot.driver)
+    declared = spec.all_of(GoodWhile) if spec else ()
+    lease = lease_of(robot) if declared else None
+    if lease is None or lease.state_at is None or now - lease.state_at > FRESH:
+        return []
+    values = lease.state.get("values") or {}
+    found: list[tuple[Job, GoodWhile]] = []
+    for good in declared:
+        told = values.get(good.channel)
+        if isinstance(told, int | float):
+            asked = waiting.filter(kind=good.kind, asked_at__lt=lease.state_at - LATER)
+            found += [(job, good) for job in asked if job.args.get(good.argument, told) != told]
+    return found
+
+
+def head_of(robot: Robot, link: QueueRobot) -> Job | None:
+    """Return the robot's waiting job with the least start tag whose asker may still ask for it.
+
+    None while the robot's package is not installed, which alone knows how a job is begun.
+    """
+    waiting = Job.objects.filter(robot=robot, state=JobState.WAITING, start_tag__isnull=False)
+    if not waiting.exists() or not job_kinds(robot):
+        return None
+    there = waiting.exclude(unfit(robot, link.guests_ask))
+    return there.select_related("robot", "account", "user").order_by("start_tag", "id").first()

@@ -1,4 +1,4 @@
-"""Which jobs a robot takes, and from whom."""
+"""The kinds of jobs that a robot takes, and from whom."""
 
 from typing import Any
 
@@ -54,7 +54,7 @@ def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
 
 
 def label_of(robot: Robot, kind: str) -> str:
-    """Return what the robot calls this kind of command; its plain name where the robot no longer knows it."""
+    """Return the robot's label of this kind of command; its plain name where the robot no longer knows it."""
     spec = spec_or_none(robot.driver)
     found = spec.command(kind) if spec else None
     return found.label if found else kind.capitalize()

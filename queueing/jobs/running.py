@@ -7,10 +7,9 @@ from django.core.mail import EmailMessage
 from django.db import transaction
 
 from accounts.adapter import send_in_background
-from queueing.charging import charge, serve
+from queueing.charging import charge, follow_charge, serve
 from queueing.charging import settle as settle_clock
 from queueing.jobs.kinds import label_of
-from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
 from queueing.rows import QUEUE, announce
 from robots.grants import interruption, start_grant
@@ -107,7 +106,7 @@ def _used(grant: Grant, robot: Robot) -> float:
 def end(
     queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime, code: str = ""
 ) -> None:  # fmt: skip
-    """End a job for good, charge it, and tell its asker. `code`: the robot's own word for why it never began."""
+    """End a job for good, charge it, and notify its asker. `code`: the robot's own word for why it never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
     if not open_one.update(state=state, reason=reason[:LONGEST], code=code, ended_at=now, charged=cost):
         return

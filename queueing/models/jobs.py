@@ -30,7 +30,7 @@ class Job(models.Model):
     """One command that a person or a guest asked for; each run has a grant.
 
     `start_tag` is empty while another request of the same account is ahead. `guest` is the hash of a guest's cookie,
-    `shown_name` the name that the asker wants on the page, and `form` tells one press from another.
+    `shown_name` the name that the asker wants on the page, and `form` identifies one press of a button.
     """
 
     queue = models.ForeignKey("queueing.Queue", models.CASCADE, related_name="jobs")
@@ -52,7 +52,7 @@ class Job(models.Model):
     shown_name = models.CharField(max_length=40, blank=True)
     mail = models.BooleanField(default=False, help_text="Its asker wants a mail at its end.")
     asked_at = models.DateTimeField()
-    # when the picture was taken that its asker saw, as the page said; handed to the command
+    # the time of the picture that its asker saw, as the page said; handed to the command
     seen_picture_at = models.DateTimeField(null=True, blank=True)
     cancel_asked_at = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)

@@ -83,7 +83,7 @@ class QueueRobot(models.Model):
 
 
 class Account(models.Model):
-    """What a person, or all guests of one network address, have used of a queue: finish tag and weight."""
+    """The use of a queue by a person, or by all guests of one network address: finish tag and weight."""
 
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="accounts")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="+")

@@ -19,7 +19,7 @@ from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
 from robots.models.recordings import SHOWN
-from robots.states import GrantKind
+from robots.states import ASKED_FOR
 
 if TYPE_CHECKING:
     from robots.kit.recording.container import Message
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 FOLDER, MOVIES = "recordings", "movies"  # beside the pictures
 MB = 1_000_000
-RECORDED = (GrantKind.TURN, GrantKind.JOB)
 LIVE = ".tape"  # while it is written
 BUSY = ".new"  # while it is written again
 OLD = ".old"  # what a recorder that was killed has left, while it is copied
@@ -63,7 +62,7 @@ def slugs_recorded() -> list[str]:
 
 def to_record() -> list[Grant]:
     """Return the open grants of turns and jobs on robots that are recorded."""
-    found = Grant.objects.filter(ended_at=None, kind__in=RECORDED, robot__records=Records.WORK, robot__enabled=True)
+    found = Grant.objects.filter(ended_at=None, kind__in=ASKED_FOR, robot__records=Records.WORK, robot__enabled=True)
     return list(found.select_related("robot"))
 
 

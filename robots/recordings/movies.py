@@ -15,7 +15,7 @@ from robots.models import Frame, Movie, Recording, Robot
 from robots.models.recordings import SHOWN
 from robots.recordings import keeping
 from robots.recordings.plots import plot_of
-from robots.states import GrantKind
+from robots.states import ASKED_FOR, GrantKind
 
 WAITING = 20  # movies that may wait to be made
 LAPSE_HZ, LAPSE_S = 12, 10.0  # pictures a second of a time-lapse, and seconds of the day between them
@@ -23,7 +23,6 @@ FRAMES = 2000  # stored pictures of a day at most
 TRIES, AGAIN = 3, timedelta(minutes=5)  # of a movie that is made by itself, and the pause between two
 UNASKED, JUDGED = 5, 100  # of those that may wait at once; recordings that are looked at in one go
 LATEST = timedelta(days=1)  # after the end of a job or turn a movie of it is no longer made by itself
-FILMED = (GrantKind.JOB, GrantKind.TURN)
 Kind, State = Movie.Kind, Movie.State
 
 
@@ -82,7 +81,7 @@ def is_filmed(recording: Recording) -> bool:
         return False
     job = recording.grant.kind == GrantKind.JOB
     kinds = spec.filmed() if job else [one.kind for one in spec.all_of(Programs)]
-    known = recording.grant.kind in FILMED and bool(kinds)
+    known = recording.grant.kind in ASKED_FOR and bool(kinds)
     return known and recording.grant.commands.filter(kind__in=kinds).exists()
 
 
@@ -91,7 +90,7 @@ def ask_due(now: datetime) -> int:
 
     Each recording is judged once, whatever becomes of its movie: one that was removed to make room does not come again.
     """
-    ended = Recording.objects.filter(state__in=SHOWN, grant__kind__in=FILMED, ended_at__gt=now - LATEST)
+    ended = Recording.objects.filter(state__in=SHOWN, grant__kind__in=ASKED_FOR, ended_at__gt=now - LATEST)
     fresh = ended.filter(filmed__lt=F("version"), grant__ended_at__isnull=False).order_by("id")
     room = UNASKED - Movie.objects.filter(state__in=(State.WAITING, State.MAKING), unasked=True).count()
     count = 0

@@ -21,7 +21,7 @@ from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
 from robots.services.permissions import need_level, need_staff
 from robots.services.present import state_at_rest
-from robots.states import COMMAND_FINAL, IN_ORDER, GrantEnd, GrantKind, Lane
+from robots.states import COMMAND_FINAL, GIVES_WAY_TO_STAFF, IN_ORDER, GrantEnd, GrantKind, Lane
 
 START_S = 10.0  # a command that has not started by then never starts
 PENDING = 128
@@ -40,8 +40,7 @@ IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done.
 USED = "This was not carried out: another page of yours has given a command at the same moment. Look, then try again."
 OFF = "The robot is switched off. Switch it on first."
 SILENT = "The robot's worker does not answer now. It is started again by itself; try again in some seconds."
-BEFORE_STAFF = (GrantKind.IDLE, GrantKind.REST)  # what gives way to a command of staff
-ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
+STAFF_COMMAND_RUNS = "A command of staff runs on the robot; wait until it has ended."
 
 
 def _counted(grants: QuerySet[Grant]) -> QuerySet[Grant]:
@@ -105,7 +104,7 @@ def issue(
     now = now or SYSTEM.now()
     grant = held_by(_OPEN.first(slug=slug, seq=client_seq), user, now)
     if grant.kind == GrantKind.UPKEEP:
-        raise NotPermitted(ONE_COMMAND)
+        raise NotPermitted(STAFF_COMMAND_RUNS)
     return _issue(grant, grant, user, kind, args, client_seq, now, picture_time(seen_ms, now))
 
 
@@ -228,7 +227,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
         robot.refresh_from_db()
         need_worker(robot, now)
         grant = open_grant(robot)
-        while grant is not None and grant.kind in BEFORE_STAFF:
+        while grant is not None and grant.kind in GIVES_WAY_TO_STAFF:
             end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)
             grant = open_grant(robot)
         if grant is None:
@@ -236,7 +235,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
             seconds = START_S + (wanted.limit_s if wanted else LIMIT_S) + AFTER_S
             grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
         elif grant.kind == GrantKind.UPKEEP:
-            raise NotPermitted(ONE_COMMAND)
+            raise NotPermitted(STAFF_COMMAND_RUNS)
         elif grant.kind == GrantKind.JOB:
             raise NotPermitted("A job runs on the robot now; wait for its end, or cancel it on its page.")
         elif grant.kind in IN_ORDER:

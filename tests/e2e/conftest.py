@@ -11,7 +11,7 @@ import pytest
 from django.conf import settings
 from playwright.sync_api import Page, expect, sync_playwright
 
-from accounts.bank import load_bank
+from accounts.services import load_bank
 from queueing.models import Queue, Ticket, Turn
 from robots import bus
 from robots.kit.clock import SYSTEM

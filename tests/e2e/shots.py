@@ -188,7 +188,7 @@ def _take_hall(folder: Path) -> None:
 def _mission(robot):
     """Return a job that looks around, and photographs at three places of the hall."""
     from accounts.models import Clearance, User
-    from queueing.jobs.asking import Asker, ask
+    from queueing.services import Asker, ask
     from robots.kit.clock import SYSTEM
     from tests.conftest import PASSWORD
 

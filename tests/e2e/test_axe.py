@@ -7,8 +7,8 @@ from accounts.models import User
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Ticket
+from queueing.services import Asker, ask
 from robots.kit.clock import SYSTEM
 from tests.conftest import at_length
 from tests.e2e.conftest import session
@@ -150,7 +150,7 @@ def test_a_turns_page_in_each_state(portal, visitor, look):
 
 @pytest.mark.parametrize("look", [LIGHT, at_length(DARK), *OTHERS])
 def test_the_admins_pages(portal, visitor, look):
-    from accounts.bank import load_bank
+    from accounts.services import load_bank
 
     root = portal.person("root", is_staff=True, is_superuser=True)
     cy = portal.person("cy", "mercury", "pa10")

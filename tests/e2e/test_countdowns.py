@@ -7,8 +7,8 @@ import pytest
 from django.conf import settings
 from playwright.sync_api import expect
 
-from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, OrientationRead
+from accounts.services import load_bank
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots.kit.clock import SYSTEM

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from queueing.models import Turn
-from queueing.turns import end_turn
+from queueing.services import end_turn
 from robots.kit.clock import SYSTEM
 from robots.states import GrantEnd
 from tests.conftest import wait_for

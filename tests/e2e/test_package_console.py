@@ -8,8 +8,8 @@ from playwright.sync_api import expect
 from accounts.models import Clearance, User
 from portal.keep.seeding import add_robot
 from portal.run.processes import recorder_process
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from queueing.services import Asker, ask
 from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Lease, Recording

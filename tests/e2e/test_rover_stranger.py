@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from accounts.bank import load_bank
+from accounts.services import load_bank
 from portal.keep.seeding import add_robot
 from portal.run.processes import recorder_process
 from portal.web.recordings.day import movie_of_the_day

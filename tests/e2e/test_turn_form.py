@@ -65,8 +65,8 @@ def test_what_is_written_is_never_lost(portal, visitor):
 
 @pytest.mark.timed
 def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
-    from accounts.bank import load_bank
     from accounts.models import OrientationRead
+    from accounts.services import load_bank
 
     eve = portal.person("eve")
     load_bank(portal.robot)

@@ -6,7 +6,7 @@ from datetime import timedelta
 
 from portal.live.standing import act, places
 from queueing import services as queue
-from queueing.places import standings
+from queueing.services import standings
 from robots import bus
 from robots.kit.clock import SYSTEM
 from tests.waiting import CEILING_S, wait_for

@@ -34,7 +34,7 @@ def test_housekeeping_offers_the_robot_by_its_schedule(rig):
     child = housekeeping()
 
     def offered():
-        queue.seen(rig.robot, ada, rig.now(), False, "a session")
+        queue.note_presence(rig.robot, ada, rig.now(), False, "a session")
         ticket.refresh_from_db()
         return ticket.state == TicketState.OFFERED
 

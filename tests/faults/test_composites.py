@@ -15,7 +15,7 @@ import redis
 from django.conf import settings
 
 from portal.keep.seeding import add_robot
-from portal.web.composites.drawn import drawn
+from portal.web.composites.drawing import shared_drawing
 from portal.web.composites.parts import HEAD, watchers
 from robots import bus
 from robots.kit.clock import SYSTEM
@@ -159,7 +159,7 @@ def test_all_watchers_are_given_the_same_drawing(served):
     composite = SPEC.all_of(Composite)[0]
 
     async def looked():
-        one, other = drawn("irat", SPEC, composite), drawn("irat", SPEC, composite)
+        one, other = shared_drawing("irat", SPEC, composite), shared_drawing("irat", SPEC, composite)
         assert one is other
         same = 0
         with one.watched(), other.watched():
@@ -171,7 +171,7 @@ def test_all_watchers_are_given_the_same_drawing(served):
             assert one.frames <= 17, "one drawing for both"
         assert one.over
         assert watchers("irat") == 0
-        with drawn("irat", SPEC, composite).watched():
+        with shared_drawing("irat", SPEC, composite).watched():
             assert watchers("irat") == 1, "who comes later has it drawn again"
         return same
 
@@ -182,7 +182,7 @@ def test_who_reads_slowly_skips_pictures_and_gets_the_newest(served):
     composite = SPEC.all_of(Composite)[0]
 
     async def looked():
-        one, read = drawn("irat", SPEC, composite), []
+        one, read = shared_drawing("irat", SPEC, composite), []
         with one.watched():
             parts = one.parts()
             for _ in range(4):

@@ -90,7 +90,7 @@ def test_an_address_that_has_enough(web, owned, log, monkeypatch):
     def none(self, address):
         yield False
 
-    monkeypatch.setattr("portal.edge.counts.AddressCount.one", none)
+    monkeypatch.setattr("portal.edge.limits.AddressCount.one", none)
 
     def act():
         with pytest.raises(InvalidStatus):

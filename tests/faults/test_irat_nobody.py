@@ -13,8 +13,8 @@ from django.test import Client
 from portal.keep.seeding import add_robot
 from portal.run.processes import robot_processes
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
+from queueing.services import Asker, ask
 from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Incident, Lease, Robot

@@ -13,7 +13,7 @@ from portal.live import codes
 from portal.live.consumers import RobotConsumer
 from portal.live.operators import OperatorConsumer
 from queueing.models import Turn
-from queueing.turns import end_turn
+from queueing.services import end_turn
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.packets import picture_packet

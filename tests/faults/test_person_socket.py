@@ -66,7 +66,7 @@ def test_the_whole_way_from_another_page(web, people, robot):
         assert told(one, "offered")["until_ms"] > SYSTEM.now().timestamp() * 1000
         one.send('{"t": "do", "what": "accept", "robot": "mercury"}')
         assert told(one, "operating")["kept_until_ms"] is not None, "until the robot's page is open"
-        queue.seen(robot, people["ada"], SYSTEM.now())
+        queue.note_presence(robot, people["ada"], SYSTEM.now())
         wait_for(lambda: told(one, "operating")["kept_until_ms"] is None, 5, "the page that is open")
         one.send('{"t": "do", "what": "leave", "robot": "mercury"}')
         told(one, "")

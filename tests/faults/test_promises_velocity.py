@@ -9,7 +9,7 @@ import pytest
 from celery import current_app
 
 from queueing import services as queue
-from queueing.jobs.suspending import resume
+from queueing.services import resume
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Stills

@@ -195,7 +195,7 @@ def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, 
 
 def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, monkeypatch):
     armed, begun, gone, noted = (threading.Event() for _ in range(4))
-    seen, disconnect, session_over = queue.seen, viewing.disconnect, viewing.session_over
+    seen, disconnect, session_over = queue.note_presence, viewing.mark_disconnected, viewing.end_session
 
     def seen_late(*args, **kwargs):
         if armed.is_set():
@@ -213,9 +213,9 @@ def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, m
         noted.wait(5)
         session_over(*args)
 
-    monkeypatch.setattr(queue, "seen", seen_late)
-    monkeypatch.setattr(viewing, "disconnect", disconnect_at_once)
-    monkeypatch.setattr(viewing, "session_over", over_then)
+    monkeypatch.setattr(queue, "note_presence", seen_late)
+    monkeypatch.setattr(viewing, "mark_disconnected", disconnect_at_once)
+    monkeypatch.setattr(viewing, "end_session", over_then)
     here = Browser(people["ada"])
     with here.open(web) as one:
         heard(one, "snapshot")

@@ -9,7 +9,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
-from portal.edge.rates import AddressRate
+from portal.edge.limits import AddressRate
 from robots import bus
 from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for

@@ -2,7 +2,7 @@
 
 import termios
 
-from queueing.jobs.asking import packets_of
+from queueing.services import packets_of
 from robots.kit.arms.described import chain, posture
 from robots.kit.description import load
 from robots.kit.drivers.irat.choices import choices

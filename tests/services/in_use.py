@@ -5,14 +5,13 @@ from datetime import timedelta
 from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group, Permission
 
-from accounts.bank import load_bank
 from accounts.models import Attempt, Clearance
-from accounts.services import begin, mark_read
+from accounts.services import begin, load_bank, mark_read
 from operatorlog import services as log
 from operatorlog.models import SurveyQuestion
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import JobRun, Ticket, Turn
+from queueing.services import Asker, ask
 from robots.grants import end_grant, start_grant
 from robots.models import Command, Frame, Incident, Lease, Movie, Program, RecordingState, Records, Robot, Usage
 from robots.recordings import keeping

@@ -12,8 +12,8 @@ from django.db import connection
 from django.test import Client
 
 from accounts import services as accounts
-from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, User
+from accounts.services import load_bank
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse
 from queueing import services as queue
 from queueing.models import Job, Ticket, Turn

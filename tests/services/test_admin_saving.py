@@ -6,7 +6,7 @@ from django.db.models.signals import pre_save
 from accounts.handles import key
 from accounts.models import Clearance, User
 from queueing.models import Account, Queue
-from queueing.rows import queue_of
+from queueing.services import queue_of
 from robots.kit.clock import SYSTEM
 from robots.models import Program, Robot
 

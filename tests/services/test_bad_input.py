@@ -9,10 +9,10 @@ import pytest
 from django.db import transaction
 
 from accounts import staff
-from accounts.bank import load_bank
 from accounts.models import Clearance
+from accounts.services import load_bank
 from portal.logs.lines import Line
-from portal.web.pages import plain
+from portal.web.pages import middleware
 from robots.kit.plain import storable, whole
 from tests.conftest import at_length
 from tests.services.test_permissions_pages import GET
@@ -142,7 +142,7 @@ def test_a_filter_that_cannot_be_leaves_one_record_with_its_traceback(robot, rol
     client.force_login(roles["superuser"])
     address = "/admin/accounts/user/?date_joined__year=99999"
     assert getattr(client, verb)(address).status_code == 400
-    (record,) = [one for one in caplog.records if one.name == plain.__name__]
+    (record,) = [one for one in caplog.records if one.name == middleware.__name__]
     assert record.levelname == "WARNING" and record.exc_info
     lines = Line("%(levelname)s %(name)s %(message)s").format(record).splitlines()
     assert "/admin/accounts/user/" in lines[0] and len("\n".join(lines)) < 5000

@@ -79,10 +79,10 @@ def test_ten_edges_play_one_broadcast(group):
     shown = movie(4, 20_000, 300)
     edges, origin = asyncio.run(played(group, shown, 10, 0.01))
     assert all(same(edge, shown) for edge in edges)
-    assert sum(edge.repaired for edge in edges) == origin.sent > 0
+    assert sum(edge.repaired for edge in edges) == origin.bytes_sent > 0
 
 
 def test_a_network_that_loses_half_is_repaired_by_http(group):
     shown = movie(3, 5000, 300)
     edges, _ = asyncio.run(played(group, shown, 2, 0.5))
-    assert all(edge.lost > 0 < edge.repaired for edge in edges)
+    assert all(edge.packets_lost > 0 < edge.repaired for edge in edges)

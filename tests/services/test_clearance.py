@@ -9,8 +9,8 @@ import pytest
 from django.db import connection
 
 from accounts import services, staff
-from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question
+from accounts.services import load_bank
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
 from robots.services.permissions import NotStaff

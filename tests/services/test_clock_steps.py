@@ -12,11 +12,10 @@ from accounts.models import Attempt
 from accounts.services import pause_left
 from portal.live.sessions import RAN_OUT_S, SessionWatch, SignIn, over
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.jobs.running import _used
-from queueing.jobs.suspending import resume
 from queueing.models import Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.rows import suspended
+from queueing.services import Asker, ask, resume
 from queueing.steps import carry
 from queueing.tasks import queue_tick
 from queueing.tick import ABSENT_S, tick_seldom
@@ -54,7 +53,7 @@ def driven(robot, people, owned, clock, tick):
 
 def present(robot, people, clock):
     for name in ("ada", "bob"):
-        queue.seen(robot, people[name], clock.now(), classic=False, session=f"of {name}")
+        queue.note_presence(robot, people[name], clock.now(), classic=False, session=f"of {name}")
 
 
 def left(clock):
@@ -93,7 +92,7 @@ def test_who_did_something_is_not_idle_and_who_reported_is_not_away(driven, peop
     assert Turn.objects.get().ended_at is None
     TurnSession.objects.get(last_seen__gte=clock.now() - timedelta(seconds=10))
     tick(25)  # now nobody has reported for 29 s
-    queue.disconnected(driven, people["ada"], clock.now())
+    queue.note_disconnection(driven, people["ada"], clock.now())
     tick(settings_s("RECONNECT_S") + 1)
     assert Turn.objects.get().end_reason == "connection lost", "an absence counts as ever"
 
@@ -231,7 +230,7 @@ def test_a_tick_that_failed_bars_no_other_one(driven, clock, trusted, monkeypatc
 @each_change
 @pytest.mark.parametrize("back", [True, False], ids=["who comes back", "who stays away"])
 def test_an_absence_lasts_as_long_as_it_would_have(driven, people, clock, tick, change, back):
-    queue.disconnected(driven, people["ada"], clock.now())
+    queue.note_disconnection(driven, people["ada"], clock.now())
     tick(10)
     change(clock)
     tick(1)

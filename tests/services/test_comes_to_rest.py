@@ -6,10 +6,9 @@ import pytest
 
 from portal.live.snapshot import status_of
 from queueing import services as queue
-from queueing.jobs.asking import ask
-from queueing.jobs.cancelling import cancel
 from queueing.models import QueueRobot
 from queueing.offers import why_not_ready
+from queueing.services import ask, cancel
 from robots import services
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Grant, Lease, Robot

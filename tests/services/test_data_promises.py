@@ -9,8 +9,8 @@ from django.test import Client
 
 from accounts.models import Attempt, Clearance, User
 from operatorlog.models import Entry, SurveyAnswer, SurveyResponse
-from queueing.jobs.asking import Asker, ask
 from queueing.models import OPEN_JOB, Account, Job, Ticket, Turn, TurnSession
+from queueing.services import Asker, ask
 from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Recording, Robot

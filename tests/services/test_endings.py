@@ -16,12 +16,9 @@ from portal.live.messages import Release, Stop
 from portal.live.snapshot import snapshot
 from portal.live.standing import act, place_info
 from queueing import services as queue
-from queueing import staff
-from queueing.end_words import PLACE_ENDS, TURN_ENDS
 from queueing.models import PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.places import standings
-from queueing.sessions import Place, session_over
-from queueing.turns import acted, idle_at, note_act
+from queueing.services import Place, end_by_staff, end_session, idle_at, note_act, remove_by_staff, standings, stay
+from queueing.words import PLACE_ENDS, TURN_ENDS
 from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane
@@ -47,7 +44,7 @@ def tick(robot, people, clock, seconds):
     """Both pages are open meanwhile."""
     clock.go(seconds)
     for name in ("ada", "bob"):
-        queue.seen(robot, people[name], clock.now())
+        queue.note_presence(robot, people[name], clock.now())
     queue.tick(clock.now())
 
 
@@ -135,7 +132,7 @@ def test_whoever_is_waiting_for_their_own_command_does_something(driven, robot, 
 
 
 @pytest.mark.parametrize("name", ["stop", "release"])
-@pytest.mark.parametrize("busy", ["queueing.turns.locked", "queueing.turns.Turn.objects.select_for_update"])
+@pytest.mark.parametrize("busy", ["queueing.turns.lock", "queueing.turns.Turn.objects.select_for_update"])
 def test_a_stop_is_answered_though_it_cannot_be_noted(driven, robot, people, monkeypatch, name, busy):
     message = Stop() if name == "stop" else Release(checked=True)
 
@@ -201,7 +198,7 @@ def test_what_others_set_meanwhile_is_no_act_of_the_operator(driven, robot, peop
 
 
 def test_only_the_operator_can_say_that_they_are_here(driven, robot, people, clock):
-    assert not acted(robot, people["bob"], clock.now())
+    assert not stay(robot, people["bob"], clock.now())
     assert act(people["bob"], "stay", robot.slug, 0, clock.now()) == "Your turn on this robot is over."
     queue.leave(robot, people["ada"], clock.now())
     assert act(people["ada"], "stay", robot.slug, 0, clock.now()) == "Your turn on this robot is over."
@@ -209,14 +206,14 @@ def test_only_the_operator_can_say_that_they_are_here(driven, robot, people, clo
 
 ENDED = {
     GrantEnd.HOLDER: lambda turn, kim, now: queue.leave(turn.robot, turn.user, now),
-    GrantEnd.STAFF: lambda turn, kim, now: staff.end(turn, kim, now),
+    GrantEnd.STAFF: lambda turn, kim, now: end_by_staff(turn, kim, now),
     GrantEnd.LOCKED_OUT: lambda turn, kim, now: services.lock_out(turn.robot, kim, "A leaf."),
     GrantEnd.SWITCHED_OFF: lambda turn, kim, now: services.set_enabled(turn.robot, kim, False),
-    GrantEnd.SIGNED_OUT: lambda turn, kim, now: session_over(
+    GrantEnd.SIGNED_OUT: lambda turn, kim, now: end_session(
         turn.robot.slug, turn.user_id, Place.TURN_ENDS, "signed out", now
     ),
     GrantEnd.UNFIT: lambda turn, kim, now: turn.user.clearances.update(revoked_at=now),
-    GrantEnd.ABSENT: lambda turn, kim, now: queue.disconnected(
+    GrantEnd.ABSENT: lambda turn, kim, now: queue.note_disconnection(
         turn.robot, turn.user, now - timedelta(seconds=RULES["RECONNECT_S"] + 1)
     ),
     GrantEnd.SILENT: lambda turn, kim, now: Turn.objects.update(
@@ -234,8 +231,8 @@ ENDED = {
 def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(driven, robot, people, clock, code):
     ada = people["ada"]
     clock.go(30)
-    queue.seen(robot, ada, clock.now())
-    queue.seen(robot, people["bob"], clock.now())
+    queue.note_presence(robot, ada, clock.now())
+    queue.note_presence(robot, people["bob"], clock.now())
     ENDED[code](driven, people["kim"], clock.now())
     queue.tick(clock.now())
     assert end(driven) == code
@@ -262,7 +259,7 @@ def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(drive
 
 
 def test_an_end_is_told_for_an_hour_or_until_it_is_dismissed(driven, robot, people, clock):
-    staff.end(driven, people["kim"], clock.now())
+    end_by_staff(driven, people["kim"], clock.now())
     [one] = standings(people["ada"], clock.now())
     assert act(people["bob"], "dismiss", "", one.ticket, clock.now()) == ""
     assert [s.state for s in standings(people["ada"], clock.go(3599))] == ["ended"], "another person dismisses nothing"
@@ -274,7 +271,7 @@ def test_an_end_is_told_for_an_hour_or_until_it_is_dismissed(driven, robot, peop
 
 def test_whoever_is_taken_out_of_the_queue_is_told(driven, robot, people, clock):
     ticket = queue.open_ticket(robot, people["bob"])
-    staff.remove(ticket, people["kim"], clock.now())
+    remove_by_staff(ticket, people["kim"], clock.now())
     [one] = standings(people["bob"], clock.now())
     assert (one.state, one.end, one.turn) == ("ended", PLACE_ENDS[PlaceEnd.REMOVED], None)
     ticket.refresh_from_db()

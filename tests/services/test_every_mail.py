@@ -13,8 +13,8 @@ from django.test import Client
 
 from accounts.adapter import AccountAdapter
 from portal.places import ROOT, TEMPLATES_DIR
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from queueing.services import Asker, ask
 from queueing.tasks import queue_tick
 from robots.models import Command
 from robots.states import CommandState

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from queueing.jobs.asking import Asker, ask
 from queueing.jobs.running import promote
 from queueing.models import QueueRobot, Turn
+from queueing.services import Asker, ask
 from robots import services
 from robots.kit.contract.session import Noted, Outcome
 from robots.models import Command, Finding, Frame, Lease

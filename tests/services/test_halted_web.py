@@ -3,8 +3,8 @@
 import pytest
 
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import QueueRobot
+from queueing.services import Asker, ask
 from robots import bus, services
 from robots.models import Command, Grant
 from robots.states import CommandState, GrantKind

@@ -49,8 +49,8 @@ LOOK_ALIKE = [
 def test_what_looks_like_a_handle_is_taken_and_the_other_way_round(db, django_user_model, older, newer):
     for first, second in ((older, newer), (newer, older)):
         made = django_user_model.objects.create_user(handles.normal(first), "one@example.org", "x")
-        assert handles.taken(second), (first, second)
-        assert not handles.taken(second, but=made.pk)
+        assert handles.is_taken(second), (first, second)
+        assert not handles.is_taken(second, but=made.pk)
         made.delete()
 
 
@@ -169,7 +169,7 @@ def test_an_account_from_before_with_a_shared_key_can_be_saved(people, django_us
     old.refresh_from_db()
     assert old.handle_key == f"ada#{old.pk}"
     people["ada"].delete()
-    assert handles.taken("4da"), "the other still looks like that"
+    assert handles.is_taken("4da"), "the other still looks like that"
 
 
 @pytest.mark.service

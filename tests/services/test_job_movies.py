@@ -8,8 +8,8 @@ from datetime import timedelta
 import pytest
 from django.test import Client
 
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, JobState
+from queueing.services import Asker, ask
 from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.recording.container import Tape

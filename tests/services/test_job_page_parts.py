@@ -7,8 +7,8 @@ from django.core import mail
 from django.test import Client
 
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from queueing.services import Asker, ask
 from robots.grants import end_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command

@@ -6,11 +6,9 @@ from django.core.exceptions import ValidationError
 from queueing import services as queue
 from queueing import tasks
 from queueing.errors import NotCleared, NotYourJob, RobotUnavailable, TooManyJobs
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.cancelling import cancel
 from queueing.jobs.forgetting import forget_old_jobs
-from queueing.jobs.suspending import resume
 from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
+from queueing.services import Asker, ask, cancel, resume
 from robots import services
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.models import Command, Grant, Robot

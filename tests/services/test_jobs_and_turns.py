@@ -7,10 +7,8 @@ from django.contrib.auth.models import AnonymousUser
 
 from portal.live.snapshot import snapshot
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.foreseeing import foreseen
-from queueing.jobs.suspending import resume
 from queueing.models import Job, QueueRobot, Turn
+from queueing.services import Asker, ask, forecast, resume
 from robots import services
 from robots.grants import stage_event
 from robots.models import Command, Grant, Robot
@@ -39,7 +37,7 @@ def driven(shuttle, people, clock):
 def drive_on(robot, people, clock, seconds, every=1):
     """Let time pass in which ada's page stays connected; the queue is looked at each `every` seconds."""
     for _ in range(0, seconds, every):
-        queue.seen(robot, people["ada"], clock.go(every), classic=False)
+        queue.note_presence(robot, people["ada"], clock.go(every), classic=False)
         queue.tick(clock.now())
 
 
@@ -94,10 +92,10 @@ def test_who_did_nothing_while_jobs_waited_for_staff_is_not_idle_when_they_are_r
 
 def test_the_wait_for_a_job_counts_the_turn(driven, people, clock):
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
-    (first,) = foreseen(driven, clock.now())
+    (first,) = forecast(driven, clock.now())
     assert first.wait_s == (12, 312), "a handover at least, the whole turn at most"
     drive_on(driven, people, clock, 100, every=4)
-    (first,) = foreseen(driven, clock.now())
+    (first,) = forecast(driven, clock.now())
     assert first.wait_s == (12, 212)
 
 

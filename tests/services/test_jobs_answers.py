@@ -9,12 +9,11 @@ from django.test import Client
 
 from portal.keep.seeding import add_robot
 from portal.live.snapshot import snapshot
-from portal.web.composites.drawn import waiting_jobs
+from portal.web.composites.drawing import waiting_jobs
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.models import Job, QueueRobot
-from queueing.rows import BadSettings, queue_of
+from queueing.rows import BadSettings
+from queueing.services import Asker, ask, forecast, in_order, queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Command, Robot
@@ -113,11 +112,11 @@ def test_the_wait_is_judged_by_the_jobs_before_and_unknown_while_nobody_knows(sh
     ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
     ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
     queue.tick(clock.now())
-    low, high = foreseen(shuttle, clock.now())[1].wait_s
+    low, high = forecast(shuttle, clock.now())[1].wait_s
     assert (low, high) == (8, 8)
     Robot.objects.update(cycle="fault")
     shuttle.refresh_from_db()
-    assert foreseen(shuttle, clock.now())[1].wait_s is None
+    assert forecast(shuttle, clock.now())[1].wait_s is None
 
 
 @pytest.mark.parametrize(("share", "high"), [(0.5, 8), (0.999, 5), (None, 12), (-1, 12), (0, 12)])
@@ -126,7 +125,7 @@ def test_a_robot_that_tells_its_progress_is_believed(shuttle, clock, share, high
     ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
     queue.tick(clock.now())
     Command.objects.update(progress={"text": "", "share": share})
-    assert foreseen(shuttle, clock.go(8))[1].wait_s == (0, high)
+    assert forecast(shuttle, clock.go(8))[1].wait_s == (0, high)
 
 
 def test_a_robot_that_takes_no_jobs_shows_none(robot, clock):

@@ -6,10 +6,8 @@ import pytest
 
 from queueing import services as queue
 from queueing.estimates import place, wait_range
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.suspending import resume
 from queueing.models import QueueRobot, Ticket
-from queueing.places import standings
+from queueing.services import Asker, ask, resume, standings
 from robots import services
 from robots.models import Robot
 from robots.states import Cycle

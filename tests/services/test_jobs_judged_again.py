@@ -9,10 +9,10 @@ from django.test.utils import CaptureQueriesContext
 
 from accounts.models import Clearance
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.head import head_of
+from queueing.jobs.judging import head_of
 from queueing.jobs.kinds import may_ask
 from queueing.models import Job, QueueRobot
+from queueing.services import Asker, ask
 from queueing.tick import busy_queues
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import STAFF

@@ -8,8 +8,8 @@ from django.contrib.auth.models import AnonymousUser
 from django.test import Client
 
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
+from queueing.services import Asker, ask
 from robots.kit.contract.errors import BadRequest
 from robots.models import Lease, Program, Robot
 from robots.services import programs

@@ -7,9 +7,8 @@ from django.test import Client
 
 from portal.web.statistics import reading
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.telling import unseen_jobs
 from queueing.models import Account, Job
+from queueing.services import Asker, ask, unseen_jobs
 from robots.kit.contract.capabilities import GoodWhile, Statistics
 from robots.kit.contract.find import spec_of
 from robots.models import Command, Lease, Robot

@@ -10,8 +10,8 @@ from django.test import Client
 from django.utils.html import escape
 
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from queueing.services import Asker, ask
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from tests.services.test_jobs import settle

@@ -4,8 +4,8 @@ from datetime import timedelta
 
 import pytest
 
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
+from queueing.services import Asker, ask
 from robots import services
 from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.models import Command, Grant, Lease

@@ -16,8 +16,8 @@ from django.db import transaction
 from django.test import Client
 
 from accounts import services
-from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Question
+from accounts.services import load_bank
 from portal.live.snapshot import snapshot
 from robots.kit.clock import SYSTEM
 from tests.proof import Proof

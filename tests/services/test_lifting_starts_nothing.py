@@ -10,8 +10,8 @@ from django.test import Client
 from portal.live.actions import act
 from portal.live.messages import Release
 from portal.live.snapshot import status_of
-from portal.web.classic.pictures import drawn
-from queueing.jobs.suspending import resume
+from portal.web.classic.pictures import has_classic_console
+from queueing.services import resume
 from robots import services
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
@@ -215,7 +215,7 @@ def by_the_admin(world):
 
 
 def by_the_classic_page(world):
-    if not drawn(world.robot):
+    if not has_classic_console(world.robot):
         pytest.skip("has no classic page")
     signed_in(world)[0].post(f"/classic/{world.robot.slug}/any-token/", {"do": "release", "checked": "yes"})
 

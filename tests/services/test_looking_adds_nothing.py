@@ -3,7 +3,7 @@
 import pytest
 from django.apps import apps
 
-from accounts.bank import load_bank
+from accounts.services import load_bank
 from tests.services.test_bad_input import addresses
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from queueing import services as queue
-from queueing.jobs.asking import ask
 from queueing.models import QueueRobot
+from queueing.services import ask
 from robots import bus, services
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind

@@ -37,8 +37,8 @@ class Portal:
             if self.web:
                 uptime.tell()
                 for person in present:
-                    queue.present(person, now)
-                    queue.seen(robot, person, now, session="s")
+                    queue.note_waiting(person, now)
+                    queue.note_presence(robot, person, now, session="s")
             else:
                 self.forgets()
             if self.scheduler:
@@ -184,7 +184,7 @@ def driving(waiting, people, portal):
 @pytest.mark.parametrize("away", ["whole", "web"])
 def test_a_turn_is_not_ended_as_lost_or_idle_for_what_was_not_seen(driving, people, portal, away, closed):
     if closed:  # as a web process that is asked to end does
-        queue.disconnected(driving, people["ada"], portal.clock.now())
+        queue.note_disconnection(driving, people["ada"], portal.clock.now())
     if away == "whole":
         portal.off(500)
     else:
@@ -213,7 +213,7 @@ def test_a_turn_that_nobody_waits_for_goes_on_while_the_web_is_away(driving, peo
 
 
 def test_who_does_not_come_back_to_a_turn_loses_it(driving, people, portal):
-    queue.disconnected(driving, people["ada"], portal.clock.now())
+    queue.note_disconnection(driving, people["ada"], portal.clock.now())
     portal.off(500)
     portal.goes(RULES["RECONNECT_S"] + 6, people["bob"], robot=driving)
     assert Turn.objects.get().end_reason == "connection lost"

@@ -6,8 +6,8 @@ from datetime import timedelta
 import pytest
 from django.contrib.auth.models import Permission
 
-from accounts.bank import load_bank
 from accounts.models import Question, User
+from accounts.services import load_bank
 from portal.keep.seeding import seed
 from portal.web.classic.models import ClassicToken
 from queueing import services as queue

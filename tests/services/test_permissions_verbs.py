@@ -22,8 +22,8 @@ from operatorlog.models import Entry, SurveyQuestion, Visibility
 from queueing import admin as queue_admin
 from queueing import services as queue
 from queueing.errors import QueueError
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
+from queueing.services import Asker, ask
 from robots import bus, services
 from robots.admin import verbs
 from robots.kit.clock import SYSTEM
@@ -167,15 +167,16 @@ ROWS = {
     "accounts.lift": (ADMINS, lambda do, w: do(held(w), w.user, "x", SYSTEM.now())),
     "queueing.open_ticket": (ANYBODY, lambda do, w: do(w.robot, w.user)),
     "queueing.turn_of": (ANYBODY, lambda do, w: do(w.robot, w.user)),
+    "queueing.change_place": (CLEARED, lambda do, w: do("join", w.robot, w.user, SYSTEM.now(), queue.Page())),
     "queueing.join": (CLEARED, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.accept": (CLEARED, lambda do, w: do(offered(w), w.user, SYSTEM.now())),
-    "queueing.seen": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
+    "queueing.note_presence": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.leave": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.ask": (CLEARED, lambda do, w: do(w.robot, asker(w), "down", {}, SYSTEM.now())),
     "queueing.cancel": (OPERATOR | ROBOT_STAFF, lambda do, w: do(job(w), asker(w), SYSTEM.now())),
     "queueing.resume": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
-    "queueing.remove": (ROBOT_STAFF, lambda do, w: do(turn(w).ticket, w.user, SYSTEM.now())),
-    "queueing.end": (ROBOT_STAFF, lambda do, w: do(turn(w), w.user, SYSTEM.now())),
+    "queueing.remove_by_staff": (ROBOT_STAFF, lambda do, w: do(turn(w).ticket, w.user, SYSTEM.now())),
+    "queueing.end_by_staff": (ROBOT_STAFF, lambda do, w: do(turn(w), w.user, SYSTEM.now())),
     "operatorlog.hand_in": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, {}, SYSTEM.now())),
     "operatorlog.write": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, SYSTEM.now())),
     "operatorlog.may_edit": (ANYBODY, lambda do, w: do(entry(w), w.user, SYSTEM.now())),
@@ -193,8 +194,8 @@ ROWS = {
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
     "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
-    "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.present",
-    "queueing.standings", "queueing.acted", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.made_by", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
+    "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.note_disconnection", "queueing.dismiss", "queueing.note_waiting",
+    "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",
     "robots.need_staff", "robots.need_level", "robots.reaches",
 }  # fmt: skip

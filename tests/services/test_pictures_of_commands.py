@@ -65,7 +65,7 @@ def test_the_page_says_over_its_socket_what_it_showed(owner, people, monkeypatch
     at_ms = ms_of(owner.owned.now()) - 700
     for seq, seen, stored in ((1, f', "seen": {at_ms}', at_ms), (2, "", None)):  # older pages do not say it
         answer = act({}, "mercury", ROBOT.decode(f'{{"t": "command", "kind": "up", "seq": {seq}{seen}}}'))
-        assert command_info(Command.objects.get(pk=answer.written))["seen_ms"] == stored
+        assert command_info(Command.objects.get(pk=answer.new_command))["seen_ms"] == stored
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,9 @@ from django.db.models.signals import post_save
 from accounts.models import Clearance
 from portal.live.standing import act
 from queueing import services as queue
-from queueing.end_words import PLACE_ENDS
 from queueing.models import PlaceEnd, QueueRobot, Ticket, TicketState, Turn
-from queueing.places import standings
-from queueing.presence import dismiss, present
+from queueing.services import dismiss, note_waiting, standings
+from queueing.words import PLACE_ENDS
 from robots.models import Lease, Robot
 from robots.states import Cycle
 
@@ -66,10 +65,10 @@ def test_waiting_offered_operating(stage):
     turn = queue.accept(robot, people["ada"], clock.now())
     [ada] = standings(people["ada"], clock.now())
     assert (ada.state, ada.until, ada.kept_until) == ("operating", turn.until, None)
-    queue.disconnected(robot, people["ada"], clock.now())
+    queue.note_disconnection(robot, people["ada"], clock.now())
     [ada] = standings(people["ada"], clock.now())
     assert ada.kept_until == clock.now() + timedelta(seconds=RULES["RECONNECT_S"])
-    queue.seen(robot, people["ada"], clock.go(3))
+    queue.note_presence(robot, people["ada"], clock.go(3))
     assert standings(people["ada"], clock.now())[0].kept_until is None
 
 
@@ -80,10 +79,10 @@ def test_a_presence_that_is_noted_late_undoes_no_absence_after_it(stage):
     queue.tick(clock.now())
     queue.accept(robot, people["ada"], clock.now())
     pinged = clock.go(2)
-    queue.disconnected(robot, people["ada"], left := clock.go(0.1))
-    queue.seen(robot, people["ada"], pinged)
+    queue.note_disconnection(robot, people["ada"], left := clock.go(0.1))
+    queue.note_presence(robot, people["ada"], pinged)
     assert Turn.objects.values_list("connected", "last_seen").get() == (False, left)
-    queue.seen(robot, people["ada"], back := clock.go(1))
+    queue.note_presence(robot, people["ada"], back := clock.go(1))
     assert Turn.objects.values_list("connected", "last_seen").get() == (True, back)
 
 
@@ -101,7 +100,7 @@ def test_a_turn_that_is_accepted_on_another_page_begins_without_its_robots_page(
     assert act(people["ada"], "accept", robot.slug, 0, clock.now()) == ""
     assert begun == [False], "no other page is told that the robot's page is open"
     assert standings(people["ada"], clock.now())[0].kept_until == clock.now() + timedelta(seconds=RULES["RECONNECT_S"])
-    queue.seen(robot, people["ada"], clock.go(1))
+    queue.note_presence(robot, people["ada"], clock.go(1))
     assert act(people["ada"], "accept", robot.slug, 0, clock.now()) == "", "a second click"
     assert standings(people["ada"], clock.now())[0].kept_until is None, "the robot's page is open meanwhile"
 
@@ -154,7 +153,7 @@ def test_who_reads_another_page_is_present_and_gets_the_offer(stage):
     queue.join(robot, people["ada"], clock.now())
     Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.HANDOVER)
     for _ in range(20):
-        present(people["ada"], clock.go(60))
+        note_waiting(people["ada"], clock.go(60))
         queue.tick(clock.now())
     Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.READY)
     queue.tick(clock.go(1))
@@ -168,10 +167,10 @@ def test_a_sign_of_life_from_elsewhere_lengthens_no_turn_and_nobody_elses_place(
     queue.tick(clock.now())
     queue.accept(robot, people["ada"], clock.now())
     queue.join(robot, people["bob"], clock.now())
-    queue.disconnected(robot, people["ada"], clock.now())
+    queue.note_disconnection(robot, people["ada"], clock.now())
     before = Ticket.objects.get(user=people["bob"]).last_seen
     for _ in range(5):
-        present(people["ada"], clock.go(5))
+        note_waiting(people["ada"], clock.go(5))
         queue.tick(clock.now())
     assert Turn.objects.get(user=people["ada"]).end_reason == "connection lost"
     assert Ticket.objects.get(user=people["bob"]).last_seen == before

@@ -25,8 +25,8 @@ def test_the_presence_that_a_ping_notes_is_never_noted_after_the_socket_has_ende
 
     monkeypatch.setattr(consumers, "current_user", lambda scope: user)
     monkeypatch.setattr(consumers, "Robot", SimpleNamespace(objects=SimpleNamespace(get=lambda slug: slug)))
-    monkeypatch.setattr(consumers.queue, "seen", seen)
-    monkeypatch.setattr(consumers.queue, "disconnected", lambda *_: told.append("left"))
+    monkeypatch.setattr(consumers.queue, "note_presence", seen)
+    monkeypatch.setattr(consumers.queue, "note_disconnection", lambda *_: told.append("left"))
     page = consumers.RobotConsumer()
     page.scope = {}
     monkeypatch.setattr(page, "goes_on_elsewhere", lambda person: False)

@@ -4,8 +4,8 @@ import pytest
 from django.db import Error, OperationalError
 
 from queueing import services as queue
-from queueing.jobs.asking import ask
 from queueing.models import Job
+from queueing.services import ask
 from robots import services
 from robots.kit.contract.errors import HardwareFault, Held, OutOfWorkspace
 from robots.kit.contract.session import Outcome, Progress

@@ -78,7 +78,7 @@ def test_an_offer_not_taken_goes_to_the_next(stage):
     assert queue.open_ticket(robot, people["ada"]).state == TicketState.OFFERED
     with pytest.raises(NotYourTurn):
         queue.accept(robot, people["bob"], clock.now())
-    queue.seen(robot, people["bob"], clock.go(31))
+    queue.note_presence(robot, people["bob"], clock.go(31))
     queue.tick(clock.now())
     assert queue.open_ticket(robot, people["ada"]) is None
     with pytest.raises(NotYourTurn):
@@ -101,7 +101,7 @@ def test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_join
     Robot.objects.update(turn_s=60)
     turn = drive(robot, people["ada"], clock)
     for _ in range(30):
-        queue.seen(robot, people["ada"], clock.go(5))
+        queue.note_presence(robot, people["ada"], clock.go(5))
         queue.tick(clock.now())
     turn.refresh_from_db()
     assert turn.ended_at is None
@@ -111,7 +111,7 @@ def test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_join
     assert turn.until <= clock.now() + timedelta(seconds=60)
     for _ in range(31):
         for name in ("ada", "bob"):
-            queue.seen(robot, people[name], clock.now())
+            queue.note_presence(robot, people[name], clock.now())
         queue.tick(clock.go(2))
     turn.refresh_from_db()
     assert turn.end_reason == "time is up"
@@ -122,12 +122,12 @@ def test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_join
 def test_a_lost_line_keeps_the_turn_for_twenty_seconds(stage):
     robot, people, clock = stage
     turn = drive(robot, people["ada"], clock)
-    queue.disconnected(robot, people["ada"], clock.now())
+    queue.note_disconnection(robot, people["ada"], clock.now())
     queue.tick(clock.go(15))
     turn.refresh_from_db()
     assert turn.ended_at is None
-    queue.seen(robot, people["ada"], clock.now())
-    queue.disconnected(robot, people["ada"], clock.now())
+    queue.note_presence(robot, people["ada"], clock.now())
+    queue.note_disconnection(robot, people["ada"], clock.now())
     queue.tick(clock.go(21))
     turn.refresh_from_db()
     assert turn.end_reason == "connection lost"
@@ -158,12 +158,12 @@ def test_an_idle_operator_ends_when_others_wait(stage, classic, limit):
     while (clock.now() - turn.started_at).total_seconds() < limit:
         clock.go(10)
         for name in ("ada", "bob"):
-            queue.seen(robot, people[name], clock.now())
+            queue.note_presence(robot, people[name], clock.now())
         queue.tick(clock.now())
         turn.refresh_from_db()
         assert turn.ended_at is None
     for name in ("ada", "bob"):
-        queue.seen(robot, people[name], clock.now())
+        queue.note_presence(robot, people[name], clock.now())
     queue.tick(clock.go(10))
     turn.refresh_from_db()
     assert turn.end_reason == "idle while others wait"

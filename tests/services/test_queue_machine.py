@@ -11,9 +11,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_stat
 from accounts.models import Clearance, User
 from queueing import services as queue
 from queueing.errors import NotCleared, QueueError
-from queueing.jobs.asking import Asker, ask
-from queueing.jobs.cancelling import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, QueueRobot, Ticket, TicketState, Turn
+from queueing.services import Asker, ask, cancel
 from robots.grants import end_grant
 from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Command, Grant, Lease, Robot
@@ -111,11 +110,11 @@ class QueueMachine(RuleBasedStateMachine):
 
     @rule(name=who)
     def seen(self, name):
-        queue.seen(self.robot, self.people[name], self.clock.now())
+        queue.note_presence(self.robot, self.people[name], self.clock.now())
 
     @rule(name=who)
     def line_cut(self, name):
-        queue.disconnected(self.robot, self.people[name], self.clock.now())
+        queue.note_disconnection(self.robot, self.people[name], self.clock.now())
 
     @rule()
     def owner_hands_over(self):

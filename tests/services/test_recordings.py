@@ -11,8 +11,8 @@ from operatorlog.models import Entry, Visibility
 from portal.keep import archive
 from portal.keep import restore as restoring
 from portal.web.recordings import listing, views
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, Turn
+from queueing.services import Asker, ask
 from robots import bus, services
 from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM, ms_of

@@ -14,9 +14,8 @@ from portal.live.snapshot import snapshot
 from portal.live.standing import places
 from queueing import services as queue
 from queueing.jobs import running
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
-from queueing.places import standings
+from queueing.services import Asker, ask, standings
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import GrantEnd

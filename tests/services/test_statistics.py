@@ -10,8 +10,8 @@ from django.test import Client
 from operatorlog.models import SurveyAnswer, SurveyQuestion, SurveyResponse
 from portal.web.statistics import reading
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from queueing.services import Asker, ask
 from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Command, Lease
 from robots.states import CommandState

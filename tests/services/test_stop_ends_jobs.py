@@ -3,9 +3,8 @@
 import pytest
 
 from queueing import services as queue
-from queueing.jobs.asking import ask
-from queueing.jobs.suspending import resume
 from queueing.models import Job
+from queueing.services import ask, resume
 from robots import services
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd

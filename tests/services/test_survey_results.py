@@ -11,8 +11,7 @@ from django.urls import get_resolver
 
 from operatorlog import services
 from operatorlog.models import SurveyAnswer, SurveyQuestion
-from operatorlog.results import counted
-from operatorlog.spreadsheets import cell
+from operatorlog.results import answers_in_words, cell
 from robots.kit.clock import SYSTEM
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.test_log import ended, turn  # noqa: F401
@@ -103,7 +102,7 @@ def test_an_answer_of_an_older_backup_is_of_the_kind_that_its_question_has(answe
 
 @pytest.mark.parametrize(("count", "words"), [(0, "0 answers"), (1, "1 answer"), (2, "2 answers")])
 def test_one_answer_is_no_plural(count, words):
-    assert counted(count) == words
+    assert answers_in_words(count) == words
 
 
 def test_the_page_counts_people(answered, client):

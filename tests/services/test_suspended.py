@@ -6,8 +6,7 @@ from django.test import Client
 
 from portal.live.snapshot import snapshot
 from queueing import services as queue
-from queueing.jobs.asking import ask
-from queueing.jobs.suspending import resume
+from queueing.services import ask, resume
 from robots import services
 from robots.kit.packets import Changed
 from robots.models import Command, Robot

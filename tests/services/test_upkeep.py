@@ -136,7 +136,7 @@ def test_from_the_click_of_staff_to_the_next_turn_no_place_is_lost(robot, people
     rows.claim(command, owned.epoch, now)
     rows.finish(command, CommandState.COMPLETED, SYSTEM.now())
     later = now + timedelta(seconds=90)
-    queue.seen(robot, ada, later)
+    queue.note_presence(robot, ada, later)
     queue.tick(later)
     assert queue.accept(robot, ada, later).user == ada
 

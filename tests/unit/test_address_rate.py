@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.edge import rates
-from portal.edge.rates import AddressRate
+from portal.edge import limits
+from portal.edge.limits import AddressRate
 
 
 class Clock:
@@ -36,7 +36,7 @@ def test_none_ever_sends_more_than_the_rule(steps):
 
 
 def test_those_that_are_calm_are_forgotten(monkeypatch):
-    monkeypatch.setattr(rates, "MANY", 10)
+    monkeypatch.setattr(limits, "MANY", 10)
     clock = Clock()
     rate = AddressRate(1.0, 3.0, clock)
     for n in range(10):

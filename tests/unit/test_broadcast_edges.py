@@ -22,7 +22,7 @@ def test_ten_edges_play_one_broadcast():
     air.go(LONG)
     assert all(same(edge, shown) for edge in air.edges)
     assert air.late == []
-    assert sum(edge.lost for edge in air.edges) > 10
+    assert sum(edge.packets_lost for edge in air.edges) > 10
     heard = sum(map(len, shown.contents)) * len(air.edges)
     assert 0 < air.asked < 0.03 * heard  # what was lost, and little else, went to each edge alone
 
@@ -81,7 +81,7 @@ def test_an_origin_that_starts_again_with_the_same_movie_changes_nothing():
     assert edge.current is begun
     assert same(edge, shown)
     assert air.late == []
-    assert edge.lost < 50  # the numbers that the start skipped were never sent
+    assert edge.packets_lost < 50  # the numbers that the start skipped were never sent
 
 
 def test_another_movie_replaces_it_and_the_one_before_stays_for_whoever_watches():
@@ -133,7 +133,7 @@ def test_a_short_pause_of_the_origin_is_made_good():
     air.now_ns += SECOND * 3 // 2
     air.go(LONG)
     assert same(edge, shown)
-    assert edge.lost == 0
+    assert edge.packets_lost == 0
     assert air.carousel.skipped == 0
 
 

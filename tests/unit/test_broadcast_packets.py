@@ -49,7 +49,7 @@ def test_what_others_send_changes_nothing(datagram):
     edge = Edge(KEY, lambda: 0.5)
     edge.hear(datagram, 0)
     assert edge.current is None
-    assert (edge.heard, edge.refused) == (0, 1)
+    assert (edge.packets_received, edge.refused) == (0, 1)
 
 
 def test_a_packet_with_another_key_is_refused():
@@ -105,11 +105,11 @@ def test_a_segment_is_missing_what_did_not_come(pieces):
     segment, came = Segment(bytearray(31), [(0, 31)]), set()
     for begin, long in pieces:
         data = whole[begin : begin + long]
-        segment.heard(begin, data)
+        segment.take_packet(begin, data)
         came |= set(range(begin, begin + len(data)))
-        assert {n for a, b in segment.missing for n in range(a, b)} == set(range(31)) - came
-        assert all(a < b for a, b in segment.missing)
-        assert all(n not in came for a, b in segment.lost for n in range(a, b))
+        assert {n for a, b in segment.missing_ranges for n in range(a, b)} == set(range(31)) - came
+        assert all(a < b for a, b in segment.missing_ranges)
+        assert all(n not in came for a, b in segment.lost_ranges for n in range(a, b))
         assert all(segment.data[n] == n for n in came)
 
 
@@ -122,14 +122,14 @@ def test_what_is_there_is_not_written_over():
 
 def test_a_gap_between_two_packets_is_known_at_the_second():
     segment = Segment(bytearray(10), [(0, 10)])
-    segment.heard(2, b"ab")
-    assert segment.lost == []
-    segment.heard(6, b"ab")
-    assert segment.lost == [(4, 6)]
-    segment.heard(0, b"ab")  # it began again
-    assert segment.lost == [(4, 6), (8, 10)]
+    segment.take_packet(2, b"ab")
+    assert segment.lost_ranges == []
+    segment.take_packet(6, b"ab")
+    assert segment.lost_ranges == [(4, 6)]
+    segment.take_packet(0, b"ab")  # it began again
+    assert segment.lost_ranges == [(4, 6), (8, 10)]
     segment.put(4, b"ab")
-    assert segment.lost == [(8, 10)]
+    assert segment.lost_ranges == [(8, 10)]
 
 
 def test_a_loss_is_known_long_before_it_is_needed():

@@ -33,7 +33,7 @@ def test_a_player_is_told_what_is_there_from_the_beginning_on_and_never_too_earl
     edge = air.join()
     assert ask(air, edge, "/index.m3u8").status == 503  # nothing was heard yet
     air.go(1.96)
-    assert edge.current.shown > 0
+    assert edge.current.playable > 0
     assert ask(air, edge, "/index.m3u8").status == 503  # the rest would not follow in time
     air.go(1.96)
     assert ask(air, edge, "/index.m3u8").status == 503  # players look for more once a second
@@ -44,7 +44,7 @@ def test_a_player_is_told_what_is_there_from_the_beginning_on_and_never_too_earl
     assert 'CODECS="avc1.64000d"' in first.body.decode()
     growing = ask(air, edge, f"/{place}")
     listed = [line for line in growing.body.decode().splitlines() if line.startswith("seg-")]
-    assert listed == [f"seg-{n + 1}.m4s" for n in range(edge.current.shown)] != []
+    assert listed == [f"seg-{n + 1}.m4s" for n in range(edge.current.playable)] != []
     assert b"ENDLIST" not in growing.body
     assert growing.headers["cache-control"] == "max-age=1"
     air.go(5)
@@ -164,7 +164,7 @@ def test_repairs_have_a_rate(air):
     statuses = [origin.answer(path, {}).status for _ in range(10)]
     assert statuses[0] == 206
     assert statuses[-1] == 503
-    assert origin.sent <= 1000 * repairs.SAVED_S + size
+    assert origin.bytes_sent <= 1000 * repairs.SAVED_S + size
     air.now_ns += 10 * SECOND
     assert origin.answer(path, {}).status == 206
 
@@ -173,7 +173,7 @@ def test_who_gets_no_answer_asks_again_after_a_pause(air):
     air.repairing = False
     edge = air.join(0.3)
     air.go(3)
-    asked = [len(edge.wanted(air.now_ns + ms * 10**6, 1000)) for ms in range(0, 1000, 20)]
+    asked = [len(edge.requests_due(air.now_ns + ms * 10**6, 1000)) for ms in range(0, 1000, 20)]
     assert asked[0] > 0
     assert sum(asked) <= 3 * asked[0] + 60  # each at most each half second, and not at each look
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from portal.web.consoles.console import PLAIN, console_of
-from portal.web.consoles.parts import NAMES, parts
+from portal.web.consoles.console import PARTS, PLAIN, console_of, parts
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import STAFF, TURN
 
@@ -42,7 +41,7 @@ def test_stop_and_release_are_the_pages(driver):
 
 def test_a_console_is_cut_into_its_parts():
     text = "|look|plain|screen|<p>\n|buttons||beside||body|<b>|".removesuffix("|")
-    empty = dict.fromkeys(NAMES, "")
+    empty = dict.fromkeys(PARTS, "")
     assert parts(text, "|") == empty | {"look": "plain", "screen": "<p>", "body": "<b>"}
     assert parts(" all of it ", "|") == empty | {"body": "all of it"}
 

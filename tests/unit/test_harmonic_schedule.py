@@ -89,7 +89,7 @@ def test_a_channel_sends_what_it_says_it_sends(slots, at):
     channel = Channel((2, 3), slots)
     place = channel.place(at)
     assert 1 <= place < 3
-    assert channel.sent(place, at) == at
+    assert channel.next_time(place, at) == at
 
 
 @given(segments, waits, joins)

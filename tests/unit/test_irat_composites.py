@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.stream_bytes import ssim
-from portal.web.composites.drawn import EVERY_S, compressed
+from portal.web.composites.drawing import EVERY_S, compressed
 from robots.kit.contract.channels import IN_PLANE
 from robots.kit.contract.find import function, spec_of
 from robots.kit.contract.session import RobotState

@@ -9,8 +9,7 @@ from django.test import RequestFactory
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.edge.fair import FairSemaphore
-from portal.edge.pages import FewPages, leave_room
+from portal.edge.pages import FairSemaphore, FewPages, leave_room
 
 ADDRESSES = ("192.0.2.1", "198.51.100.7", "2001:db8::1", "2001:db8::2")
 steps = st.lists(

@@ -16,7 +16,7 @@ class Slow:
     def free(self):
         return not self.waits
 
-    def gone(self):
+    def is_gone(self):
         return False
 
     def write(self, what):
@@ -67,7 +67,7 @@ def test_a_line_that_is_free_costs_no_wait():
         waiting = asyncio.create_task(viewing._free())
         await asyncio.sleep(0)
         assert viewing._one_by_one.locked() and not waiting.done()
-        line.gone = lambda: True  # who waits must not wait for ever
+        line.is_gone = lambda: True  # who waits must not wait for ever
         viewing._freed.set()
         await asyncio.wait_for(waiting, CEILING_S)
 

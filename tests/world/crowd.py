@@ -2,8 +2,8 @@
 
 import random
 
-from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
+from queueing.services import job_kinds
 from robots import services
 from robots.models import Command, Robot
 from robots.states import Cycle, GrantKind

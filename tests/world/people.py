@@ -8,11 +8,9 @@ from operatorlog import services as log
 from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError
 from queueing import services as queue
-from queueing.endings import last_turn
 from queueing.errors import QueueError
-from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
-from queueing.places import standings
+from queueing.services import Asker, last_turn, standings
 from robots import bus, services
 from robots.kit.contract.errors import RobotError
 from robots.models import Command
@@ -85,9 +83,9 @@ class Person:
             return
         now = self.world.now()
         if self.on_page:
-            queue.seen(self.robot, self.user, now, False, self.session)
+            queue.note_presence(self.robot, self.user, now, False, self.session)
         elif self.world.awake() - self.present_at >= PRESENT_S:
-            queue.present(self.user, now)
+            queue.note_waiting(self.user, now)
         else:
             return
         self._note_presence(self.on_page)
@@ -231,13 +229,13 @@ class Person:
     def _page_closes(self, seconds: float) -> None:
         self.on_page = False
         if self.dice.random() < 0.8:  # else nobody notices that the line is dead
-            queue.disconnected(self.robot, self.user, self.world.now(), self.session)
+            queue.note_disconnection(self.robot, self.user, self.world.now(), self.session)
         self.world.sleep(seconds)
         self.on_page = True
         self.attempt(self._report)
 
     def _stay(self) -> None:
-        queue.acted(self.robot, self.user, self.world.now())
+        queue.stay(self.robot, self.user, self.world.now())
 
     def _leave(self, ticket: int) -> None:
         self.told.gave_up.add(ticket)

@@ -3,9 +3,8 @@
 import random
 from types import SimpleNamespace
 
-from queueing import staff
-from queueing.jobs.suspending import resume
 from queueing.models import OPEN_TICKET, Ticket, Turn
+from queueing.services import end_by_staff, remove_by_staff, resume
 from robots.admin import verbs
 from robots.kit.contract.errors import RobotError
 from robots.states import Cycle
@@ -63,13 +62,13 @@ class Staff:
         if tickets:
             chosen = self.dice.choice(tickets)
             self.removed.add(chosen.pk)
-            staff.remove(chosen, self.user, self.world.now())
+            remove_by_staff(chosen, self.user, self.world.now())
 
     def _end(self) -> None:
         turn = Turn.objects.filter(ended_at=None).first()
         if turn is not None and turn.ticket_id is not None:
             self.removed.add(turn.ticket_id)
-            staff.end(turn, self.user, self.world.now())
+            end_by_staff(turn, self.user, self.world.now())
 
     def _suspend(self) -> None:
         """Switch an account off, as the form of the admin does, and on again."""

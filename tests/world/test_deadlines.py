@@ -30,7 +30,7 @@ class Page:
         while True:
             self.world.sleep(2.0)
             if self.open:
-                queue.seen(self.portal.robot, self.user, self.world.now(), False, "a session")
+                queue.note_presence(self.portal.robot, self.user, self.world.now(), False, "a session")
 
     @property
     def state(self) -> str:
@@ -43,10 +43,10 @@ class Page:
     def away(self, seconds: float) -> None:
         """Close for so long."""
         self.open = False
-        queue.disconnected(self.portal.robot, self.user, self.world.now(), "a session")
+        queue.note_disconnection(self.portal.robot, self.user, self.world.now(), "a session")
         self.world.sleep(seconds)
         self.open = True
-        queue.seen(self.portal.robot, self.user, self.world.now(), False, "a session")
+        queue.note_presence(self.portal.robot, self.user, self.world.now(), False, "a session")
 
 
 def begun(portal, turn_s: int, *names: str) -> tuple[Crowd, list[Page]]:

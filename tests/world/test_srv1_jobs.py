@@ -5,8 +5,8 @@ from random import Random
 import pytest
 
 from queueing import services as queue
-from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobState
+from queueing.services import Asker, ask
 from robots.models import Command
 from robots.states import Cycle
 from tests.world.seeds import hunt, seeds

@@ -16,7 +16,7 @@ from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
 from portal.keep.seeding import seed
-from portal.privacy import tighten
+from portal.places import tighten
 from portal.run.processes import (
     broadcast_processes,
     enabled_processes,
@@ -58,7 +58,7 @@ class Command(BaseCommand):
             fixed.insert(0, redis_process())
 
         @sync_to_async
-        def wanted() -> Any:
+        def read_enabled() -> Any:
             close_old_connections()
             return enabled_processes()
 
@@ -71,7 +71,7 @@ class Command(BaseCommand):
                 tidy_line("farhand", f"open http://{shown}:{port}  (ready in {SYSTEM.awake() - begun:.1f} s)")
                 first.tell()
 
-            await Supervisor(fixed, wanted).run(ready)
+            await Supervisor(fixed, read_enabled).run(ready)
 
         try:
             with contextlib.suppress(KeyboardInterrupt):

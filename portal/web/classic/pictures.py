@@ -23,7 +23,7 @@ NAME = re.compile(r"([0-9]{1,18})-[0-9a-f]{64}\Z")
 KEEP = "private, max-age=86400, immutable"
 
 
-def drawn(robot: Robot) -> bool:
+def has_classic_console(robot: Robot) -> bool:
     """Return whether the classic console can draw this robot; False if its package is not installed."""
     try:
         return panel_of(robot.driver) is not None
@@ -47,7 +47,7 @@ def picture(request: HttpRequest, slug: str, name: str) -> HttpResponse:
     found = NAME.match(name)
     number = int(found[1]) if found else 0
     frame = Frame.objects.filter(robot=robot, pk=number).first()
-    panel = panel_of(robot.driver) if drawn(robot) else None
+    panel = panel_of(robot.driver) if has_classic_console(robot) else None
     if panel is None or not constant_time_compare(name, name_of(robot, frame, request.user)):
         raise Http404("There is no such picture.")
     if frame is not None and seen(frame, request.user) is None:

@@ -15,15 +15,12 @@ from operatorlog.models import Entry, Visibility
 from portal.edge.pages import leave_room
 from portal.live.snapshot import shown_still, status_of
 from portal.web.classic import tokens
-from portal.web.classic.pictures import drawn, name_of
+from portal.web.classic.pictures import has_classic_console, name_of
 from portal.web.consoles.console import classic
 from queueing import services as queue
-from queueing.end_words import End
-from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.errors import QueueError
-from queueing.estimates import place_and_wait
 from queueing.models import Ticket, Turn
-from queueing.turns import idle_at
+from queueing.services import End, end_of_turn, idle_at, is_news, last_turn, place_and_wait
 from robots import services
 from robots.bus.web_uptime import up_since
 from robots.grants import grant_of
@@ -36,7 +33,7 @@ from robots.services import newest_still, stop_shown
 
 WAIT_S = 20.0
 POLL_S = 0.1
-REFRESH_S, DRIVING_S = 30, 60  # of who drives: before `CLASSIC_PRESENCE_S` is over
+REFRESH_S, DRIVING_S = 30, 60  # the second one for the operator: before `CLASSIC_PRESENCE_S` is over
 WARN_S, TOLD_S = 30, 3  # before a turn ends because nothing is done; after it
 PIXEL = re.compile(r"[0-9]{1,5}\Z")
 
@@ -45,7 +42,7 @@ PIXEL = re.compile(r"[0-9]{1,5}\Z")
 def enter(request: HttpRequest, slug: str) -> HttpResponse:
     """Redirect to an address with a fresh token."""
     robot = get_object_or_404(Robot, slug=slug)
-    return redirect(_address(robot, request)) if drawn(robot) else _without(request, robot)
+    return redirect(_address(robot, request)) if has_classic_console(robot) else _without(request, robot)
 
 
 def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
@@ -65,14 +62,14 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
 def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
     """Show the page for the person's present role; a request counts as presence."""
     robot = get_object_or_404(Robot, slug=slug)
-    panel = panel_of(robot.driver) if drawn(robot) else None
+    panel = panel_of(robot.driver) if has_classic_console(robot) else None
     if panel is None:
         return _without(request, robot)
     if request.method == "POST":
         return _act(request, robot, panel, token)
     now = SYSTEM.now()
     if request.user.is_authenticated:
-        queue.seen(robot, request.user, now, classic=True)
+        queue.note_presence(robot, request.user, now, classic=True)
     return render(request, "classic/page.html", _context(request, robot, panel, now))
 
 
@@ -112,7 +109,7 @@ def _over(robot: Robot, user: Any, now: datetime) -> End | None:
 
 
 def _refresh_s(ticket: Ticket | None, idle_s: int | None, mine: bool) -> int | None:
-    """Return after how long the page asks again: of who drives in time to warn, where nothing is done."""
+    """Return after how many seconds the page reloads; an idle operator's page reloads in time to warn."""
     if ticket is None:
         return None
     if not mine:
@@ -127,7 +124,7 @@ def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpRe
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next=/classic/{robot.slug}/")
     now = SYSTEM.now()
-    queue.seen(robot, request.user, now, classic=True)
+    queue.note_presence(robot, request.user, now, classic=True)
     try:
         _perform(request, robot, panel, token, now)
     except (RobotError, QueueError) as error:
@@ -138,18 +135,10 @@ def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpRe
 def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
     user = request.user
     what = request.POST.get("do", "")
-    if what == "join":
-        queue.join(robot, user, now, classic=True)
-    elif what == "stay":
-        queue.acted(robot, user, now)
-    elif what == "leave":
-        queue.leave(robot, user, now)
-    elif what == "accept":
-        queue.accept(robot, user, now)
+    if what in queue.PLACE_ACTS:
+        queue.change_place(what, robot, user, now, queue.Page(classic=True))
     elif what == "stop":
-        services.stop(robot, user, now)
-        queue.note_act(robot, user, now)
-        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+        _stop(request, robot, now)
     elif what == "release":
         services.release_stop(robot, user, request.POST.get("checked") == "yes")
         queue.note_act(robot, user, now)
@@ -158,15 +147,19 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
         _press(request, robot, panel, token, now)
 
 
+def _stop(request: HttpRequest, robot: Robot, now: datetime) -> None:
+    services.stop(robot, request.user, now)
+    queue.note_act(robot, request.user, now)
+    messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+
+
 def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
     wanted = _wanted(request, robot, panel)
     if wanted is None:
         messages.warning(request, "Nothing was pressed. Click in the picture or on a button.")
         return
     if wanted.kind == "stop":
-        services.stop(robot, request.user, now)
-        queue.note_act(robot, request.user, now)
-        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+        _stop(request, robot, now)
         return
     spent = tokens.spend_token(robot, request.user, token, now)
     if spent is None:

@@ -15,9 +15,9 @@ Taken = tuple[int, bytes] | None
 
 
 def _old(viewer: Viewer, camera: int) -> bytes | None:
-    """Return the picture that a viewer was given when it came, unless it is fresh. What comes later is fresh.
+    """Return the picture that a viewer got when it came, unless it is fresh. A picture that comes later is fresh.
 
-    So a picture is shown whatever the clocks of the robot's host and of this one are apart.
+    So a picture is shown also if the clocks of the robot's host and of this one differ.
     """
     kept = viewer.frames.get(camera)
     age_s = SYSTEM.now().timestamp() - taken_ms(kept) / 1000 if kept is not None else 0.0

@@ -1,4 +1,4 @@
-"""Pictures as motion JPEG: made from the first watcher to the last, once for all; who reads slowly skips some."""
+"""Pictures as motion JPEG: made from the first watcher to the last, once for all; slow readers skip some."""
 
 import asyncio
 import logging
@@ -47,7 +47,7 @@ class Parts(ABC):
 
     @abstractmethod
     async def make(self, viewer: Viewer) -> None:
-        """Make pictures of what comes into the viewer's mailbox, `tell` each; return when nothing comes any more."""
+        """Make pictures from the viewer's mailbox, `tell` each; return when nothing comes any more."""
 
     @contextmanager
     def watched(self) -> Iterator[None]:
@@ -63,7 +63,7 @@ class Parts(ABC):
                 task.cancel()
 
     async def parts(self, still: bytes = b"") -> AsyncIterator[bytes]:
-        """Yield the newest picture as a part of the answer, again and again; who reads slowly skips some.
+        """Yield the newest picture as a part of the answer, again and again; slow readers skip some.
 
         The first one comes at once: `still`, a JPEG, until there is another. Ends when the robot's owner is gone, or
         the camera whose pictures they are.
@@ -95,7 +95,7 @@ class Parts(ABC):
             self._end()
 
     def _end(self) -> None:
-        """Take no more watchers; those that wait are told."""
+        """Take no more watchers; wake those that wait."""
         self.over = True
         if _made.get(self._key) is self:
             del _made[self._key]

@@ -17,14 +17,14 @@ from django.urls import reverse
 from django.utils.cache import get_conditional_response
 from django.utils.http import http_date
 
-from portal.edge.counts import AddressCount
+from portal.edge.limits import AddressCount
 from portal.edge.pages import leave_room
 from portal.live.audience import audience
 from portal.live.messages import CAMERAS
 from portal.live.snapshot import seen
 from portal.live.threads import Pool
 from portal.web.composites.cameras import newest, passed
-from portal.web.composites.drawn import drawn
+from portal.web.composites.drawing import shared_drawing
 from portal.web.composites.parts import GONE_S, TYPE, Parts, ordered, watchers
 from robots import bus
 from robots.grants import lease_of, owner_alive
@@ -36,7 +36,7 @@ from robots.models import Robot
 from robots.services import newest_still
 
 ABSENT = "There is no such picture.\n"
-Still = Callable[[], Awaitable[bytes]] | None  # reads what a stream begins with
+Still = Callable[[], Awaitable[bytes]] | None  # reads the first picture of a stream
 PICTURES = Pool("pictures", 2)
 LATEST_S = 2**37  # later is no time of a picture
 NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
@@ -57,7 +57,7 @@ async def composite(request: HttpRequest, slug: str, name: str) -> HttpResponseB
     found = next((c for c in robot.spec.all_of(Composite) if c.name == name), None) if robot is not None else None
     if robot is None or found is None:
         return _refused(404, ABSENT)
-    return _stream(request, robot, lambda: drawn(slug, robot.spec, found))
+    return _stream(request, robot, lambda: shared_drawing(slug, robot.spec, found))
 
 
 async def camera(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
@@ -110,8 +110,8 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
 
 
 @dataclass(frozen=True)
-class Looked:
-    """What a request needs to know of a robot."""
+class LiveRobot:
+    """A robot as live pictures need it."""
 
     slug: str
     spec: Spec
@@ -119,14 +119,14 @@ class Looked:
     alive: bool
 
 
-def _look(slug: str) -> Looked | None:
+def _look(slug: str) -> LiveRobot | None:
     """Return what is known of a robot; the thread's connection is not kept during the stream."""
     try:
         robot = Robot.objects.filter(slug=slug).first()
         if robot is None:
             return None
         alive = owner_alive(lease_of(robot), SYSTEM.now())
-        return Looked(slug, robot.spec(), len(description.views(robot.description())), alive)
+        return LiveRobot(slug, robot.spec(), len(description.views(robot.description())), alive)
     except LookupError:
         return None
     finally:
@@ -151,7 +151,7 @@ def _newest_still(slug: str) -> bytes:
             connection.close()
 
 
-def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts], still: Still = None) -> HttpResponseBase:
+def _stream(request: HttpRequest, robot: LiveRobot, make: Callable[[], Parts], still: Still = None) -> HttpResponseBase:
     """Return the stream of a moving picture, or why there is none now."""
     if request.method not in ("GET", "HEAD"):
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
@@ -169,7 +169,7 @@ def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts], stil
 
 
 async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Still) -> AsyncIterator[bytes]:
-    """Count the reader from the first part to the last, whatever ends it."""
+    """Count the reader from the first part to the last, however it ends."""
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
             shown = make()

@@ -1,4 +1,4 @@
-"""How long browsers cache the files of consoles."""
+"""Caching of console files in browsers."""
 
 from wsgiref.headers import Headers
 

@@ -8,6 +8,7 @@ from robots.kit.description import folder
 from robots.kit.installed import package
 
 OURS = "robots.kit.drivers."
+PARTS = ("look", "screen", "buttons", "beside", "body")
 
 
 @dataclass(frozen=True)
@@ -48,3 +49,13 @@ def console_of(driver: str) -> Console:
 def classic(driver: str) -> str:
     """Return the name of the template with the buttons of the robot's classic console."""
     return f"consoles/{driver}/classic.html"
+
+
+def parts(text: str, cut: str) -> dict[str, str]:
+    """Return the parts of a console's rendered template by name; in it `cut` stands around each name.
+
+    A console that does not extend that template has no parts: all of it is the body.
+    """
+    outside, *pieces = text.split(cut)
+    found = dict(zip(pieces[::2], pieces[1::2], strict=False)) if pieces else {"body": outside}
+    return {name: found.get(name, "").strip() for name in PARTS}

@@ -7,9 +7,8 @@ from django.db.models import Q
 from django.http import HttpRequest, JsonResponse
 
 from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs, TooOften
-from queueing.jobs.asking import Asker
-from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
+from queueing.services import Asker, own_jobs
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.services.permissions import NotStaff
@@ -23,11 +22,11 @@ AGAIN_S = "300"  # the longest wait until one may ask again
 
 
 def wants_json(request: HttpRequest) -> bool:
-    """Return whether a script asks, and not a person who goes to the page."""
+    """Return whether a script asks, and not a person in a browser."""
     return request.get_preferred_type(["text/html", "application/json"]) == "application/json"
 
 
-def told(job: Job) -> dict[str, Any]:
+def job_fields(job: Job) -> dict[str, Any]:
     """Return the fields of a job for its asker."""
     return {
         "id": job.pk, "kind": job.kind, "args": job.args, "state": job.state, "label": job.get_state_display(),
@@ -36,10 +35,10 @@ def told(job: Job) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def own_listed(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
+def own_jobs_answer(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
     """List the asker's jobs on the robot: the open ones and those that ended within the last hour, newest first."""
     found = own_jobs(asker).filter(Q(ended_at=None) | Q(ended_at__gt=now - RECENT), robot=robot)
-    return JsonResponse({"jobs": [told(job) for job in found.order_by("-id")[:LISTED]]})
+    return JsonResponse({"jobs": [job_fields(job) for job in found.order_by("-id")[:LISTED]]})
 
 
 def status_of(error: Exception) -> int:
@@ -47,7 +46,7 @@ def status_of(error: Exception) -> int:
     return STATUS.get(type(error), 409 if isinstance(error, QueueError) else 400)
 
 
-def refused(error: Exception) -> JsonResponse:
+def refusal(error: Exception) -> JsonResponse:
     """Answer with the one sentence that says why not."""
     answer = JsonResponse({"error": str(error)}, status=status_of(error))
     if isinstance(error, TooOften):

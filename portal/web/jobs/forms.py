@@ -1,11 +1,11 @@
-"""The forms that ask for a job without scripts: what can be chosen now, or a field for each value of the kind."""
+"""The forms that ask for a job without scripts: the present choices, or a field for each value of the kind."""
 
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from queueing.jobs.asking import packets_of
+from queueing.services import packets_of
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.find import function
 from robots.kit.contract.spec import Argument, CommandKind
@@ -18,7 +18,7 @@ SHOWN = 200  # programs
 
 @dataclass(frozen=True)
 class Field:
-    """A value of a kind, and what the person wrote."""
+    """A value of a kind, and the text that the person wrote."""
 
     argument: Argument
     written: str = ""
@@ -26,7 +26,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Form:
-    """The form of one kind. `name`, `mail`: what the person wrote and chose there.
+    """The form of one kind. `name`, `mail`: the name that the person wrote, and whether they want a mail.
 
     `declared`: the robot offers `choices`, pairs of a value and its words, in place of fields. `saved`: id and name of
     the programs that may be named in place of a text, and `more` how many the list leaves out; `program`: the one that

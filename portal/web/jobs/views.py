@@ -15,19 +15,14 @@ from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.edge.addresses import network_of
 from portal.edge.attempts import within
-from portal.web.jobs.answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
+from portal.web.jobs.answers import AGAIN_S, job_fields, own_jobs_answer, refusal, status_of, wants_json
 from portal.web.jobs.forms import forms, values
-from portal.web.jobs.words import asked, result, share_of, stages
+from portal.web.jobs.words import request_in_words, result, share_of, stages
 from portal.web.pages.places import back_from
 from portal.web.recordings.figures import figures_of
 from portal.web.recordings.films import films_of
+from queueing import services as queue
 from queueing.errors import QueueError, TooOften
-from queueing.jobs.asking import Asker, ask, made_by
-from queueing.jobs.cancelling import cancel, may_cancel
-from queueing.jobs.foreseeing import foreseen, in_order
-from queueing.jobs.kinds import job_kinds, kinds_for, link_of
-from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
-from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
@@ -42,13 +37,13 @@ A_YEAR_S = 365 * 86_400
 SHOWN = 30
 
 
-def asker_of(request: HttpRequest, fresh: str = "") -> Asker:
+def asker_of(request: HttpRequest, fresh: str = "") -> queue.Asker:
     """Return who asks: the person, or the guest of a signed cookie; `fresh`: the value of a cookie to be set."""
     if request.user.is_authenticated:
-        return Asker(user=request.user)
+        return queue.Asker(user=request.user)
     cookie = fresh or request.get_signed_cookie(GUEST, default="")
     guest = hashlib.sha256(cookie.encode()).hexdigest() if cookie else ""
-    return Asker(guest=guest, network=network_of(request.META.get("REMOTE_ADDR", "")))
+    return queue.Asker(guest=guest, network=network_of(request.META.get("REMOTE_ADDR", "")))
 
 
 @never_cache
@@ -60,16 +55,16 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
     if request.method == "POST":
         return _act(request, robot)
     if wants_json(request):
-        return own_listed(robot, asker_of(request), SYSTEM.now())
+        return own_jobs_answer(robot, asker_of(request), SYSTEM.now())
     return _show_all(request, robot)
 
 
 def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
-    link, waiting = link_of(robot), in_order(robot)
+    link, waiting = queue.link_of(robot), queue.in_order(robot)
     context = {
-        "robot": robot, "any_kinds": job_kinds(robot),
-        "forms": forms(robot, request.user, kinds_for(robot, request.user), request.POST),
-        "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
+        "robot": robot, "any_kinds": queue.job_kinds(robot),
+        "forms": forms(robot, request.user, queue.kinds_for(robot, request.user), request.POST),
+        "suspended": queue.waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": waiting[:SHOWN], "more_jobs": len(waiting) - SHOWN, "problem": problem,
     }  # fmt: skip
     return render(request, "pages/jobs.html", context, status=status)
@@ -78,13 +73,13 @@ def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int
 def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     try:
         if request.POST.get("do") == "resume":
-            resume(robot, request.user, SYSTEM.now())
-            messages.success(request, RESUMED)
+            queue.resume(robot, request.user, SYSTEM.now())
+            messages.success(request, queue.RESUMED)
             return redirect(robot) if request.POST.get("back") == "robot" else redirect("jobs", slug=robot.slug)
         return _ask(request, robot)
     except (QueueError, RobotError) as error:
         if wants_json(request):
-            return refused(error)
+            return refusal(error)
         page = _show_all(request, robot, str(error), status_of(error))
         if isinstance(error, TooOften):
             page["Retry-After"] = AGAIN_S
@@ -104,18 +99,18 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
         fresh = token_of(request, FIELD_OF_JOBS) or secrets.token_urlsafe(24)  # two presses at once are of one guest
     asker, form = asker_of(request, fresh), press_of(request, FIELD_OF_JOBS)
-    if made_by(robot, asker, form) is None:
+    if queue.job_of_form(robot, asker, form) is None:
         _refuse_too_often(request)
     kind = request.POST.get("kind", "")
-    spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
+    spec = next((k for k in queue.job_kinds(robot) if k.kind == kind), None)
     name = request.POST.get("name", "")
     args = values(robot, spec, request.POST) if spec is not None else {}
-    job = ask(
+    job = queue.ask(
         robot, asker, kind, args, SYSTEM.now(),
         name=name if storable(name) else "", mail=request.POST.get("mail") == "yes", form=form,
         seen_ms=whole(request.POST.get("seen", "")) or 0,
     )  # fmt: skip
-    answer: HttpResponse = JsonResponse(told(job), status=201) if wants_json(request) else redirect(job)
+    answer: HttpResponse = JsonResponse(job_fields(job), status=201) if wants_json(request) else redirect(job)
     if fresh:
         answer.set_signed_cookie(
             GUEST, fresh, max_age=A_YEAR_S, httponly=True, samesite="Lax", secure=request.is_secure()
@@ -123,17 +118,17 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     return answer
 
 
-def _cancel(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
+def _cancel(request: HttpRequest, job: Job, asker: queue.Asker) -> HttpResponse:
     try:
-        cancel(job, asker, SYSTEM.now())
+        queue.cancel(job, asker, SYSTEM.now())
     except QueueError as error:
         if wants_json(request):
-            return refused(error)
+            return refusal(error)
         messages.warning(request, str(error))
         return redirect(job)
     if wants_json(request):
         job.refresh_from_db()
-        return JsonResponse(told(job))
+        return JsonResponse(job_fields(job))
     messages.success(request, "The job is cancelled; the robot holds.")
     return redirect(job)
 
@@ -148,39 +143,39 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     if request.method == "POST" and request.POST.get("do") == "survey":
         return _survey(request, job, asker)
     if request.method == "POST" and request.POST.get("do") == "seen":
-        mark_seen(job, asker, now)
+        queue.mark_seen(job, asker, now)
         return back_from(request)
     if request.method == "POST":
         return _cancel(request, job, asker)
-    mark_seen(job, asker, now)
+    queue.mark_seen(job, asker, now)
     return _show(request, job, asker)
 
 
 @once
-def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
+def _survey(request: HttpRequest, job: Job, asker: queue.Asker) -> HttpResponse:
     if not within(request, "survey"):
         return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)
     try:
         answer_survey_of_job(job, asker, survey_answers(request), SYSTEM.now())
     except LogError as error:
-        return _show(request, job, asker, str(error), 422 if may_answer(job, asker) else 403)
+        return _show(request, job, asker, str(error), 422 if queue.may_answer(job, asker) else 403)
     messages.success(request, "Thank you for your answers!")
     return redirect(job)
 
 
-def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", status: int = 200) -> HttpResponse:
+def _show(request: HttpRequest, job: Job, asker: queue.Asker, problem: str = "", status: int = 200) -> HttpResponse:
     grants = job.runs.values("grant")
-    order = foreseen(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
+    order = queue.forecast(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
     ahead = next((one.ahead for one in order if one.job == job), 0)
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
-    last, mine = commands[-1] if commands else None, may_cancel(job, asker)
+    last, mine = commands[-1] if commands else None, queue.may_cancel(job, asker)
     findings, films = list(findings_of(grants)), films_of(grants, request.user)
     frames = Frame.objects.filter(grant__in=grants, findings=None).select_related("robot").order_by("id")
     everything = "all" in request.GET
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
-        "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
-        "asked": asked(job, texts=mine), "texts_hidden": not mine and bool(job.args),
+        "suspended": job.state == JobState.WAITING and queue.waits_for_staff(job.robot),
+        "asked": request_in_words(job, texts=mine), "texts_hidden": not mine and bool(job.args),
         "result": result(job, last, texts=mine),
         "share": share_of(last),
         "may_cancel": mine,
@@ -190,7 +185,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "findings_in_all": len(findings), "left_out": left_out(commands),
         "films": films, "found": [film.recording for film in films],
         "figures": figures_of(job.robot, findings, [film.recording for film in films]),
-        "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],
+        "survey": survey_form(request, SurveyQuestion.After.JOB) if queue.may_answer(job, asker) else [],
         "problem": problem,
     }  # fmt: skip
     answer = render(request, "pages/job.html", context, status=status)

@@ -1,4 +1,4 @@
-"""What the page of a job tells in words: what was asked, every stage of every run, how far it is, and the result."""
+"""The words on the page of a job: the request, every stage of every run, its progress, and the result."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ UNDER_WAY = "Under way"
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage of a run: its name, when it was reached, and what is told of it."""
+    """One stage of a run: its name, when it was reached, and a note."""
 
     words: str
     at: datetime
     note: str = ""
 
 
-def asked(job: Job, texts: bool) -> list[tuple[str, str]]:
-    """Return name and value of what was asked, with its unit, where the robot still takes such jobs.
+def request_in_words(job: Job, texts: bool) -> list[tuple[str, str]]:
+    """Return the name and value of each argument, with its unit if the robot still takes such jobs.
 
-    `texts`: what people wrote too, which only its asker and staff see.
+    `texts`: also texts that people wrote, which only the asker and staff see.
     """
     units = _units(job)
     labels = _labels(job)
@@ -57,9 +57,9 @@ def share_of(command: Command | None) -> float | None:
 
 
 def result(job: Job, command: Command | None, texts: bool) -> list[tuple[str, str]]:
-    """Return name and value of what the job's last command ended with; nothing before its end.
+    """Return name and value of each part of the last command's result; nothing before its end.
 
-    First what was really sent or answered, then the channels at its end, then the words about its picture.
+    First the values that were really sent, then the channels at its end, then the words about its picture.
     """
     if command is None or not command.final:
         return []
@@ -96,7 +96,7 @@ def _units(job: Job) -> dict[str, str]:
 
 
 def _labels(job: Job) -> dict[str, str]:
-    """Return what each argument is called; empty for a number of the robot's own, where people choose by words."""
+    """Return the label of each argument; empty for the robot's own numbers, where people choose by words."""
     try:
         spec = job.robot.spec()
     except LookupError:

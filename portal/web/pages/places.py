@@ -9,8 +9,7 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_http_methods
 
 from portal.live.standing import act, places
-from queueing.places import standings
-from queueing.presence import present
+from queueing.services import note_waiting, standings
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
 
@@ -24,7 +23,7 @@ def my_places(request: HttpRequest) -> HttpResponseBase:
     A form is redirected to a page; a script asks for JSON and gets `text`, which says what went wrong.
     """
     now = SYSTEM.now()
-    present(request.user, now)
+    note_waiting(request.user, now)
     if request.method != "POST":
         return JsonResponse(_places(request))
     wanted, robot = request.POST.get("do", ""), request.POST.get("robot", "")

@@ -21,7 +21,7 @@ AWAY = "No code can be kept now; the page goes on without."
 def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
     """Give a code to the person who drives the robot; everybody else gets none, and a sentence.
 
-    That is no error: a page asks as long as it has not heard of the end of its turn.
+    That is no error: a page asks until it learns that its turn has ended.
     """
     robot = get_object_or_404(Robot, slug=slug)
     now = SYSTEM.now()

@@ -18,14 +18,11 @@ from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_with, may_see_picture
 from portal.live.snapshot import shown_still, status_of
-from portal.web.classic.pictures import drawn
+from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
-from queueing.estimates import waiting
-from queueing.jobs.kinds import job_kinds, offers_turns
-from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Turn
-from queueing.services import open_turn
+from queueing.services import job_kinds, offers_turns, open_turn, waiting, waits_for_staff
 from robots import bus
 from robots.kit import description
 from robots.kit.clock import SYSTEM
@@ -62,7 +59,7 @@ def landing(request: HttpRequest) -> HttpResponse:
 
 
 def story(request: HttpRequest) -> HttpResponse:
-    """Tell what the project is for."""
+    """Show what the project is for."""
     return render(request, "pages/story.html")
 
 
@@ -85,7 +82,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": facts,
         "views": description.views(described),
-        "classic": drawn(robot),
+        "classic": has_classic_console(robot),
         "takes_jobs": bool(job_kinds(robot)),
         "suspended": waits_for_staff(robot),
         "composites": robot.spec().all_of(Composite),

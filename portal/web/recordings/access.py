@@ -1,4 +1,4 @@
-"""Who may see a recording: as much as may be seen of the turn or the job that it shows."""
+"""Access to recordings: a person may see as much of a recording as of the turn or job that it shows."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,8 +6,8 @@ from typing import Any
 from django.http import Http404
 
 from operatorlog.models import Entry, Visibility
-from queueing.jobs.kinds import label_of
 from queueing.models import Job, Turn
+from queueing.services import label_of
 from robots.models import Recording, RecordingState
 from robots.people import is_person
 
@@ -53,7 +53,7 @@ def may_see(recording: Recording, found: About | None, user: Any) -> bool:
 
 
 def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About | None]:
-    """Return the recording at an address, and what it shows. `shown`: it has to have a file. Raises Http404."""
+    """Return the recording at an address, with its turn or job. `shown`: it has to have a file. Raises Http404."""
     recording = Recording.objects.select_related("robot", "grant").filter(key=key).first()
     if recording is None or (shown and not recording.shown):
         raise Http404(NONE)
@@ -64,7 +64,7 @@ def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About |
 
 
 def to_offer(grants: Any, user: Any) -> list[Recording]:
-    """Return the recordings of these grants of which a page may tell this person: ready, running or removed."""
+    """Return the recordings of these grants that a page may mention to this person: ready, running or removed."""
     found = Recording.objects.filter(grant__in=grants).select_related("robot", "grant").order_by("id")
     return [one for one in found if may_see(one, about(one), user)]
 

@@ -1,6 +1,6 @@
-"""The movie of the day: which one it is, by a rule that staff may override, and its page.
+"""The movie of the day: chosen by a rule that staff may override; and its page.
 
-Nothing is stored of the choice: it is made again whenever somebody asks, so what is hidden or removed is gone at once.
+The choice is not stored but made again for each request, so a movie that is hidden or removed is gone at once.
 """
 
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ LOOKED = 60  # movies at which the rule looks; before them stand those of hidden
 
 
 @dataclass(frozen=True)
-class Shown:
-    """A movie that everybody may see, and what it is of."""
+class ShownMovie:
+    """A movie that everybody may see, with its recording."""
 
     movie: Movie
     recording: Recording
@@ -42,7 +42,7 @@ class Shown:
         return movie_path(self.movie)
 
 
-def movie_of_the_day(now: datetime) -> Shown | None:
+def movie_of_the_day(now: datetime) -> ShownMovie | None:
     """Return the pinned movie; else the newest of a whole recording that was ready when the day began (UTC).
 
     Everybody may see it. None if there is none.
@@ -64,8 +64,8 @@ def may_be_shown(key: int) -> bool:
     return movie is not None and _shown(movie) is not None
 
 
-def needed() -> set[int]:
-    """Return which movies are not removed for their age or size: the one that is shown now."""
+def movies_to_keep() -> set[int]:
+    """Return the movies that are not removed for their age or size: the one that is shown now."""
     found = movie_of_the_day(SYSTEM.now())
     return set() if found is None else {found.movie.pk}
 
@@ -76,10 +76,10 @@ def _ready() -> QuerySet[Movie]:
     return found.select_related("recording__robot", "recording__grant")
 
 
-def _shown(movie: Movie) -> Shown | None:
+def _shown(movie: Movie) -> ShownMovie | None:
     assert movie.recording is not None
     about = access.about(movie.recording)
-    return None if about is None or about.hidden or about.quiet else Shown(movie, movie.recording, about)
+    return None if about is None or about.hidden or about.quiet else ShownMovie(movie, movie.recording, about)
 
 
 @never_cache

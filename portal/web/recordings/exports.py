@@ -62,7 +62,7 @@ def _served(request: HttpRequest, found: Movie | None, name: str) -> HttpRespons
 
 
 def of_day(robot: Robot, day: date) -> list[Recording]:
-    """Return the recordings that a time-lapse may show: whose pictures everybody may see."""
+    """Return the recordings that a time-lapse may show: everybody may see their pictures."""
     found = Recording.objects.filter(robot=robot, began_at__date=day, state__in=SHOWN).select_related("grant")
     about = [(recording, access.about(recording)) for recording in found.order_by("began_at")]
     return [recording for recording, one in about if one is not None and not one.hidden]
@@ -113,12 +113,12 @@ def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseB
     return _served(request, found, f"{robot.slug}-{day}.{kind}")
 
 
-def offered(recording: Recording) -> list[dict[str, Any]]:
-    """Return each kind of movie with how it stands."""
+def movies_of(recording: Recording) -> list[dict[str, Any]]:
+    """Return each kind of movie, with the recording's movie of that kind."""
     found = {one.kind: one for one in recording.movies.filter(version=recording.version)}
     return [{"kind": kind, "label": label, "movie": found.get(kind)} for kind, label in Movie.Kind.choices]
 
 
 def arriving(found: list[dict[str, Any]]) -> bool:
-    """Return whether one of the movies that `offered` gives is still to be made."""
+    """Return whether one of the movies that `movies_of` returns is still to be made."""
     return any(one["movie"] is not None and one["movie"].open for one in found)

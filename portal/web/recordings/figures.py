@@ -1,7 +1,7 @@
 """The path that a robot drove, over the path planned, as a drawing of a job's page: from above, one for each run.
 
-It is drawn from what was found in the recording when its movie was made, and without that from the places at which the
-robot noted something; both are bounded.
+It is drawn from the track that was read from the recording when its movie was made; without one, from the places at
+which the robot noted something. Both are bounded.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ class Figure:
 
     `joined`: the lines driven are straight ones between the places at which it noted something.
     `room` and `rectangles` are x, y, width and height, `circles` x, y and radius; lines are points as SVG writes them;
-    `marks` are the pictures' numbers in the table of what was found, with x and y.
+    `marks` are the pictures' numbers in the table of findings, with x and y.
     """
 
     width: float
@@ -64,31 +64,31 @@ def figures_of(robot: Robot, findings: Sequence[Finding], recordings: Iterable[R
 
 @dataclass(frozen=True)
 class Run:
-    """The path of one run (m), and where its pictures were taken. `joined`: driven are the places that were noted."""
+    """The path of one run (m), and the places of its pictures. `joined`: `driven` joins the places that were noted."""
 
     driven: list[Line]
-    planned: list[Line]
-    taken: list[tuple[int, Place]]
+    plan: list[Line]
+    pictures: list[tuple[int, Place]]
     joined: bool = False
 
 
 def _run(track: Mapping[str, Any], findings: Sequence[Finding]) -> Run:
     noted = [one for one in findings if len(one.pose) == len(IN_PLANE) and is_place(one.pose)]
     places = {one.number: (float(one.pose[0]), float(one.pose[1])) for one in noted}
-    taken = [(one.number, places[one.number]) for one in noted if one.frame_id is not None]
+    pictures = [(one.number, places[one.number]) for one in noted if one.frame_id is not None]
     driven, planned = _lines(track.get("driven")), _lines(track.get("planned"))
-    return Run(driven or [list(places.values())], planned, taken, not driven)
+    return Run(driven or [list(places.values())], planned, pictures, not driven)
 
 
 def _lines(told: Any) -> list[Line]:
-    """Return the lines of a stored track; what is none is left out."""
+    """Return the lines of a stored track; anything else in it is left out."""
     lines = [[(float(x), float(y)) for x, y in line if is_place((x, y))] for line in told or ()]
     return [line[:POINTS] for line in lines[:POINTS] if line]
 
 
 def figure(floor: Floor | None, run: Run) -> Figure:
     """Return the drawing of a run."""
-    box = shown(floor, [*run.driven, *run.planned, [place for _, place in run.taken]])
+    box = shown(floor, [*run.driven, *run.plan, [place for _, place in run.pictures]])
     wide, tall = box[2] - box[0], box[3] - box[1]
     scale = min((WIDTH - 2 * MARGIN) / wide, (TALLEST - 2 * MARGIN) / tall)  # px a m
 
@@ -106,7 +106,7 @@ def figure(floor: Floor | None, run: Run) -> Figure:
         round(2 * MARGIN + scale * wide), round(2 * MARGIN + scale * tall), rectangle(floor.room) if floor else None,
         tuple(map(rectangle, floor.rectangles)) if floor else (),
         tuple((*at((x, y)), round(scale * r, 1)) for x, y, r in floor.circles) if floor else (),
-        points(run.planned), points(run.driven), beside([(number, *at(place)) for number, place in run.taken]),
+        points(run.plan), points(run.driven), beside([(number, *at(place)) for number, place in run.pictures]),
         at(run.driven[0][0]), at(run.driven[-1][-1]), words_of(run), run.joined,
     )  # fmt: skip
 
@@ -123,21 +123,21 @@ def beside(marks: Iterable[tuple[int, float, float]]) -> tuple[tuple[int, float,
 
 
 def length(lines: Sequence[Line]) -> float:
-    """Return how long a path is (m)."""
+    """Return the length of a path (m)."""
     return sum(dist(a, b) for line in lines for a, b in pairwise(line))
 
 
 def words_of(run: Run) -> str:
-    """Return what a figure shows, in words."""
+    """Return a figure in words."""
     begin, end = run.driven[0][0], run.driven[-1][-1]
     way = "In straight lines between the places at which it noted something" if run.joined else "It drove"
     said = [f"{way}{':' if run.joined else ''} {length(run.driven):.1f} m, from {_m(begin)} to {_m(end)}."]
-    if run.planned:
-        away = dist(end, run.planned[-1][-1])
-        said.append(f"Planned were {length(run.planned):.1f} m; it ended {away:.1f} m from where the plan ends.")
-    if run.taken:
-        places = [f"{number} at {_m(place)}" for number, place in run.taken[:SAID]]
-        more = len(run.taken) - SAID
+    if run.plan:
+        away = dist(end, run.plan[-1][-1])
+        said.append(f"Planned were {length(run.plan):.1f} m; it ended {away:.1f} m from where the plan ends.")
+    if run.pictures:
+        places = [f"{number} at {_m(place)}" for number, place in run.pictures[:SAID]]
+        more = len(run.pictures) - SAID
         said.append(f"Pictures: {', '.join(places)}{f', and {more} more' if more > 0 else ''} (x, y in m).")
     return " ".join(said)
 

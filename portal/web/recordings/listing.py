@@ -10,8 +10,8 @@ from django.views.decorators.http import require_safe
 
 from portal.web.pages.serving import limited
 from portal.web.recordings import access
-from queueing.jobs.kinds import offers_turns
 from queueing.models import JobRun
+from queueing.services import offers_turns
 from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording, Robot
 from robots.models.recordings import SHOWN
@@ -22,7 +22,7 @@ LONGEST = timedelta(hours=12)  # of a turn or a job
 
 @dataclass(frozen=True)
 class Listed:
-    """A recording of the list, and what it shows."""
+    """A recording of the list, with the turn or job that it shows."""
 
     recording: Recording
     about: access.About

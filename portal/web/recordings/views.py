@@ -16,7 +16,7 @@ from portal.web.pages.errors import software_missing
 from portal.web.pages.serving import limited, ranged
 from portal.web.pages.views import console_facts
 from portal.web.recordings import access
-from portal.web.recordings.exports import arriving, offered
+from portal.web.recordings.exports import arriving, movies_of
 from robots.kit import description
 from robots.models import Recording, Robot
 from robots.recordings import keeping
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
 BUSY = "Other recordings are being read; try again in some seconds.\n"
-INDEX = "recording-index-2"  # kept indexes; the number changes with what is in one
+INDEX = "recording-index-2"  # kept indexes; the number changes with their content
 COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # a whole file is read for an index: one at a time in a process
 
 
@@ -37,7 +37,7 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     """Show a recording: the robot's console without controls, and a bar to move in time."""
     recording, about = access.visible(key, request.user, shown=False)
     robot = recording.robot
-    movies = offered(recording)
+    movies = movies_of(recording)
     context: dict[str, Any] = {
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
         "view": recording.shown, "movies": movies, "arriving": arriving(movies), "replaying": True,

@@ -1,4 +1,4 @@
-"""Counts what happened to jobs and in motions. Pure: no database, no clock."""
+"""Counts jobs and motions. Pure: no database, no clock."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,8 +32,8 @@ class Motion:
 
     kind: str
     state: str
-    began: datetime
-    ended: datetime
+    began_at: datetime
+    ended_at: datetime
     first: Mapping[str, float] = field(default_factory=dict)
     last: Mapping[str, float] = field(default_factory=dict)
 
@@ -41,7 +41,7 @@ class Motion:
 def growth(readings: Iterable[float], before: float | None = None) -> float | None:
     """Return by how much a counter grew from the reading `before` over these; None where nothing was read.
 
-    A counter that fell has begun anew at zero, so what it shows then counts in full.
+    A counter that fell has begun again at zero, so its whole value counts.
     """
     total, last, any_read = 0.0, before, False
     for value in readings:
@@ -53,14 +53,14 @@ def growth(readings: Iterable[float], before: float | None = None) -> float | No
 
 
 def readings(motions: Iterable[Motion], channel: str) -> list[float]:
-    """Return what was read of a channel, in the order of time."""
+    """Return the readings of a channel, in the order of time."""
     told = (value.get(channel) for motion in motions for value in (motion.first, motion.last))
     return [value for value in told if value is not None]
 
 
 def seconds_of(motions: Iterable[Motion], kinds: Sequence[str], start: datetime, end: datetime) -> float:
     """Return how long motions of these kinds ran between two times (s)."""
-    parts = (min(m.ended, end) - max(m.began, start) for m in motions if m.kind in kinds)
+    parts = (min(m.ended_at, end) - max(m.began_at, start) for m in motions if m.kind in kinds)
     return sum((part for part in parts if part > timedelta()), timedelta()).total_seconds()
 
 
@@ -87,7 +87,7 @@ def by_hour(asks: Iterable[Ask], start: datetime) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Bin:
-    """Jobs that began while a channel was between `low` and `high`: how many, and how many of them are done."""
+    """The number of jobs that began while a channel was between `low` and `high`, and how many of them are done."""
 
     low: float
     high: float
@@ -127,11 +127,11 @@ def round_step(least: float, most: float) -> float:
 
 
 def course(motions: Iterable[Motion], channel: str, start: datetime, end: datetime) -> list[tuple[float, float]]:
-    """Return the course of a channel: hours from `start`, and the mean of what was read in each five minutes."""
+    """Return the course of a channel: hours from `start`, and the mean of the readings in each five minutes."""
     width = (end - start) / MOST_POINTS
     sums: dict[int, tuple[float, int]] = {}
     for motion in motions:
-        for at, told in ((motion.began, motion.first), (motion.ended, motion.last)):
+        for at, told in ((motion.began_at, motion.first), (motion.ended_at, motion.last)):
             if channel in told and start <= at < end:
                 place = int((at - start) / width)
                 total, count = sums.get(place, (0.0, 0))

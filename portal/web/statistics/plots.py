@@ -12,7 +12,7 @@ BELOW = 32.0  # so that on a phone, whose letters are larger here, the first tim
 
 @dataclass(frozen=True)
 class Bar:
-    """One bar: its place, its class, and what it means in words."""
+    """One bar: its place, its class, and its meaning in words."""
 
     x: float
     y: float

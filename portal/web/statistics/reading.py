@@ -8,8 +8,8 @@ from django.db.models import F, Max, Sum
 
 from portal.web.statistics.counting import CANCELLED, FAULT, GAVE_UP, OPEN, REACHED, REFUSED, UNKNOWN, Ask, Motion
 from portal.web.statistics.day import Span
-from queueing.jobs.running import FAULTS
 from queueing.models import Job, JobState
+from queueing.services import FAULTS
 from robots.kit.contract.capabilities import Statistics
 from robots.models import Command, Robot, Usage
 from robots.states import CommandState, GrantKind, Lane
@@ -24,7 +24,7 @@ AS_IT_IS = {
 
 @dataclass(frozen=True)
 class Use:
-    """How long the robot was online (s), the most who watched at once, bytes sent to them; None: nothing is known."""
+    """Time online (s), greatest number of viewers at once, and bytes sent to them; None: not known."""
 
     online_s: float | None = None
     watching: int | None = None
@@ -33,7 +33,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Happened:
-    """What happened in 24 hours; `cut`: there was more than is read. `before`: motions shortly before, newest first."""
+    """Jobs and motions of 24 hours; `cut`: there were more than are read. `before`: earlier motions, newest first."""
 
     asks: list[Ask]
     motions: list[Motion]
@@ -43,7 +43,7 @@ class Happened:
 
 
 def use_of(robot: Robot, span: Span) -> Use:
-    """Return what was counted in the five minutes that began in this span."""
+    """Return the sums over the counts of five minutes that began in this span."""
     kept = Usage.objects.filter(robot=robot, at__gte=span.start, at__lt=span.end)
     found = kept.aggregate(online=Sum("online_s"), watching=Max("watching"), sent=Sum("sent_bytes"))
     return Use(found["online"], found["watching"], found["sent"])
@@ -69,7 +69,7 @@ def happened(robot: Robot, declared: Statistics, span: Span, now: datetime) -> H
     over_the_end = motions.filter(ended_at__gte=span.end).order_by("ended_at", "id")[:1]
     if span.until < span.end:
         over_the_end = motions.filter(ended_at=None)[:1]
-    last = [Motion(m.kind, m.state, m.began, m.ended) for m in _motions(over_the_end, now)]  # read in the next day
+    last = [Motion(m.kind, m.state, m.began_at, m.ended_at) for m in _motions(over_the_end, now)]  # read the next day
     before = _motions(motions.filter(ended_at__lt=span.start).order_by("-ended_at", "-id")[:LOOK_BACK], now)
     return Happened(asks, found[:MOST_MOTIONS] + last, before, cut or len(found) > MOST_MOTIONS, use_of(robot, span))
 

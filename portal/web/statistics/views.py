@@ -1,4 +1,4 @@
-"""`/robots/<slug>/statistics/` and `statistics.json`: what happened to the jobs of a robot in any 24 hours."""
+"""`/robots/<slug>/statistics/` and `statistics.json`: the jobs of a robot in any 24 hours."""
 
 from datetime import datetime, timedelta
 
@@ -12,8 +12,8 @@ from portal.web.pages.errors import software_missing
 from portal.web.statistics import plots
 from portal.web.statistics.day import DAY, BadDate, Span, span_of
 from portal.web.statistics.reading import MOST_JOBS, MOST_MOTIONS, happened
-from portal.web.statistics.telling import Told, tell
-from queueing.jobs.kinds import job_kinds
+from portal.web.statistics.report import Report, report_of
+from queueing.services import job_kinds
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import Statistics
 from robots.models import Robot
@@ -26,10 +26,10 @@ def _needs_jobs(robot: Robot) -> None:
         raise Http404("This robot takes no jobs, so it has no statistics of jobs.")
 
 
-def _told(robot: Robot, span: Span, now: datetime) -> Told:
+def _told(robot: Robot, span: Span, now: datetime) -> Report:
     spec = robot.spec()
     declared = spec.capability(Statistics) or Statistics()
-    return tell(happened(robot, declared, span, now), spec, declared, span)
+    return report_of(happened(robot, declared, span, now), spec, declared, span)
 
 
 class _Refused(Exception):

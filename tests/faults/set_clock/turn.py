@@ -28,7 +28,7 @@ session.save()
 queue.join(robot, ada, SYSTEM.now())
 until = time.monotonic() + 60
 while Ticket.objects.get().state != "offered" and time.monotonic() < until:
-    queue.present(ada, SYSTEM.now())
+    queue.note_waiting(ada, SYSTEM.now())
     time.sleep(0.1)
 turn = queue.accept(robot, ada, SYSTEM.now())
 sys.stdout.write(f"{session.session_key} {turn.pk}\n")

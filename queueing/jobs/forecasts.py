@@ -32,7 +32,7 @@ def _of(*states: str) -> QuerySet[Job]:
 
 
 @dataclass(frozen=True)
-class Foreseen:
+class Forecast:
     """A job, the number of requests before it, and its least and greatest wait in s; None where nobody knows."""
 
     job: Job
@@ -45,7 +45,7 @@ def in_order(robot: Robot) -> list[Job]:
     return list(_tagged(robot, link_of(robot)))
 
 
-def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
+def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     """Return the robot's open jobs in the same order, each with its wait."""
     link = link_of(robot)
     tags = _tagged(robot, link)
@@ -57,15 +57,15 @@ def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     turn_left = left_of_turn(robot, now)
-    if turn_left is not None:  # which may end at any time
+    if turn_left is not None:  # the turn may end at any time
         low, high = low + HANDOVER_S, high + turn_left + HANDOVER_S
-    found: list[Foreseen] = []
+    found: list[Forecast] = []
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
         before = 0 if running else sum(tag <= tags[job] for tag in turns)
         turn = _turn(robot)
         wait = (round(low + before * turn[0]), round(high + before * turn[1]))
-        found.append(Foreseen(job, number + before, (0, 0) if running else wait if known else None))
+        found.append(Forecast(job, number + before, (0, 0) if running else wait if known else None))
         if not running:
             low, high = low + each[0], high + each[1]
     return found

@@ -1,4 +1,4 @@
-"""What the page and the JSON tell of 24 hours: rows, goals an hour, success, the course of a channel."""
+"""The report on 24 hours, for page and JSON: rows, goals an hour, success, the course of a channel."""
 
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
@@ -45,7 +45,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Told:
+class Report:
     """Everything about 24 hours of one robot."""
 
     rows: list[Row]
@@ -75,10 +75,10 @@ def _stamp(at: datetime) -> str:
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def tell(found: Happened, spec: Spec, declared: Statistics, span: Span) -> Told:
-    """Count what was read."""
+def report_of(found: Happened, spec: Spec, declared: Statistics, span: Span) -> Report:
+    """Return the report on these jobs and motions."""
     low, high = next(((c.low, c.high) for c in spec.channels if c.name == declared.against), (0.0, 0.0))
-    return Told(
+    return Report(
         [*_jobs(found, declared), *(_own(row, found, spec, span) for row in declared.rows), *_use(found.use, span)],
         by_hour(found.asks, span.start),
         success(found.asks, low, high),
@@ -125,7 +125,7 @@ def _own(row: Total | Times | Share, found: Happened, spec: Spec, span: Span) ->
     """Return a row that the robot adds."""
     if isinstance(row, Times):
         ends = (CommandState.FAILED, CommandState.REJECTED) if row.failed else (CommandState.COMPLETED,)
-        within = (m for m in found.motions if m.kind == row.kind and m.state in ends and m.ended < span.end)
+        within = (m for m in found.motions if m.kind == row.kind and m.state in ends and m.ended_at < span.end)
         return Row(row.label, sum(1 for _ in within))
     if isinstance(row, Share):
         busy = seconds_of(found.motions, row.kinds, span.start, span.until)

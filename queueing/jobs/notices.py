@@ -1,4 +1,4 @@
-"""Tells an asker on every page that a job has ended, until they have looked at it or dismissed it."""
+"""Notices on every page that a job has ended, until its asker has looked at it or dismissed it."""
 
 from datetime import datetime, timedelta
 
@@ -8,7 +8,7 @@ from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
 from robots.prepared import Prepared, Slot
 
-LATELY = timedelta(days=1)  # so long a page tells of a job that has ended
+LATELY = timedelta(days=1)  # for so long pages mention a job that has ended
 _OF_PERSON: Prepared[Job] = Prepared(lambda: _unseen(Job.objects.filter(user=Slot("user", BigAutoField()))))
 _OF_GUEST: Prepared[Job] = Prepared(lambda: _unseen(Job.objects.filter(guest=Slot("guest", CharField()))))
 

@@ -11,7 +11,7 @@ from portal.live.hub import hub
 from portal.live.rooms import Viewer
 from portal.live.threads import ANYBODY, Pool
 from portal.web.composites.parts import GONE_S, Parts, shared
-from queueing.jobs.foreseeing import in_order
+from queueing.services import in_order
 from robots.kit.contract.capabilities import Composite
 from robots.kit.contract.find import function
 from robots.kit.contract.session import RobotState
@@ -25,14 +25,14 @@ if TYPE_CHECKING:  # arrays, which a portal whose pictures nobody watches need n
 
 log = logging.getLogger(__name__)
 EVERY_S = 0.1
-UNHEARD_S = 1.0  # between two pictures of a robot that tells nothing new
+UNHEARD_S = 1.0  # between two pictures while nothing new comes from the robot
 JOBS_S = 1.0  # between two looks at the jobs that wait
 MOST_JOBS = 10
 QUALITY = 40  # with a Huffman table for each picture; robots/kit/drivers/irat/README.md has bytes and likeness
 THREAD = Pool("composites", 1)
 
 
-class Drawn(Parts):
+class Drawing(Parts):
     """One composite of one robot in one event loop; it runs from its first watcher to its last."""
 
     def __init__(self, slug: str, spec: Spec, composite: Composite) -> None:
@@ -46,7 +46,7 @@ class Drawn(Parts):
         self._broken: set[int] = set()  # streams of which a packet could not be read, until their next key packet
 
     async def make(self, viewer: Viewer) -> None:
-        """Draw ten times a second what the robot tells."""
+        """Draw the robot's packets, picture and state ten times a second."""
         clock = asyncio.get_running_loop().time
         heard = seen = due = clock()
         shown = -UNHEARD_S
@@ -105,9 +105,9 @@ def compressed(pixels: "Pixels") -> bytes:
     return bytes(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_OPTIMIZE, 1])[1])
 
 
-def drawn(slug: str, spec: Spec, composite: Composite) -> Parts:
+def shared_drawing(slug: str, spec: Spec, composite: Composite) -> Parts:
     """Return the composite of the running event loop; one that nobody watches yet draws nothing."""
-    return shared(slug, composite.name, lambda: Drawn(slug, spec, composite))
+    return shared(slug, composite.name, lambda: Drawing(slug, spec, composite))
 
 
 def waiting_jobs(slug: str) -> list[dict[str, Any]]:

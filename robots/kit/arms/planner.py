@@ -13,9 +13,9 @@ import numpy as np
 from robots.kit.arms.budget import MOST, MOTION, Budget, TooMuch
 from robots.kit.arms.chain import Chain, Joints, Matrix
 from robots.kit.arms.inverse import Inverse, OutOfReach
-from robots.kit.arms.line import line_path
 from robots.kit.arms.path import Limits, Path, TooFast, brake_path, joint_path
 from robots.kit.arms.singular import singularity
+from robots.kit.arms.straight import line_path
 from robots.kit.arms.zones import Zones
 
 

@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Sequence
 from math import cos, dist, isfinite, sin
 
+from robots.kit.contract import channels
 from robots.kit.contract.floor import FARTHEST, Box, Floor
 
 Place = tuple[float, float]
 Line = list[Place]
-IN_PLANE = ("x", "y", "heading")  # the pose of a robot whose path is drawn
+IN_PLANE = channels.IN_PLANE.coordinates  # the pose of a robot whose path is drawn
 PREVIEWS = 10  # of the commands of a recording
 POINTS = 400  # of a path on a page
 LEAST_M = 0.01  # between two points of a path

@@ -108,14 +108,14 @@ class Limit:
         self._clock, self._until = clock, clock.monotonic() + seconds
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """The seconds that are left; not above zero once they have passed."""
         return self._until - self._clock.monotonic()
 
     @property
     def over(self) -> bool:
         """Whether they have passed."""
-        return self.left < 0
+        return self.remaining < 0
 
 
 def poll(holds: Callable[[], object], clock: Timer, limit_s: float, pause_s: float) -> bool:

@@ -24,14 +24,14 @@ class Step:
     may be of after the step.
     """
 
-    moved: timedelta
+    shift: timedelta
     paused: timedelta
     since_s: float = 0.0
 
     @property
     def total(self) -> timedelta:
         """Return by how much stamps of before the step have to be moved."""
-        return self.moved + self.paused
+        return self.shift + self.paused
 
 
 def step_between(was: Reading, now: Reading) -> Step:

@@ -31,7 +31,7 @@ class Claims:
             other is not None
             and other is not peer
             and epoch == other.epoch
-            and self._clock.monotonic() - other.heard < SILENT_S
+            and self._clock.monotonic() - other.heard_at < SILENT_S
         ):
             return f"another connection commands under epoch {epoch}"
         return ""

@@ -169,7 +169,7 @@ class Network:
         """Read until the end; answer lines, or queue them."""
         upload: Upload | None = None
         for text in lines(client.line):
-            client.heard = self._clock.monotonic()
+            client.heard_at = self._clock.monotonic()
             if self._faults.value("awol"):
                 continue
             if text.split() == ["h"] and self._present is client:

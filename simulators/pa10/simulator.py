@@ -20,12 +20,12 @@ from simulators.common.journal import Journal
 from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
-from simulators.pa10.allowed import why_outside
 from simulators.pa10.application import Application
 from simulators.pa10.cameras import SharedScene
 from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.plant import Measured, Plant
+from simulators.pa10.position_guard import why_outside
 from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network, Note
@@ -127,7 +127,7 @@ class Simulator:
             return lambda: self.app.letter()
         if request.letter == "s":
             return lambda: self.state().encode()
-        return partial(self._take, self.app, request, self.app.asked, self._clock.monotonic())
+        return partial(self._take, self.app, request, self.app.hold_count, self._clock.monotonic())
 
     def _take(self, app: Application, request: Request, asked: int, arrived: float) -> str:
         """Let the control loop run before and after a request, whose planning may take time."""

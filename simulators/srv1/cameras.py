@@ -97,6 +97,6 @@ class Overhead:
             )
         canvas = self._canvas
         canvas.begin()
-        canvas.draw(self._stage.rover.moved(hull), self._view)
+        canvas.draw(self._stage.rover.in_frame(hull), self._view)
         rover = canvas.picture((1, 2, 3))
         return np.where(np.isfinite(canvas.depth())[:, :, None], rover, self._empty)

@@ -179,10 +179,12 @@ class Calibration:
     limit_s: float = 180.0
     rows: tuple[ResultRow, ...] = ()
 
-    def told(self, result: Mapping[str, Any]) -> tuple[tuple[str, Any, str], ...]:
+    def result_rows(self, result: Mapping[str, Any]) -> tuple[tuple[str, Any, str], ...]:
         """Return label, value and unit of each row that the result has."""
         found = ((row.label, row.value(result), row.unit) for row in self.rows)
         return tuple((label, value, unit) for label, value, unit in found if value is not None)
+
+    told = result_rows  # its name in 0.1, until 1.0
 
 
 @dataclass(frozen=True)

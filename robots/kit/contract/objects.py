@@ -83,7 +83,7 @@ def _three(number: int, rotation: tuple[float, float, float, float]) -> tuple[in
     return largest, [one / length for n, one in enumerate(scaled) if n != largest]
 
 
-class Told:
+class KnownObjects:
     """What was told of a robot's objects so far, by whoever writes a stream or whoever reads it."""
 
     def __init__(self, box: Box) -> None:
@@ -120,3 +120,6 @@ class Told:
         """Return where the objects are, by number."""
         known = (self._box.decode(data) for data in self._told.values())
         return {number: placed for number, placed in known if placed is not None}
+
+
+Told = KnownObjects  # its name in 0.1, until 1.0

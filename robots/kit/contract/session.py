@@ -22,7 +22,7 @@ class Progress:
 
 
 @dataclass(frozen=True)
-class Noted:
+class Observation:
     """What a long command has found on its way: words, values in the units of the spec's channels, by name.
 
     With `photograph` a picture of the first camera is kept beside them, taken now; telling it waits for that.
@@ -33,7 +33,8 @@ class Noted:
     photograph: bool = False
 
 
-OnStage = Callable[[str | Progress | Noted], None]
+Noted = Observation  # its name in 0.1, until 1.0
+OnStage = Callable[[str | Progress | Observation], None]
 OnPacket = Callable[[str, bytes, bool], bool]
 
 
@@ -108,11 +109,11 @@ class Session(ABC):
         that `hold` needs may be held meanwhile; `permit` asks memory only until then. A long command
         tells it a `Progress` after that, as often as it likes: what comes too often is left out.
 
-        Where a command is replaceable, `permit` is called on its way too, and raises Replaced
+        Where a command is replaceable, `permit` is called on its way too, and raises MotionReplaced
         when the robot is to be left in motion for the target that comes next. A hold that
-        another thread asks for meanwhile ends it for good with Held, whatever `permit` says.
+        another thread asks for meanwhile ends it for good with MotionHeld, whatever `permit` says.
 
-        Raises whatever `permit` raises, Held, BadRequest, OutOfWorkspace, HardwareFault.
+        Raises whatever `permit` raises, MotionHeld, BadRequest, OutOfWorkspace, HardwareFault.
         """
 
     @abstractmethod

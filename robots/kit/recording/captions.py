@@ -29,7 +29,7 @@ class Captions:
     def take(self, message: Message) -> None:
         """Take a stage of a command; what cannot be read says nothing."""
         try:
-            told = nameless(message).told()
+            told = nameless(message).content()
         except ValueError:
             return
         words, state, kind = _progress(told), str(told.get("state")), str(told.get("kind"))

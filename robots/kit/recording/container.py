@@ -34,7 +34,7 @@ class Message:
     sent_ns: int
     data: bytes
 
-    def told(self) -> dict[str, Any]:
+    def content(self) -> dict[str, Any]:
         """Return the object of a JSON channel. Raises ValueError."""
         try:
             found = json.loads(self.data)
@@ -50,7 +50,7 @@ def nameless(message: Message) -> Message:
     if message.topic != COMMANDS or b'"by"' not in message.data:
         return message
     try:
-        told = message.told()
+        told = message.content()
     except ValueError:
         return message
     told.pop("by", None)

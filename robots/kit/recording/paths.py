@@ -62,7 +62,7 @@ def placed(poses: Iterable[Sequence[float]], start: Sequence[float]) -> Line:
     return [place for place in found if is_place(place)]
 
 
-def shown(floor: Floor | None, path: Iterable[Line]) -> Box:
+def plot_bounds(floor: Floor | None, path: Iterable[Line]) -> Box:
     """Return what a plot shows (x0, y0, x1, y1): the floor's room and all of the path, at least 2 m each way."""
     places = [place for line in path for place in line]
     margin = MARGIN_M if floor is None else 0.0

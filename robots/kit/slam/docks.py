@@ -43,7 +43,7 @@ class DockPlaces:
         else:
             self.places[experience] = replace(known, times=known.times + 1)
 
-    def missed(self, experience: int) -> None:
+    def forget(self, experience: int) -> None:
         """Forget a place where the dock was looked for and not seen."""
         self.places.pop(experience, None)
 

@@ -25,7 +25,7 @@ class Changes:
     links: NDArray[np.int64]
 
 
-class Told:
+class ChangeLog:
     """When each experience and link last changed, in sequence numbers."""
 
     def __init__(self, sequence: int) -> None:

@@ -16,7 +16,14 @@ from typing import TypeVar
 import serial
 
 from robots.kit.clock import TIMER, Limit, Timer, Until
-from robots.kit.contract.errors import ControllerRefused, ControllerRestarted, Held, LineBusy, LineGone, LineSilent
+from robots.kit.contract.errors import (
+    ControllerRefused,
+    ControllerRestarted,
+    LineBusy,
+    LineGone,
+    LineSilent,
+    MotionHeld,
+)
 from robots.kit.contract.session import Permit, Trace
 from robots.kit.drivers.mercury import protocol as wire
 from robots.kit.drivers.mercury.protocol import Error, Frame, Instruction, Reply
@@ -226,7 +233,7 @@ class HostLine:
                         return answer
                     if self._gone is not None:
                         raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
-                    left = limit.left
+                    left = limit.remaining
                     if left <= 0 or frame.seq in self._spoilt:
                         break
                     self._await_news(left)
@@ -241,7 +248,7 @@ class HostLine:
         """Send an instruction until it is acknowledged; return its sequence number.
 
         Raises:
-            Held: a hold was requested before the acknowledgement.
+            MotionHeld: a hold was requested before the acknowledgement.
             ControllerRefused, ControllerRestarted, LineSilent, LineGone: see errors.
         """
         with self._news:
@@ -257,7 +264,7 @@ class HostLine:
 
         def allowed() -> None:
             if not hold and self._holds != before:
-                raise Held("A stop came first.")
+                raise MotionHeld("A stop came first.")
             if permit is not None:
                 permit()
 
@@ -295,7 +302,7 @@ class HostLine:
         limit = Limit(self._clock, wait_s)
         with self._news:
             while seq not in self._ends:
-                left = limit.left
+                left = limit.remaining
                 if left <= 0:
                     return None
                 if self._gone is not None:

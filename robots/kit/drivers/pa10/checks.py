@@ -9,7 +9,7 @@ from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
-from robots.kit.contract.values import known, within
+from robots.kit.contract.values import known_command, within
 from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S
 from robots.kit.drivers.pa10.protocol import Malformed, Request
 from robots.kit.drivers.pa10.protocol import program as parse_program
@@ -37,7 +37,7 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
 
 def bounded(kind: str, args: dict[str, Any]) -> None:
     """Refuse unknown kinds and values outside their range; the planner names joint limits."""
-    command = known(spec_of("pa10"), kind, args)
+    command = known_command(spec_of("pa10"), kind, args)
     within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
 
 

@@ -12,7 +12,7 @@ from robots.kit.arms.commands import PLACE
 from robots.kit.arms.described import chain, posture
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import TIMER, Limit, Timer
-from robots.kit.contract.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
+from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
 from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
@@ -145,7 +145,7 @@ class Driver(Session):
         if state.fault:
             raise HardwareFault(state.fault)
         if (request.letter in MOTIONS and arm.end == End.HELD) or (request.letter == "p" and arm.note):
-            raise Held(" ".join(("The motion was stopped on its way.", *_sentence(arm.note))))
+            raise MotionHeld(" ".join(("The motion was stopped on its way.", *_sentence(arm.note))))
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
 

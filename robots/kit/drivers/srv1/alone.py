@@ -35,7 +35,7 @@ class Alone:
         self._until = -inf  # at the latest the permit ends then, by this clock
 
     @property
-    def left(self) -> float:
+    def remaining_s(self) -> float:
         """Return for how many seconds more the rover may drive without a word; 0 if it may not."""
         return max(0.0, self._until - self._clock.monotonic())
 
@@ -63,7 +63,7 @@ class Alone:
             self._say(status.uptime_ms + round(1000 * seconds), area, permit)
             self._until = until
 
-    def ended(self) -> None:
+    def note_end(self) -> None:
         """Note that the rover has said that it rests, and has no permit."""
         self._until = -inf
 

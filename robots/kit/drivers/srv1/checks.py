@@ -3,7 +3,7 @@
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.spec import Spec
-from robots.kit.contract.values import known, number, within
+from robots.kit.contract.values import known_command, number, within
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.missions import Pose, judge, parse, refuse
 from robots.kit.drivers.srv1.rules import rules_of
@@ -12,7 +12,7 @@ from robots.kit.drivers.srv1.ways import way
 
 def check(kind: str, args: JSON, settings: JSON, state: RobotState | None) -> None:
     """Raise BadRequest or OutOfWorkspace where a command cannot be carried out from where the rover is."""
-    within(known(described(), kind, args), args)
+    within(known_command(described(), kind, args), args)
     here = pose_of(state)
     if kind == "go":
         way((here[0], here[1]), (number(args, "x"), number(args, "y")))

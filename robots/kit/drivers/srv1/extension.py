@@ -7,7 +7,18 @@ where it is read; what is out of its bounds is `Malformed`.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robots.kit.drivers.srv1.bounds import CRC, EPOCH, MM, MM_S, MRAD, MRAD_S, NUMBER, UPTIME_MS, numbers, written
+from robots.kit.drivers.srv1.bounds import (
+    CRC,
+    EPOCH,
+    MM,
+    MM_S,
+    MRAD,
+    MRAD_S,
+    NUMBER,
+    UPTIME_MS,
+    encode_numbers,
+    numbers,
+)
 from robots.kit.drivers.srv1.framing import COMMAND, Frame
 from robots.kit.drivers.srv1.protocol import Malformed
 
@@ -33,7 +44,7 @@ class Claim:
 
     def encode(self) -> Frame:
         """Return the frame. Raises Malformed, as all of these."""
-        return Frame(self.letter, written((self.epoch,), (EPOCH,)))
+        return Frame(self.letter, encode_numbers((self.epoch,), (EPOCH,)))
 
     @classmethod
     def decode(cls, payload: str) -> "Claim":
@@ -57,7 +68,7 @@ class Velocity:
     def encode(self) -> Frame:
         """See `Claim`; speeds are rounded to mm/s and mrad/s."""
         values = (self.epoch, _whole(self.linear, 1e-3), _whole(self.angular, 1e-3), self.stamp)
-        return Frame(self.letter, written(values, (EPOCH, MM_S, MRAD_S, UPTIME_MS)))
+        return Frame(self.letter, encode_numbers(values, (EPOCH, MM_S, MRAD_S, UPTIME_MS)))
 
     @classmethod
     def decode(cls, payload: str) -> "Velocity":
@@ -119,7 +130,7 @@ class Permit:
     def encode(self) -> Frame:
         """See `Claim`."""
         scaled = (_whole(v, 1e-3) for v in (self.speed, *self.area))
-        return Frame(self.letter, written((self.epoch, self.until_ms, *scaled), self._bounds))
+        return Frame(self.letter, encode_numbers((self.epoch, self.until_ms, *scaled), self._bounds))
 
     @classmethod
     def decode(cls, payload: str) -> "Permit":
@@ -146,7 +157,7 @@ class Patrol:
     def encode(self) -> Frame:
         """See `Claim`; an angle is rounded to mrad."""
         values = (self.epoch, self.stamp, _whole(self.aside, 1e-3))
-        return Frame(self.letter, written(values, (EPOCH, UPTIME_MS, MRAD)))
+        return Frame(self.letter, encode_numbers(values, (EPOCH, UPTIME_MS, MRAD)))
 
     @classmethod
     def decode(cls, payload: str) -> "Patrol":
@@ -165,7 +176,7 @@ class Activate:
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        return Frame(self.letter, written((self.epoch, self.crc), (EPOCH, CRC)))
+        return Frame(self.letter, encode_numbers((self.epoch, self.crc), (EPOCH, CRC)))
 
     @classmethod
     def decode(cls, payload: str) -> "Activate":
@@ -182,7 +193,7 @@ class Journal:
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        return Frame(self.letter, written((self.since,), (NUMBER,)))
+        return Frame(self.letter, encode_numbers((self.since,), (NUMBER,)))
 
     @classmethod
     def decode(cls, payload: str) -> "Journal":

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from robots.kit.drivers.srv1 import bounds
-from robots.kit.drivers.srv1.bounds import Bounds, numbers, written
+from robots.kit.drivers.srv1.bounds import Bounds, encode_numbers, numbers
 from robots.kit.drivers.srv1.extension import Journal
 from robots.kit.drivers.srv1.framing import Frame
 from robots.kit.drivers.srv1.protocol import Malformed
@@ -72,4 +72,4 @@ class Entries:
 
 def _written(entry: Entry) -> str:
     where = (min(max(round(1000 * at), bounds.MM.low), bounds.MM.high) for at in (entry.x, entry.y))
-    return written((entry.number, entry.uptime_ms, EVENTS.index(entry.event), entry.value, *where), _ENTRY)
+    return encode_numbers((entry.number, entry.uptime_ms, EVENTS.index(entry.event), entry.value, *where), _ENTRY)

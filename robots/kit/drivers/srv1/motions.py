@@ -179,7 +179,7 @@ class Motions:
                 try:
                     self._lead(self._asked(), free)
                 except (LineGone, LineSilent):
-                    if not self.wheels.alone.left:
+                    if not self.wheels.alone.remaining_s:
                         raise
                     tell(UNHEARD.format(self.wheels.alone.rests_within))
                     self.wheels.find_again(free)

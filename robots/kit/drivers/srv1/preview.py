@@ -6,7 +6,7 @@ from math import ceil, cos, hypot, isfinite, remainder, sin, tau
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.session import JSON
-from robots.kit.contract.values import known, number, within
+from robots.kit.contract.values import known_command, number, within
 from robots.kit.drivers.srv1.checks import described
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.missions import Leg, Pose, Step, judge, parse
@@ -20,7 +20,7 @@ def foresee(kind: str, args: JSON, joints: tuple[float, ...], settings: JSON) ->
 
     Raises BadRequest; what a step lacks is among the judgements.
     """
-    within(known(described(), kind, args), args)
+    within(known_command(described(), kind, args), args)
     here = start(joints)
     steps = steps_of(kind, args)
     found, said = judge(steps, here)

@@ -32,7 +32,7 @@ class Unseen:
         self._last: Status | None = None
         self._since: int | None = None  # the first entry that was missed comes after this one; None: nothing was missed
 
-    def heard(self, status: Status) -> None:
+    def take_status(self, status: Status) -> None:
         """Take each status."""
         last, self._last = self._last, status
         if last is None or last.boot != status.boot:

@@ -79,7 +79,7 @@ class Whereabouts:
             remainder(status.heading + turn, tau),
         )  # fmt: skip
 
-    def found(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
+    def take_scan(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
         """Take over where a scan has found the rover, as of this status."""
         self._anchor = Anchor(
             status.boot, (status.x, status.y, status.heading), pose, spread, status.motion, status.uptime_ms

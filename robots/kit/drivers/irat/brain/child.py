@@ -26,7 +26,7 @@ class Child(Protocol):
     def send(self, message: ToBrain) -> None:
         """Send a message, without a wait. What cannot be sent is lost."""
 
-    def said(self) -> Iterator[FromBrain]:
+    def answers(self) -> Iterator[FromBrain]:
         """Yield what it says, until it has ended."""
 
     def kill(self) -> None:
@@ -74,7 +74,7 @@ class ChildProcess:
         with contextlib.suppress(OSError, ValueError):
             pipe.close()
 
-    def said(self) -> Iterator[FromBrain]:
+    def answers(self) -> Iterator[FromBrain]:
         """Yield what it says, until its pipe has ended or holds nonsense."""
         if self._process is None or self._process.stdout is None:
             return  # it could not be started

@@ -49,9 +49,9 @@ class AimAtDock(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Forget(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Lead nowhere any more; `missed`: a place from where the dock was not seen."""
+    """Lead nowhere any more; `place`: one from where the dock was not seen."""
 
-    missed: int = NONE
+    place: int = NONE
 
 
 class Clear(msgspec.Struct, frozen=True, tag=True, array_like=True):

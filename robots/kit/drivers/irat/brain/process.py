@@ -73,7 +73,7 @@ class BrainProcess:
     def _keep_running(self) -> None:
         """Read what it says; start it again when it ends."""
         while True:
-            for said in self._child.said():
+            for said in self._child.answers():
                 self._take(said)
             if self._closed:
                 return

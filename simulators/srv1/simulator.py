@@ -21,11 +21,10 @@ from simulators.srv1.cameras import Overhead, RoverCamera, stage
 from simulators.srv1.drive import Drive, End
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.flash import Flash
-from simulators.srv1.internet import Internet
 from simulators.srv1.link import Link, Medium
+from simulators.srv1.media import Internet, Radio
 from simulators.srv1.network import Network
 from simulators.srv1.plant import TICK_S
-from simulators.srv1.radio import Radio
 from simulators.srv1.state import StoredState, keep, restore, restore_flash
 from simulators.srv1.world import World
 

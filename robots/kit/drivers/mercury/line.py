@@ -27,7 +27,6 @@ from robots.kit.contract.errors import (
 from robots.kit.contract.session import Permit, Trace
 from robots.kit.drivers.mercury import protocol as wire
 from robots.kit.drivers.mercury.protocol import Error, Frame, Instruction, Reply
-from robots.kit.drivers.mercury.spelling import spell
 from robots.kit.opening import is_in_use, why_not
 
 log = logging.getLogger(__name__)
@@ -309,3 +308,21 @@ class HostLine:
                     raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
                 self._await_news(left)
             return self._ends[seq]
+
+
+def spell(frame: Frame) -> str:
+    """Return a frame of a known id as text; impossible numbers are left out."""
+    names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
+    name = names(frame.id).name
+    with contextlib.suppress(ValueError):
+        if frame.id == Instruction.MOVE_XYZ:
+            x, y, z = wire.numbers(frame)
+            return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
+        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
+            return f"{name} #{frame.seq} {wire.numbers(frame)[0]:.3f}"
+        if frame.id == Reply.STATE:
+            state = wire.unpack_state(frame.payload)
+            return f"{name} #{frame.seq} {state.mode.name} boot={state.boot}"
+        if frame.id == Reply.NAK:
+            return f"{name} #{frame.seq} {Error(wire.unpack_nak(frame.payload)[1]).name}"
+    return f"{name} #{frame.seq}"

@@ -17,7 +17,7 @@ from robots.kit.contract.errors import BadRequest, GaveUp, MotionHeld, RobotErro
 from robots.kit.contract.session import JSON
 from robots.kit.description import load
 from robots.kit.drivers.irat.brain.messages import Care
-from robots.kit.drivers.irat.brain.places import IN_DOCK, MapCleared, chosen
+from robots.kit.drivers.irat.brain.places import IN_DOCK, MapCleared, goal_place
 from simulators.irat.simulator import LIVE_S
 from tests.irat_trial import Trial, place, silent
 
@@ -95,7 +95,7 @@ class Day:
             self._dice.uniform(float(low), float(high)) for low, high in zip(known.min(0), known.max(0), strict=True)
         )
         try:
-            found = chosen(self.trial.brain.mind.shown(), held.map_number, x, y)
+            found = goal_place(self.trial.brain.mind.map_shown(), held.map_number, x, y)
         except BadRequest as error:
             self.count["clicks at the dock"] += str(error) == IN_DOCK
             return

@@ -1,8 +1,8 @@
 """The injected clock: now, sleep, waits, threads and locks together.
 
 Watchdogs and leases use `monotonic`. Where the platform allows it, it counts the time in which the machine is
-suspended, so that closing a laptop cannot extend a lease. What people may use, as a turn, is measured by `awake`,
-which does not count it. `now` may be set at any time: it is for what people read, and for rows, which
+suspended, so that closing a laptop cannot extend a lease. Time that people may use, as a turn, is measured by `awake`,
+which does not count it. `now` may be set at any time: it is for texts that people read, and for rows, which
 `queueing/steps.py` moves when it was set.
 """
 
@@ -109,12 +109,12 @@ class Limit:
 
     @property
     def remaining(self) -> float:
-        """The seconds that are left; not above zero once they have passed."""
+        """Return the seconds that are left; not above zero once they have passed."""
         return self._until - self._clock.monotonic()
 
     @property
     def over(self) -> bool:
-        """Whether they have passed."""
+        """Return whether they have passed."""
         return self.remaining < 0
 
 

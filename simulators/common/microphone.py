@@ -21,7 +21,7 @@ ENDLESS = 0xFFFFFFFF  # a length that is not known, as FFmpeg and sox write it
 
 
 class Sound(Protocol):
-    """What one listener hears."""
+    """The sound for one listener."""
 
     def hear(self, since: float, until: float, count: int) -> NDArray[np.float32]:
         """Return `count` samples from -1 to 1 of the time from `since` to `until` (s, of its clock)."""
@@ -39,7 +39,7 @@ def _gone(line: socket.socket) -> bool:
 
 
 class Microphone:
-    """One microphone; `sound` makes what a new listener hears."""
+    """One microphone; `sound` makes the sound for a new listener."""
 
     path = "/microphone.wav"
 

@@ -1,4 +1,4 @@
-"""What outlives a kill of a simulator: one JSON object with the number of its last start, and what the robot needs.
+"""The state that outlives a kill of a simulator: one JSON object with the number of its last start.
 
 The file is written beside and then replaced, so that readers always see a complete one.
 """

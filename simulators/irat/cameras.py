@@ -24,7 +24,7 @@ FINER = 2  # the still part of the view from above is drawn so many times as lar
 
 
 class Stage:
-    """What can be seen, made once for all cameras; `decoys` are false markers on walls."""
+    """The visible scene, made once for all cameras; `decoys` are false markers on walls."""
 
     def __init__(self, with_maze: bool = True) -> None:
         self.atlas = Atlas()

@@ -1,4 +1,4 @@
-"""Who commands: one connection at a time, by a claim with an epoch that only grows."""
+"""The right to command: one connection at a time, by a claim with an epoch that only grows."""
 
 from robots.kit.clock import TIMER, Timer
 from simulators.irat.peer import Peer

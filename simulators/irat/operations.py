@@ -1,4 +1,4 @@
-"""What a frame does: subscriptions, velocities, services."""
+"""Operations that frames ask for: subscriptions, velocities, services."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Robot(Protocol):
         """Brake to rest."""
 
     def report(self) -> Status:
-        """Return what the robot says of itself."""
+        """Return the robot's state as it tells it."""
 
 
 @dataclass
@@ -157,7 +157,7 @@ class Operations:
             peer.subscriptions.pop(asked.name, None)
 
     def _status(self, peer: Peer, asked: Operation) -> None:
-        """Clients may tell what they like; nothing here depends on it."""
+        """A client's message of status changes nothing here."""
 
     _set_level = _status
 

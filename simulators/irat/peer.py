@@ -1,7 +1,7 @@
-"""One connection to the robot: what it subscribes to, and what waits to be sent to it.
+"""One connection to the robot: its subscriptions, and the messages that wait to be sent to it.
 
 Of each topic only the newest message waits, so a slow reader gets fewer, fresh ones and costs no memory. Answers wait
-in order, up to a number; who does not read them is disconnected.
+in order, up to a number; a client that does not read them is disconnected.
 """
 
 from collections import deque

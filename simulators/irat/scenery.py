@@ -1,4 +1,4 @@
-"""What the cameras see: the maze on its board, things scattered around it, the hall, the dock and the robot."""
+"""The scene before the cameras: the maze on its board, things scattered around it, the hall, the dock and the robot."""
 
 from itertools import pairwise
 

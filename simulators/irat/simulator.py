@@ -75,7 +75,7 @@ class Simulator:
         self.journal.note("power_on", boot=self.boot)
 
     def open(self, port: int = 0) -> Network:
-        """Open what other programs reach it by: rosbridge at a port (0: any), the view from above, and faults."""
+        """Open its doors for other programs: rosbridge at a port (0: any), the view from above, and faults."""
         folder = self._folder
         record_deaths(self.journal)
         self._network = network = Network(port, self.radio, self.faults, self.journal.note, self._clock)
@@ -115,7 +115,7 @@ class Simulator:
             self.world.drive.hold(why)
 
     def report(self) -> Status:
-        """Return what the robot says of itself."""
+        """Return the robot's state as it tells it."""
         with self._lock:
             drive = self.world.drive
             return Status(

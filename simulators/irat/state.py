@@ -1,4 +1,4 @@
-"""What outlives a kill: where the robot stands, its charge, and how often it was switched on."""
+"""The state that outlives a kill: the pose of the robot, its charge, and how often it was switched on."""
 
 from dataclasses import dataclass
 from math import isfinite

@@ -1,6 +1,6 @@
 """Everything that time changes: motor board, body, odometry and battery. It has no thread and no clock of its own.
 
-A tick is 20 ms of its own time; who runs it decides how fast that passes. So a simulated day can be run as fast as the
+A tick is 20 ms of its own time; its caller decides how fast that passes. So a simulated day can be run as fast as the
 machine allows, with the same physics as in real time.
 """
 

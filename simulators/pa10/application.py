@@ -75,7 +75,7 @@ class Application:
     def take(self, request: Request, asked: int | None = None) -> str:
         """Start a request; return the line to answer. Raises Refused, Malformed.
 
-        `asked` is the value of that property when the request arrived; a request that was held before it could start
+        `asked` is the `hold_count` at the time when the request arrived; a request that was held before it could start
         does not start.
         """
         asked = self._holds if asked is None else asked

@@ -17,7 +17,7 @@ from simulators.common.faults import FaultBoard
 from simulators.common.tcp import Line
 
 MOST_WAITING = 1000  # lines in the queue; more are refused
-LOOK_S = 3600.0  # between two looks into an empty queue; who puts something there says so
+LOOK_S = 3600.0  # between two looks into an empty queue; a new order wakes the thread sooner
 Order = Callable[[], str]
 Note = Callable[..., None]
 

@@ -26,7 +26,7 @@ FINER = 2  # the still part of the view from above is drawn so many times as lar
 
 
 class Stage:
-    """What can be seen, made once for all cameras; showcases apart, because they can be moved."""
+    """The visible scene, made once for all cameras; showcases apart, because they can be moved."""
 
     def __init__(self, where: Hall) -> None:
         self.hall, self.atlas = where, Atlas()

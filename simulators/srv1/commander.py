@@ -1,4 +1,4 @@
-"""What our part of the firmware does behind `%`: whose commands count, velocities, patrol, permit, rules, journal.
+"""Our part of the firmware, behind `%`: the client in command, velocities, patrol, permit, rules, journal.
 
 It has no thread; its owner calls everything under the lock of the hardware. `clock` counts its uptime.
 """
@@ -198,8 +198,8 @@ class Commander:
     def answer(self, command: Command) -> Answer:
         """Do a command; return what is answered.
 
-        Whatever is not refused for its epoch keeps the epoch. A question has none; but one client is connected at a
-        time, and whoever is refused the claim has nothing to ask.
+        A command that is not refused for its epoch renews the claim. A question has no epoch; but one client is
+        connected at a time, and a client whose claim is refused has nothing to ask.
         """
         answer = self._answer(command)
         if answer != Refusal(command.letter, Reason.EPOCH):

@@ -1,4 +1,4 @@
-"""What stands in the showcases, and what stands by itself: each as a mesh around (0, 0), on the height z = 0."""
+"""Exhibits in the showcases and free-standing ones: each as a mesh around (0, 0), on the height z = 0."""
 
 from collections.abc import Callable
 from math import cos, pi, sin

@@ -1,4 +1,4 @@
-"""What hangs on the walls of the hall, and the map on its globe."""
+"""Paintings on the walls of the hall, and the map on its globe."""
 
 from collections.abc import Callable
 from math import cos, pi, sin

@@ -1,4 +1,4 @@
-"""What the cameras see: floor, walls and ceiling with the lamps' light on them, showcases, exhibits, and the rover."""
+"""The scene before the cameras: the lit floor, walls and ceiling, showcases, exhibits, and the rover."""
 
 from math import pi
 

@@ -1,4 +1,4 @@
-"""What the rover's sensors say of the hall: each with its noise, and with the faults of the fault board."""
+"""The rover's sensors in the hall: each with its noise, and with the faults of the fault board."""
 
 from math import atan2, degrees, floor, hypot, remainder, sin, tau
 

@@ -49,8 +49,8 @@ class Plan:
 class Planner:
     """Plans motions of one arm among its boxes.
 
-    `zones` are what the arm itself must not enter. Planned motions keep `clearance` (m) away from them, because an arm
-    follows its reference with an error.
+    `zones` are the boxes that the arm itself must not enter. Planned motions keep `clearance` (m) away from them,
+    because an arm follows its reference with an error.
     """
 
     def __init__(self, chain: Chain, zones: Zones, limits: Limits, clearance: float = 0.0) -> None:

@@ -1,4 +1,4 @@
-"""Checks of what goes on beside motions: settings, byte streams, pictures; and of the end."""
+"""Checks of settings, byte streams and pictures beside motions; and of the end."""
 
 import threading
 import urllib.request

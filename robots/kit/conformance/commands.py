@@ -1,4 +1,4 @@
-"""Checks of what `execute` takes and refuses, and of what it asks and tells."""
+"""Checks of `execute`: values that it takes or refuses, permits that it asks for, stages that it tells."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ STILL = 0.01  # rad, m: readings this close are of a robot that did not move
 
 
 def values(trial: Trial) -> Iterator[str]:
-    """Every number at its ends and past them; what is refused is refused before the permit is asked."""
+    """Every number at its ends and past them; a refusal comes before the permit is asked."""
     session = trial.ready_session()
     before, counted = session.state(), trial.motion_count()
     for command in trial.spec.commands:
@@ -54,7 +54,7 @@ def _at_an_end(trial: Trial, kind: str, args: JSON) -> Iterator[str]:
 
 
 def _probed(trial: Trial, kind: str, args: JSON) -> Run:
-    """Carry out a command whose permit is refused, so that nothing moves whatever the driver thinks of the values."""
+    """Carry out a command whose permit is refused, so that nothing moves even if the driver takes the values."""
     run = trial.run(kind, args, denial())
     if not run.ends(trial.limits.answer_s):
         run.error = TimeoutError("it did not end although permit() raised, or was not called")

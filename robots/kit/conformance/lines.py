@@ -112,7 +112,7 @@ def lost_line(trial: Trial) -> Iterator[str]:
 
 
 def lost_power(trial: Trial) -> Iterator[str]:
-    """So is a controller that is started again under a motion."""
+    """A controller that is started again under a motion is a fault with a sentence, and comes back."""
     board = board_of(trial)
     boots = board.boots()
     if boots is None:

@@ -1,4 +1,4 @@
-"""Checks of a robot that goes on without a word: how long it may (`time_left`), when it rests (`rests_within`)."""
+"""Checks of a robot that goes on without a word: for how long (`time_left`), and when it rests (`rests_within`)."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -49,7 +49,7 @@ def _within(trial: Trial, command: CommandKind, listed: Motions, left: float) ->
 
 
 def rests_within(trial: Trial) -> Iterator[str]:
-    """A robot that no word reaches rests within the time that is told, in motion and at rest."""
+    """A robot that no message reaches rests within the time that `rests_within` returned, in motion and at rest."""
     board = board_of(trial)
     if board.moving() is None:
         raise NotApplicable("the simulator does not tell whether its robot moves")

@@ -13,12 +13,12 @@ SENT, ACKNOWLEDGED = "sent", "acknowledged"
 
 
 class Call:
-    """A function that is called in a thread of its own; `ended` is set once it has returned or raised."""
+    """A function that is called in a thread of its own; `over` is set once it has returned or raised."""
 
     def __init__(self, clock: Timer, function: Callable[[], object], name: str) -> None:
         self._clock, self._function = clock, function
         self.over = threading.Event()
-        self.late = False  # it was waited for in vain
+        self.late = False  # it did not end in the time that was given
         self.value: object = None
         self.error: BaseException | None = None
         clock.spawn(self._run, f"conformance {name}")

@@ -1,4 +1,4 @@
-"""Checks of the spec, of `connect` and of what states tell."""
+"""Checks of the spec, of `connect`, and of the content of states."""
 
 import os
 import subprocess
@@ -33,7 +33,7 @@ CHILD_S = 120.0  # real time: a process that imports
 
 
 def spec(trial: Trial) -> Iterator[str]:
-    """The spec is read without its driver, a wire and Django, twice the same, and what it names exists."""
+    """The spec is read without its driver, a wire and Django, twice the same, and everything that it names exists."""
     for command in trial.spec.commands:
         if not command.label.strip():
             yield f"The command {command.kind!r} has no label; people see it on a button."
@@ -76,7 +76,7 @@ def _read_apart(name: str) -> Iterator[str]:
 
 
 def connect(trial: Trial) -> Iterator[str]:
-    """`connect` opens the line and returns a state; where nothing is, it raises HardwareFault with a sentence."""
+    """`connect` opens the line and returns a state; without a robot it raises HardwareFault with a sentence."""
     try:
         trial.ready_session()
     except Broken as error:
@@ -157,7 +157,7 @@ def _inside(trial: Trial, name: str, number: float) -> bool:
 
 
 def policies(trial: Trial) -> Iterator[str]:
-    """What a policy bounds is told by the states of that motion."""
+    """The states of a motion tell every value that its policy bounds."""
     kinds = [(c, b) for c in trial.motions() for b in (c.policies.on_link_lost, c.policies.on_grant_end) if b]
     if not kinds:
         raise NotApplicable("every kind is held where its grant ends or the link is lost")

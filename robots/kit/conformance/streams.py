@@ -13,7 +13,7 @@ ON_THE_WAY = 50  # packets that may still come after that
 
 @dataclass
 class StreamCount:
-    """What one stream has told: packets, deltas since its key packet, those since a key packet was asked for."""
+    """The count of one stream: packets, deltas since its key packet, and those since a key packet was asked for."""
 
     packets: int = 0
     deltas: int = 0
@@ -58,7 +58,7 @@ class Recorder:
         return heard.deltas >= ASKS
 
     def again(self) -> None:
-        """Expect a key packet next: a new session knows nothing of what the last one told."""
+        """Expect a key packet next: a new session does not know the packets of the last one."""
         with self._lock:
             for heard in self.counts.values():
                 heard.first, heard.deltas = True, 0

@@ -39,7 +39,7 @@ CHECKS: dict[str, Check] = {
     "streams": beside.streams,
     "end": beside.end,
 }
-HEARD = ("streams",)  # judged by what was heard before, whatever became of the robot
+HEARD = ("streams",)  # judged by earlier packets, also if the robot is lost by now
 
 
 def conform(
@@ -54,8 +54,8 @@ def conform(
     `opening` makes a session that is not connected; `clock` is the one that the session reads (`Session.clock`).
     `name` is the driver's, where it is installed. `description` is its robot.toml, `examples` are values with which
     kinds can be carried out, `faults` returns the board of its simulator, `nowhere` makes a session whose address leads
-    nowhere, `pictures` returns the addresses of cameras by view. `only` are names of `CHECKS`; `told` hears each
-    result at once.
+    nowhere, `pictures` returns the addresses of cameras by view. `only` are names of `CHECKS`; `told` is called with
+    each result at once.
     """
     trial = Trial(
         opening, spec, clock, limits or Limits(), name, dict(description or {}), dict(examples or {}), faults, nowhere,

@@ -1,4 +1,4 @@
-"""What all checks share: the session under test, its clock, the limits, and what was seen so far."""
+"""The state that all checks share: the session under test, its clock, the limits, and the observations so far."""
 
 import math
 import threading
@@ -22,7 +22,7 @@ ENDLESS = 1e6  # s, counts as the length of a motion that does not end by itself
 
 @dataclass(frozen=True)
 class Limits:
-    """How long the suite waits, in seconds of the session's clock; none of them judges how fast a robot is.
+    """The longest waits of the suite, in seconds of the session's clock; none of them judges how fast a robot is.
 
     `answer_s`: a call that moves nothing, and a hold. `opens_s`: `connect` is called again so long after a fault, as
     the owner does: the controller may boot. `watch_s`: a motion is watched so long, then held, so that a

@@ -1,4 +1,4 @@
-"""Values of commands: good ones inside what the spec declares, and those that a driver has to refuse."""
+"""Values of commands: good ones inside the ranges of the spec, and those that a driver has to refuse."""
 
 import math
 from collections.abc import Iterator

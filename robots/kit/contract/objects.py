@@ -1,4 +1,4 @@
-"""Where things lie around a robot, for a byte stream: 12 bytes an object, and in deltas only those that have moved.
+"""Places of objects around a robot, for a byte stream: 12 bytes an object, and in deltas only those that have moved.
 
 An object is one big-endian number of 96 bits: its number (7 bits); x, y, z, each in steps of a 65534th of the box
 (16 bits, x all ones: the object is gone); which of the quaternion's components x, y, z, w is the largest (2 bits), then
@@ -84,7 +84,7 @@ def _three(number: int, rotation: tuple[float, float, float, float]) -> tuple[in
 
 
 class KnownObjects:
-    """What was told of a robot's objects so far, by whoever writes a stream or whoever reads it."""
+    """The objects of a robot that its stream has told so far, for the writer and for the reader of the stream."""
 
     def __init__(self, box: Box) -> None:
         self._box = box

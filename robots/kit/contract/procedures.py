@@ -1,4 +1,4 @@
-"""What staff may ask of a robot beside its own commands: the portal carries these out.
+"""Procedures that staff may ask for beside a robot's own commands; the portal carries them out.
 
 Their kinds (`soft_reset`, `calibrate`, `still`) are the portal's own words, the same for every robot, and stand in its
 history. Each is offered only where the robot has what it needs: a reset and a calibration that its spec declares, and a

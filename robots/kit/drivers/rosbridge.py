@@ -1,7 +1,8 @@
 """The rosbridge v2 protocol: JSON objects over WebSocket, each with an `op`. Both ends of a wire use this file.
 
 Only what a robot needs is spoken: topics and services, JSON, one message a frame. Fragments, PNG and CBOR compression
-are refused with a sentence, as is everything that cannot be read; a call is done all the same, and answered plainly.
+are refused with a sentence, as is every frame that cannot be read; but a call is done, and answered without
+compression.
 """
 
 import json

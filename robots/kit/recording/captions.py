@@ -1,4 +1,4 @@
-"""The words below a movie: when, which step, and what was measured last. Pure. No Django."""
+"""The words below a movie: the time, the step, and the newest readings. Pure. No Django."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -27,7 +27,7 @@ class Captions:
         self._step = ""
 
     def take(self, message: Message) -> None:
-        """Take a stage of a command; what cannot be read says nothing."""
+        """Take a stage of a command; one that cannot be read changes nothing."""
         try:
             told = nameless(message).content()
         except ValueError:

@@ -90,7 +90,7 @@ def taken_ms(told: Mapping[str, Any]) -> int:
 
 
 class Tape:
-    """Writes one file. After an OSError nothing more is written; what was flushed before stays readable."""
+    """Writes one file. After an OSError nothing more is written; everything that was flushed before stays readable."""
 
     def __init__(self, path: Path, about: Mapping[str, str]) -> None:
         self._out: IO[bytes] = path.open("wb")

@@ -22,7 +22,7 @@ def is_place(pose: Sequence[float]) -> bool:
 
 
 def lines(poses: Iterable[Sequence[float]]) -> list[Line]:
-    """Return the path through poses, in pieces where it jumps; what is no place is left out."""
+    """Return the path through poses, in pieces where it jumps; poses without a place are left out."""
     found: list[Line] = []
     for pose in poses:
         if not is_place(pose):

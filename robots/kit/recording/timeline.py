@@ -1,4 +1,4 @@
-"""What a recording contains and when: an index, and slices of a few seconds that can be replayed one by one.
+"""The content of a recording over time: an index, and slices of a few seconds that can be replayed one by one.
 
 A slice holds the packets of the live path, so that a console decodes them as it always does. No Django.
 """

@@ -1,4 +1,4 @@
-"""Where a robot that rolls has been while it was recorded, and where it was to go. No Django."""
+"""The path of a robot that rolls while it was recorded, and the paths that were planned. No Django."""
 
 import subprocess
 import sys

@@ -21,7 +21,7 @@ PATIENCE = 5  # disagreements, less agreements, after which what was learnt is g
 class Calibration:
     """turning = scale * measured + bend * distance. `a`, `b`, `c`: variances of scale and bend, and their covariance.
 
-    `turned` (rad, as measured) and `gone` (m; backwards counts against it): since the robot was switched on.
+    `turned` (rad, as measured) and `distance` (m; backwards counts against it): since the robot was switched on.
     """
 
     scale: float = 1.0

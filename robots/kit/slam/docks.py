@@ -1,4 +1,4 @@
-"""Where on the map the dock was seen from (section 3.5): learnt while roaming, tried in turn when needed."""
+"""Places of the map from where the dock was seen (section 3.5): learnt while roaming, tried in turn when needed."""
 
 import math
 from collections.abc import Iterable, Mapping

@@ -39,8 +39,8 @@ LINKS: Columns = (
 class Doubt:
     """Sightings in turn that do not fit the map, but each other.
 
-    moved: the pose by which the robot would have to be moved on the map. since: the next id at the first of them.
-    gone: the odometer then (m). times: how many they are.
+    offset: the pose by which the robot would have to be moved on the map. since: the next id at the first of them.
+    distance: by the odometer then (m). times: how many they are.
     """
 
     offset: Pose

@@ -24,10 +24,10 @@ MOST_TIRED = 10.0  # else a view before which the robot rested for an hour would
 
 @dataclass(frozen=True)
 class Step:
-    """What a step found. pose: x, y (m), facing (rad) on the map; experience: id, -1 before the first.
+    """The result of a step. pose: x, y (m), facing (rad) on the map; experience: id, -1 before the first.
 
     picture: "seen", "none", "frozen", "black", "flat", or "full" if the map can hold no more; only "seen" teaches.
-    made: a new experience; met: an older experience was linked for the first time, as when a loop closes.
+    is_new: the experience is new; met: an older experience was linked for the first time, as when a loop closes.
     """
 
     at_s: float
@@ -206,7 +206,7 @@ class RatSlam:
         return experience
 
     def skip_ids(self) -> None:
-        """Leave out as many ids as may have been given after the map was saved; what had one is not on this map."""
+        """Leave out as many ids as may have been given after the map was saved; this map has none of them."""
         self.map.next_id += MOST_LOST
         self.pruned_at += MOST_LOST
 

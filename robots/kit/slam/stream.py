@@ -1,4 +1,4 @@
-"""What changed on the map since somebody last looked, so that only this is sent."""
+"""The changes of the map since a reader last looked, so that only these are sent."""
 
 from dataclasses import dataclass
 

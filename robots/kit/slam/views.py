@@ -1,4 +1,4 @@
-"""View templates: what the robot has seen, small and grey."""
+"""View templates: pictures that the robot has seen, small and grey."""
 
 from secrets import token_hex
 

@@ -138,7 +138,7 @@ class HostLine:
         return self._holds
 
     def _read(self) -> None:
-        """Receive until the line is lost; whatever ends this thread loses it, so that nobody waits for an answer."""
+        """Receive until the line is lost; the end of this thread marks it as lost, so that no thread waits on."""
         receiver = wire.Receiver(wire.REPLIES)
         try:
             while self._gone is None and (port := self._port) is not None:

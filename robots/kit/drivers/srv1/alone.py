@@ -1,7 +1,7 @@
 """The permit by which the rover drives on where its line is lost: renewed on the way, it ends before the grant does.
 
-Only the firmware's patrol can go on by itself. What the driver leads (to a place, in place, by hand) rests as soon as
-the rover is not told to move any more.
+Only the firmware's patrol can go on by itself. Motions that the driver leads (to a place, in place, by hand) end as
+soon as it sends no velocity any more.
 """
 
 from collections.abc import Callable
@@ -67,7 +67,7 @@ class Alone:
             self._until = until
 
     def note_end(self) -> None:
-        """Note that the rover has said that it rests, and has no permit."""
+        """Record that the rover has answered that it rests, and has no permit."""
         self._until = -inf
 
     def _say(self, until_ms: int, area: Area, permit: Permit) -> None:

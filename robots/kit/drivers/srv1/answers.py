@@ -1,4 +1,4 @@
-"""What the rover answers to our commands behind `%`: its status, an acknowledgement, a refusal, its journal."""
+"""Answers of the rover to our commands behind `%`: its status, an acknowledgement, a refusal, its journal."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -19,7 +19,7 @@ REFUSED = "!"
 
 @dataclass(frozen=True)
 class Status:
-    """What it says of itself. Coordinates (m, rad) are those of its odometry, which begins at `hall.home`.
+    """The status of the rover. Coordinates (m, rad) are those of its odometry, which begins at `hall.home`.
 
     `motion` is the newest motion's number, `end` how it ended. `temperature` is in degrees Celsius, `humidity` and
     `light` are shares. `dead_encoders` is 0, 1 for the left, 2 for the right, 3 for both: those that count nothing

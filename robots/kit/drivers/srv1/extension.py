@@ -1,7 +1,7 @@
 """Our commands behind `%`, and their answers, as frames carry them (`framing`). A stock rover is silent to them.
 
 On the wire are whole numbers: mm, mrad, mm/s, mrad/s, mV, tenths of a degree Celsius, thousandths. Each is bounded
-where it is read; what is out of its bounds is `Malformed`.
+where it is read; a number out of its bounds is `Malformed`.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ def _whole(value: float, unit: float) -> int:
 class Claim:
     """Command it from now on under this epoch; an older one is refused from now on. Answered by `Status`.
 
-    It is forgotten where nobody says anything that counts under it for a minute, and when the power is lost.
+    It ends after a minute without a valid command under it, and when the power is lost.
     """
 
     letter: ClassVar[str] = "c"
@@ -113,7 +113,8 @@ class Ask:
 
 @dataclass(frozen=True)
 class Permit:
-    """It may drive by itself, without its owner: until then, not faster (m/s), inside `area`. Answered by `Done`.
+    """It may drive by itself, without its owner: until then, not faster (m/s), inside `area`. Answered by
+    `Acknowledgement`.
 
     `until_ms` is by its own `uptime_ms`, so that a permit that comes late ends no later; one whose end is past ends
     the permit that runs. `area`: x0, y0, x1, y1 (m) in the coordinates of its odometry.
@@ -168,7 +169,7 @@ class Patrol:
 
 @dataclass(frozen=True)
 class Activate:
-    """Put the rule set in the flash buffer into force if its text has this CRC. Answered by `Done`."""
+    """Put the rule set in the flash buffer into force if its text has this CRC. Answered by `Acknowledgement`."""
 
     letter: ClassVar[str] = "u"
     epoch: int

@@ -1,4 +1,4 @@
-"""The rover's own journal, as answers carry it: what it did and where, also while nobody heard it."""
+"""The rover's own journal, as answers carry it: its actions and places, also while nobody was connected."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -13,7 +13,7 @@ MOST_ENTRIES = 24  # in one answer; fewer, where they are long
 
 
 class Event(StrEnum):
-    """What an entry of the journal tells; `value` is the number of the motion where nothing else is said."""
+    """The kind of a journal entry; `value` is the number of the motion unless the kind says otherwise."""
 
     POWER = "power"  # value: the boot
     MOTION = "motion"
@@ -52,7 +52,7 @@ _ENTRY = (bounds.NUMBER, bounds.UPTIME_MS, Bounds(0, len(EVENTS) - 1), bounds.NU
 
 @dataclass(frozen=True)
 class Entries:
-    """Entries of the journal, oldest first, as many as an answer has room for; what it has forgotten is left out."""
+    """Entries of the journal, oldest first, as many as an answer has room for; the rover forgets the oldest."""
 
     entries: tuple[Entry, ...]
 

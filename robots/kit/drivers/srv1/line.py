@@ -1,4 +1,4 @@
-"""The owner's end of the rover's line: one question, one answer; a hold goes at once, whatever is awaited."""
+"""The owner's end of the rover's line: one question, one answer; a hold is sent at once, even in between."""
 
 import contextlib
 from collections import deque
@@ -136,7 +136,7 @@ class RoverLine:
         self._rest.clear()
 
     def hold(self) -> None:
-        """Send a hold at once, in whatever is under way. That it was heard is told by the status.
+        """Send a hold at once, also within an exchange. The status tells whether it arrived.
 
         Raises:
             LineGone: it could not be sent.

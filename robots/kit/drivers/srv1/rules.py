@@ -1,4 +1,4 @@
-"""The rule sets that this rover is sent: which readings they may use, and how it brakes."""
+"""Rule sets for this rover: the readings that they may use, and its braking."""
 
 from binascii import crc_hqx
 from functools import cache, lru_cache

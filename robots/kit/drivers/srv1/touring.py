@@ -17,9 +17,9 @@ READINGS = ("temperature", "humidity", "light", "presence", "infrared", "sonar")
 
 
 def observer(pictures: Pictures, on_stage: OnStage) -> Looked:
-    """Return what notes each reading of a look around, with a picture where the line carries one.
+    """Return a function that records each reading of a look around, with a picture where the line carries one.
 
-    After one that did not come the others are left out, so that a camera that is gone costs a moment, not minutes.
+    After one picture that did not come no other is asked for, so that a lost camera costs a moment, not minutes.
     """
     missed = pictures.missed_count
 
@@ -39,7 +39,7 @@ def go_to(
 ) -> float:  # fmt: skip
     """Go to a place: look where it is before, and again there, wherever it is not sure (section 7.2).
 
-    What stands in its way may do so because the rover is elsewhere than it believes: then it looks, and tries once
+    An obstacle may be in its way because the rover is elsewhere than it believes: then it looks, and tries once
     more. Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
     """
     if locating.is_unsure:

@@ -1,4 +1,4 @@
-"""What the rover did while nobody heard it: read from its journal, and told as a byte stream.
+"""The rover's motions while nobody was connected: read from its journal, and told as a byte stream.
 
 A packet of the stream `unseen` is JSON: `ways`, each a list of [x, y] (m) in the hall, and `events`, each
 [how long ago (ms), the journal's word, x, y]. Both are empty where nothing is known.
@@ -25,7 +25,7 @@ Place = tuple[float, float]
 
 
 class Unseen:
-    """Which entries of the journal were missed, and what they say; `tell` takes packets."""
+    """Reads the entries of the journal that were missed; `tell` takes packets."""
 
     def __init__(self, line: RoverLine, tell: Callable[[bytes], object]) -> None:
         self._line, self._tell = line, tell

@@ -60,7 +60,7 @@ class Wheels:
         return state
 
     def _catch_up(self) -> None:
-        """Read what the rover did while it was not heard."""
+        """Read what the rover did while it was not connected."""
         where = self.where
         self._unseen.catch_up((lambda status: where.pose(status)[:2]) if where.is_known else None)
 

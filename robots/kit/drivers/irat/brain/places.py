@@ -1,4 +1,4 @@
-"""Which place of the map a goal means: one rule for the portal, at the click, and for the robot's own map."""
+"""The place of the map that a goal means: one rule for the portal, at the click, and for the robot's own map."""
 
 import math
 from collections.abc import Iterable

@@ -1,6 +1,6 @@
 """The owner's end of the brain: starts its process, feeds it, keeps its newest answer, and starts it again.
 
-The brain never tells a velocity. Whoever drives asks `fresh`, which is empty once it has been silent.
+The brain never tells a velocity. The wheels ask `fresh`, which is empty once the brain has been silent.
 """
 
 import itertools

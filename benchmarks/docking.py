@@ -45,8 +45,8 @@ class Eye:
         """Return the outer and the small marker, as the brain sees them: in a JPEG, grey."""
         picture = np.frombuffer(jpeg(self._camera.take(world.plant.frame)), np.uint8)
         seen = self._markers.find(np.asarray(cv2.imdecode(picture, cv2.IMREAD_GRAYSCALE), np.uint8))
-        outer = next((m.seen for m in seen if m.number in markers.OUTER_IDS), None)
-        return outer, next((m.seen for m in seen if m.number == markers.SMALL_ID), None)
+        outer = next((m.sighting for m in seen if m.number in markers.OUTER_IDS), None)
+        return outer, next((m.sighting for m in seen if m.number == markers.SMALL_ID), None)
 
 
 def start(far: float, aside: float, turned: float) -> World:

@@ -13,11 +13,11 @@ from math import hypot
 from pathlib import Path
 
 from benchmarks.stage import percentile, tell
-from robots.kit.contract.errors import BadRequest, GaveUp, Held, RobotError
+from robots.kit.contract.errors import BadRequest, GaveUp, MotionHeld, RobotError
 from robots.kit.contract.session import JSON
 from robots.kit.description import load
 from robots.kit.drivers.irat.brain.messages import Care
-from robots.kit.drivers.irat.brain.places import IN_DOCK, MapCleared, chosen
+from robots.kit.drivers.irat.brain.places import IN_DOCK, MapCleared, goal_place
 from simulators.irat.simulator import LIVE_S
 from tests.irat_trial import Trial, place, silent
 
@@ -66,7 +66,7 @@ class Day:
             doing = "charge" if self._needs else "goal" if self.goals else "explore"
             try:
                 {"charge": self._charge, "goal": self._goal, "explore": self._explore}[doing]()
-            except Held:
+            except MotionHeld:
                 self.count[f"{doing} cut short"] += 1
             except RobotError as error:
                 self.count[f"{doing}: {error}"[:60]] += 1
@@ -95,7 +95,7 @@ class Day:
             self._dice.uniform(float(low), float(high)) for low, high in zip(known.min(0), known.max(0), strict=True)
         )
         try:
-            found = chosen(self.trial.brain.mind.shown(), held.map_number, x, y)
+            found = goal_place(self.trial.brain.mind.map_shown(), held.map_number, x, y)
         except BadRequest as error:
             self.count["clicks at the dock"] += str(error) == IN_DOCK
             return
@@ -105,7 +105,7 @@ class Day:
 
     def _stop_if(self, over: bool) -> None:
         if over:
-            raise Held("Something else comes first.")
+            raise MotionHeld("Something else comes first.")
 
     def _explore(self) -> None:
         self.trial.roaming.explore(lambda: self._stop_if(bool(self.goals) or self._needs), silent)
@@ -114,7 +114,7 @@ class Day:
         goal = self.goals.popleft()
         try:
             self.trial.roaming.goal(goal, lambda: self._stop_if(self._needs), silent)
-        except Held:
+        except MotionHeld:
             self.goals.appendleft(goal)
             raise
         except GaveUp:

@@ -36,7 +36,7 @@ def main() -> None:
         picture = world.picture(x, y, facing) if n % EACH == 0 else None
         step = slam.step(n * DT, picture, v, w, DT)
         met, steps = met + step.met, n
-        if step.made:
+        if step.is_new:
             truth[step.experience], reckoned[step.experience] = (x, y, facing), dead
     held = slam.map
     print(f"{steps} steps: {held.count} experiences, {held.linked} links, {met} of them to places known before")

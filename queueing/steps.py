@@ -50,7 +50,7 @@ class _Move:
 
     def __init__(self, step: Step, now: datetime) -> None:
         self._new = (now - timedelta(seconds=step.since_s) - SLACK, now + SLACK)
-        self._moved, self._by = step.moved, step.moved + self._paused(step, now - step.moved)
+        self._moved, self._by = step.shift, step.shift + self._paused(step, now - step.shift)
 
     def _paused(self, step: Step, now: datetime) -> timedelta:
         """Return for how long nobody could do anything; others may have written rows while this machine was off.

@@ -38,9 +38,9 @@ def boot_id() -> str:
 
 def _doubt_s(step: Step) -> float:
     """Return how long the date is not believed after a step (s)."""
-    if max(step.moved, step.paused, step.total) > SKIPPED:
+    if max(step.shift, step.paused, step.total) > SKIPPED:
         return TRUSTED_S
-    return SETTLED_S if step.moved or step.paused else 0.0
+    return SETTLED_S if step.shift or step.paused else 0.0
 
 
 def _read(data: bytes) -> tuple[Reading, float]:
@@ -80,12 +80,12 @@ class WallClock:
             now = self._clock.now()
             seen = Reading(self._boot(), now.timestamp(), self._clock.monotonic(), self._clock.awake())
             step = step_between(self._seen, seen) if self._seen is not None else Step(timedelta(), timedelta())
-            if step.moved or step.paused:
-                log.warning(TOLD, step.moved.total_seconds(), step.paused.total_seconds())
+            if step.shift or step.paused:
+                log.warning(TOLD, step.shift.total_seconds(), step.paused.total_seconds())
                 carry(step, now)
             self._seen = seen
             self._doubted_s = max(self._doubted_s - step.since_s, _doubt_s(step))
-            if step.moved or step.paused or seen.awake - self._written >= WRITE_S:
+            if step.shift or step.paused or seen.awake - self._written >= WRITE_S:
                 self._written = seen.awake
                 self._write(seen)
             return now

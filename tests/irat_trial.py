@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from robots.kit.clock import Waitable
-from robots.kit.contract.errors import HardwareFault, Held, LineSilent
+from robots.kit.contract.errors import HardwareFault, LineSilent, MotionHeld
 from robots.kit.contract.session import JSON
 from robots.kit.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
 from robots.kit.drivers.irat.brain.mind import Mind
@@ -275,7 +275,7 @@ def until(trial: Trial, seconds: float) -> Callable[[], None]:
 
     def permit() -> None:
         if trial.now > end:
-            raise Held("The time is over.")
+            raise MotionHeld("The time is over.")
 
     return permit
 

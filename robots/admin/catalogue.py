@@ -109,7 +109,7 @@ class RobotAdmin(FormFieldsAdmin):
         except LookupError:
             return {"procedures": (), "calibrates": False}
         calibration = spec.capability(Calibration)
-        rows = calibration.told(robot.calibration) if calibration else ()
+        rows = calibration.result_rows(robot.calibration) if calibration else ()
         return {"procedures": procedures.procedures(spec), "calibrates": calibration is not None, "calibration": rows}
 
     def save_model(self, request: HttpRequest, obj: Robot, form: Any, change: bool) -> None:

@@ -109,7 +109,11 @@ def test(robot: Robot, request: HttpRequest) -> str:
     if robot.cycle == Cycle.FAULT:
         return f"The robot is on, and its worker answers, but has a fault: {robot.reason}"
     in_use = services.open_grant(robot)
-    if robot.stop_latched or in_use is not None or procedures.PICTURE not in procedures.offered(robot.driver):
+    if (
+        robot.stop_latched
+        or in_use is not None
+        or procedures.PICTURE not in procedures.offered_procedures(robot.driver)
+    ):
         why = "it is stopped" if robot.stop_latched else "it is in use" if in_use is not None else ""
         return f"The robot is on, and its worker answers{f'; {why}, so no picture was taken' if why else ''}."
     services.staff_command(robot, request.user, procedures.PICTURE.kind)

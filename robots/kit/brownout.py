@@ -1,4 +1,4 @@
-"""Slows down what can wait if the machine is too busy: live pictures first.
+"""Slows down work that can wait if the machine is too busy: live pictures first.
 
 A loop that sleeps measures how late it wakes up, and the mean of the last seconds decides. Load averages tell how
 busy the machine is; lateness tells what that does to this process.
@@ -15,7 +15,7 @@ ONLY_STILLS = len(STEPS) - 1
 
 
 class Brownout:
-    """How much to slow down: level 0 (not at all) to `ONLY_STILLS`."""
+    """The present level of slowing down, from 0 (none) to `ONLY_STILLS`."""
 
     def __init__(self) -> None:
         self.level = 0

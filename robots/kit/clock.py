@@ -1,8 +1,8 @@
 """The injected clock: now, sleep, waits, threads and locks together.
 
 Watchdogs and leases use `monotonic`. Where the platform allows it, it counts the time in which the machine is
-suspended, so that closing a laptop cannot extend a lease. What people may use, as a turn, is measured by `awake`,
-which does not count it. `now` may be set at any time: it is for what people read, and for rows, which
+suspended, so that closing a laptop cannot extend a lease. Time that people may use, as a turn, is measured by `awake`,
+which does not count it. `now` may be set at any time: it is for texts that people read, and for rows, which
 `queueing/steps.py` moves when it was set.
 """
 
@@ -108,14 +108,14 @@ class Limit:
         self._clock, self._until = clock, clock.monotonic() + seconds
 
     @property
-    def left(self) -> float:
-        """The seconds that are left; not above zero once they have passed."""
+    def remaining(self) -> float:
+        """Return the seconds that are left; not above zero once they have passed."""
         return self._until - self._clock.monotonic()
 
     @property
     def over(self) -> bool:
-        """Whether they have passed."""
-        return self.left < 0
+        """Return whether they have passed."""
+        return self.remaining < 0
 
 
 def poll(holds: Callable[[], object], clock: Timer, limit_s: float, pause_s: float) -> bool:

@@ -1,4 +1,4 @@
-"""What happened to the clocks of a machine between two readings: a step of the time of day, a sleep."""
+"""Steps of the time of day and sleeps of a machine, found from two readings of its clocks."""
 
 from dataclasses import dataclass
 from datetime import timedelta
@@ -18,20 +18,20 @@ class Reading:
 
 @dataclass(frozen=True)
 class Step:
-    """What happened between two looks: by how much the time of day was set, how long the machine slept or was off.
+    """The change between two readings: of the time of day (`shift`), and the sleep of the machine (`paused`).
 
-    `since_s`: how long the machine was awake since the last look, or since its start (s). What was written in that time
-    may be of after the step.
+    `since_s`: how long the machine was awake since the last reading, or since its start (s). A stamp of that time
+    may be from after the step.
     """
 
-    moved: timedelta
+    shift: timedelta
     paused: timedelta
     since_s: float = 0.0
 
     @property
     def total(self) -> timedelta:
-        """Return by how much stamps of before the step have to be moved."""
-        return self.moved + self.paused
+        """Return the correction for stamps from before the step."""
+        return self.shift + self.paused
 
 
 def step_between(was: Reading, now: Reading) -> Step:
@@ -39,7 +39,7 @@ def step_between(was: Reading, now: Reading) -> Step:
     awake = now.awake - was.awake
     if was.boot != now.boot or awake < 0:  # the machine was off for an unknown time
         gap = now.wall - was.wall
-        # others write from the boot on, also before this look
+        # others write stamps from the boot on, also before this reading
         moved, paused, awake = min(gap, 0.0), max(gap, 0.0), now.awake
     else:
         lasted = now.lasted - was.lasted

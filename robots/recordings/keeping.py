@@ -236,7 +236,7 @@ def _first_still(path: Path, camera: int) -> int:
     try:
         for message in reading.messages(path, [f"{container.CAMERA}{camera}"]):
             with contextlib.suppress(ValueError, TypeError, OverflowError):  # what cannot be read shows nothing
-                if still := int(message.told().get("still", 0)):
+                if still := int(message.content().get("still", 0)):
                     return still
     except OSError:
         log.warning("%s cannot be read", path)  # nor replayed
@@ -313,7 +313,7 @@ def taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
     if not message.topic.startswith(container.CAMERA):
         return False
     try:
-        told = message.told()
+        told = message.content()
         taken = container.taken_ms(told)
     except ValueError:
         return True  # what cannot be judged goes

@@ -88,7 +88,7 @@ class FaultBoard:
         self.take(verb)
         return True
 
-    def seen(self) -> dict[str, float]:
+    def present(self) -> dict[str, float]:
         """Return all present faults."""
         with self._lock:
             return dict(self._values)
@@ -121,4 +121,4 @@ def _answer(line: bytes, board: FaultBoard, status: Callable[[], dict[str, Any]]
             board.set(verb, float(asked.get("value", 1.0)), None if count is None else int(count))
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         return {"ok": False, "error": str(error)}
-    return {"ok": True, "faults": board.seen(), **status()}
+    return {"ok": True, "faults": board.present(), **status()}

@@ -26,7 +26,7 @@ class Journal:
     def __init__(self, path: Path, real: Timer = TIMER) -> None:
         self._path, self._real = path, real
         self._lock = threading.Lock()
-        self.told: Callable[[dict[str, Any]], None] | None = None  # told of each event, in the thread that notes it
+        self.listener: Callable[[dict[str, Any]], None] | None = None  # gets each event, in the thread that records it
         self._file = path.open("a", buffering=1)
         self.counts: Counter[str] = Counter()
         self._left_out: Counter[str] = Counter()
@@ -36,8 +36,8 @@ class Journal:
         """Write `event` with its details; count it at least."""
         now = self._real.monotonic()
         record = {"t": round(now, 4), "event": event, **details}
-        if self.told is not None:
-            self.told(record)
+        if self.listener is not None:
+            self.listener(record)
         with self._lock:
             if not self._has_room(event, now):
                 self._left_out[event] += 1
@@ -46,7 +46,7 @@ class Journal:
             if left_out := self._left_out.pop(event, 0):
                 record["left_out"] = left_out
             self._file.write(json.dumps(record) + "\n")
-            self.counts[event] += 1  # now that whoever waits for it finds it in the file
+            self.counts[event] += 1  # only now, because a reader that is told looks into the file
             if self._file.tell() > self.LIMIT:
                 self._file.close()
                 self._path.replace(self._path.with_suffix(".old"))

@@ -26,7 +26,7 @@ class Mesh:
     tint: Floats
     texture: NDArray[np.int64]
 
-    def moved(self, pose: Floats) -> "Mesh":
+    def in_frame(self, pose: Floats) -> "Mesh":
         """Return the mesh in another frame; `pose` is 4 x 4."""
         return Mesh(self.corners @ pose[:3, :3].T + pose[:3, 3], self.uv, self.light, self.tint, self.texture)
 

@@ -21,7 +21,7 @@ ENDLESS = 0xFFFFFFFF  # a length that is not known, as FFmpeg and sox write it
 
 
 class Sound(Protocol):
-    """What one listener hears."""
+    """The sound for one listener."""
 
     def hear(self, since: float, until: float, count: int) -> NDArray[np.float32]:
         """Return `count` samples from -1 to 1 of the time from `since` to `until` (s, of its clock)."""
@@ -39,14 +39,14 @@ def _gone(line: socket.socket) -> bool:
 
 
 class Microphone:
-    """One microphone; `sound` makes what a new listener hears."""
+    """One microphone; `sound` makes the sound for a new listener."""
 
     path = "/microphone.wav"
 
     def __init__(self, sound: Callable[[], Sound], faults: FaultBoard, clock: Timer = TIMER) -> None:
         self._sound, self._faults, self._clock = sound, faults, clock
         self._lock = threading.Lock()
-        self.listeners = self.opened = 0
+        self.listeners = self.openings = 0
 
     def answer(self, request: BaseHTTPRequestHandler) -> None:
         """Send sound until the listener goes, or the microphone is gone. Raises ConnectionError, BrokenPipeError."""
@@ -68,7 +68,7 @@ class Microphone:
     def _count(self, change: int) -> None:
         with self._lock:
             self.listeners += change
-            self.opened += max(0, change)
+            self.openings += max(0, change)
 
     def _send(self, request: BaseHTTPRequestHandler) -> None:
         sound, count, at = self._sound(), int(RATE * BLOCK_S), self._clock.monotonic()

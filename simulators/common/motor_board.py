@@ -12,7 +12,7 @@ STALLED_SHARE, STALLED_RIM_M_S, STALLED_S = 0.25, 0.02, 0.3  # a rim below this 
 
 
 class End(StrEnum):
-    """How the newest motion ended."""
+    """The end of the newest motion."""
 
     NONE = "none"
     DONE = "done"
@@ -60,7 +60,7 @@ class MotorBoard:
             self._wanted, self.holding, self.end = (0.0, 0.0), True, why
 
     def restart(self) -> None:
-        """Lose the power: what moved is lost, and nothing is wanted."""
+        """Lose the power: the motion ends, and no velocity is in force."""
         if self.moving:
             self._note("rest", motion=self.motion, end=str(End.LOST))
         self._rest()
@@ -83,7 +83,7 @@ class MotorBoard:
         return self.target
 
     def _watch(self, now: float, rims: tuple[float, float]) -> None:
-        """Find out whether a wheel that should turn does not; write a rim beyond its limit, which there must not be."""
+        """Detect a wheel that should turn and does not; record a rim speed beyond its limit, which must not happen."""
         if not max(abs(to) for to in self.target) <= self._fastest + 1e-6:  # also if it is NaN
             self._note("passed", target=list(self.target))
         slow = any(

@@ -1,4 +1,4 @@
-"""What each simulator needs as a process: its arguments, and how it is stopped."""
+"""Arguments and stop of a simulator's process."""
 
 import argparse
 import signal

@@ -1,4 +1,4 @@
-"""Where a simulated controller listens for TCP connections, and its end of one."""
+"""The TCP port of a simulated controller, and its end of a connection."""
 
 import socket
 import struct
@@ -18,14 +18,14 @@ class Line(Protocol):
         """Send all of it. Raises OSError, also where the client does not read for a while."""
 
     def shut(self) -> None:
-        """End the connection; who waits to receive gets its end. Raises OSError."""
+        """End the connection; a thread that waits to receive gets its end. Raises OSError."""
 
     def close(self) -> None:
-        """Give back what the system keeps for it."""
+        """Give its descriptor back to the system."""
 
 
 class Listener(Protocol):
-    """Where clients connect."""
+    """The port to which clients connect."""
 
     def accept(self) -> tuple[Line, str, str]:
         """Wait for a connection; return its end here, the client's host, and its name. Raises OSError."""

@@ -1,4 +1,4 @@
-"""What becomes of a thread that dies of an error: the journal tells it, and the simulator ends."""
+"""Records the death of a thread by an error in the journal, and ends the simulator."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ def record_deaths(journal: Journal) -> None:
 def end_with_any() -> None:
     """From now on end this process, with exit status 1 and a line on stderr, once one of its threads dies of an error.
 
-    Where nobody reads stderr, SIGALRM ends it. Called before a thread is started, and before `record_deaths`.
+    If nobody reads stderr, SIGALRM ends it. Called before a thread is started, and before `record_deaths`.
     """
     told = threading.excepthook
 

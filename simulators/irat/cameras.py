@@ -24,7 +24,7 @@ FINER = 2  # the still part of the view from above is drawn so many times as lar
 
 
 class Stage:
-    """What can be seen, made once for all cameras; `decoys` are false markers on walls."""
+    """The visible scene, made once for all cameras; `decoys` are false markers on walls."""
 
     def __init__(self, with_maze: bool = True) -> None:
         self.atlas = Atlas()
@@ -86,6 +86,6 @@ class Overhead:
         """Return the picture, shape (580, 640, 3), with the robot at this pose (4 x 4)."""
         canvas = self._canvas
         canvas.begin()
-        canvas.draw(joined(self._stage.robot).moved(hull), self._view)
+        canvas.draw(joined(self._stage.robot).in_frame(hull), self._view)
         robot = canvas.picture((1, 2, 3))
         return np.where(np.isfinite(canvas.depth())[:, :, None], robot, self._empty)

@@ -1,4 +1,4 @@
-"""Who commands: one connection at a time, by a claim with an epoch that only grows."""
+"""The right to command: one connection at a time, by a claim with an epoch that only grows."""
 
 from robots.kit.clock import TIMER, Timer
 from simulators.irat.peer import Peer
@@ -31,7 +31,7 @@ class Claims:
             other is not None
             and other is not peer
             and epoch == other.epoch
-            and self._clock.monotonic() - other.heard < SILENT_S
+            and self._clock.monotonic() - other.heard_at < SILENT_S
         ):
             return f"another connection commands under epoch {epoch}"
         return ""

@@ -1,4 +1,4 @@
-"""What hangs in the museum and stands in the maze, drawn: textures as pictures whose sides are powers of two."""
+"""Drawings of the museum's walls and the maze: textures as pictures whose sides are powers of two."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What a frame does: subscriptions, velocities, services."""
+"""Operations that frames ask for: subscriptions, velocities, services."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Robot(Protocol):
         """Brake to rest."""
 
     def report(self) -> Status:
-        """Return what the robot says of itself."""
+        """Return the robot's state as it tells it."""
 
 
 @dataclass
@@ -61,7 +61,7 @@ class _Hold:
     """A hold that is not answered yet, and the motion that it ends."""
 
     peer: Peer
-    asked: Operation
+    operation: Operation
     motion: int
     limit: Limit
 
@@ -89,8 +89,8 @@ class Operations:
         ident, called = found.get("id"), found.get("op") == "call_service"
         try:
             asked = operation(found)
-            if asked.missing:
-                peer.answer(encode(op="status", level="warning", msg=asked.missing, id=ident))
+            if asked.warning:
+                peer.answer(encode(op="status", level="warning", msg=asked.warning, id=ident))
             getattr(self, f"_{asked.op}")(peer, asked)
         except Malformed as error:
             if called:
@@ -157,7 +157,7 @@ class Operations:
             peer.subscriptions.pop(asked.name, None)
 
     def _status(self, peer: Peer, asked: Operation) -> None:
-        """Clients may tell what they like; nothing here depends on it."""
+        """A client's message of status changes nothing here."""
 
     _set_level = _status
 
@@ -218,4 +218,4 @@ class Operations:
             if rests or hold.limit.over:
                 self.holds.remove(hold)
                 message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"
-                self._answer(hold.peer, hold.asked, {"success": rests, "message": message})
+                self._answer(hold.peer, hold.operation, {"success": rests, "message": message})

@@ -1,7 +1,7 @@
-"""One connection to the robot: what it subscribes to, and what waits to be sent to it.
+"""One connection to the robot: its subscriptions, and the messages that wait to be sent to it.
 
 Of each topic only the newest message waits, so a slow reader gets fewer, fresh ones and costs no memory. Answers wait
-in order, up to a number; who does not read them is disconnected.
+in order, up to a number; a client that does not read them is disconnected.
 """
 
 from collections import deque
@@ -19,7 +19,7 @@ class Subscription:
     """One id's wish for a topic: at most one message every `every_s`."""
 
     every_s: float
-    sent: float = 0.0
+    sent_at: float = 0.0
 
 
 class Peer:
@@ -34,15 +34,15 @@ class Peer:
         self.name, self._faults, self._some, self.cut, self._clock = name, faults, some, cut, clock
         self.subscriptions: dict[str, dict[str | int | None, Subscription]] = {}
         self.epoch = 0  # under which it commands
-        self.heard = clock.monotonic()
+        self.heard_at = clock.monotonic()
         self._newest: dict[str, str] = {}
         self._answers: deque[str] = deque()
 
     def wants(self, topic: str, now: float) -> bool:
         """Return whether a message of this topic is due; counts it as sent."""
-        due = [s for s in self.subscriptions.get(topic, {}).values() if now - s.sent >= s.every_s - 1e-3]
+        due = [s for s in self.subscriptions.get(topic, {}).values() if now - s.sent_at >= s.every_s - 1e-3]
         for subscription in due:
-            subscription.sent = now
+            subscription.sent_at = now
         return bool(due)
 
     def show(self, topic: str, frame: str) -> None:

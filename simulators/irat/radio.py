@@ -1,4 +1,4 @@
-"""The robot's rosbridge, message by message: who is connected, what is said to whom. How it is carried is elsewhere."""
+"""The robot's rosbridge, message by message: its clients and the messages to each. `server` has the network."""
 
 from collections.abc import Callable, Iterable
 
@@ -13,7 +13,7 @@ Messages = Iterable[tuple[str, Callable[[int], Message]]]  # topics, and what ma
 
 
 class Radio:
-    """Not for several threads, apart from what it says of itself."""
+    """Not for several threads, except for its properties."""
 
     def __init__(self, robot: Robot, faults: FaultBoard, note: Note, clock: Timer = TIMER, wall: Wall = WALL) -> None:
         self._faults, self._note, self._clock, self._sequence = faults, note, clock, 0
@@ -53,7 +53,7 @@ class Radio:
         self._operations.leave(peer)
 
     def take(self, peer: Peer, data: str | bytes) -> None:
-        """Do what a frame asks for, unless nothing reaches the robot. Whatever is in it, the next is read, too."""
+        """Do what a frame asks for, unless nothing reaches the robot. The next is read in any case."""
         if self.silent:
             return
         try:

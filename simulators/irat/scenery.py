@@ -1,4 +1,4 @@
-"""What the cameras see: the maze on its board, things scattered around it, the hall, the dock and the robot."""
+"""The scene before the cameras: the maze on its board, things scattered around it, the hall, the dock and the robot."""
 
 from itertools import pairwise
 
@@ -61,11 +61,11 @@ def _poster(wall: Wall, at: float, side: float, texture: int, off: float = STAY_
 
 def things() -> Mesh:
     """Return what is scattered around the corridors, and the column that stands in one."""
-    around = [_thing(kind, high, colour).moved(placed(x, y, 0, 3 * x)) for kind, x, y, high, colour in THINGS]
+    around = [_thing(kind, high, colour).in_frame(placed(x, y, 0, 3 * x)) for kind, x, y, high, colour in THINGS]
     x, y, half = COLUMN
     tones: tuple[Colour, ...] = ((240, 120, 60), (246, 240, 226), (60, 150, 170), (250, 206, 80))
     blocks = [
-        box((-half, -half, i * 0.05), (half, half, i * 0.05 + 0.05), tone).moved(placed(x, y, 0, 0.0))
+        box((-half, -half, i * 0.05), (half, half, i * 0.05 + 0.05), tone).in_frame(placed(x, y, 0, 0.0))
         for i, tone in enumerate(tones)
     ]
     return joined(*around, *blocks)
@@ -132,15 +132,15 @@ def robot() -> Mesh:
     hull: Colour = (206, 52, 46)
     white: Colour = (250, 250, 250)
     profile = [(0.045, 0.012), (0.05, 0.03), (0.05, 0.05), (0.042, 0.066), (0.026, 0.074), (0.0, 0.076)]
-    parts = [turned(profile, hull, 20).moved(np.diag([1.7, 1.0, 1.0, 1.0]))]
+    parts = [turned(profile, hull, 20).in_frame(np.diag([1.7, 1.0, 1.0, 1.0]))]
     for side in (-1, 1):
         ear = turned([(0.017, 0), (0.017, 0.008), (0, 0.008)], (240, 170, 170), 10)
         eye = turned([(0.006, 0), (0.006, 0.006), (0, 0.007)], (20, 20, 22), 8)
         wheel = side * 0.049
-        parts += [ear.moved(placed(0.032, side * 0.036, 0.064)), eye.moved(placed(0.066, side * 0.014, 0.056))]
+        parts += [ear.in_frame(placed(0.032, side * 0.036, 0.064)), eye.in_frame(placed(0.066, side * 0.014, 0.056))]
         parts.append(box((-0.02, wheel - 0.006, 0), (0.02, wheel + 0.006, 0.04), (30, 30, 34)))
     parts.append(lid(np.array([(-0.052, -0.006), (0.012, -0.006), (0.012, 0.006), (-0.052, 0.006)]), 0.0775, white))
-    parts.append(turned([(0.009, 0.0765), (0, 0.078)], white, 12).moved(placed(0.03, 0, 0)))
+    parts.append(turned([(0.009, 0.0765), (0, 0.078)], white, 12).in_frame(placed(0.03, 0, 0)))
     parts.append(box((-0.135, -0.003, 0.02), (-0.08, 0.003, 0.026), (240, 170, 170)))
     return joined(*parts)
 
@@ -156,7 +156,7 @@ def everything(atlas: Atlas, with_maze: bool = True) -> tuple[Mesh, tuple[Mesh, 
     board = atlas.add(drawings.dock_board())
     parts = [
         surroundings(atlas, BOARD if with_maze else OPEN_FLOOR),
-        dock(board).moved(placed(DOCK[0], DOCK[1], 0, DOCK[2])),
+        dock(board).in_frame(placed(DOCK[0], DOCK[1], 0, DOCK[2])),
     ]
     if not with_maze:
         return joined(*parts), ()

@@ -26,7 +26,7 @@ MOST_WAITING = 16  # accepted at once, in each turn of the loop; one that is too
 OPEN_S, PING_S = 5.0, 5.0  # real time, as the next: the network's
 LOOK_S = 0.05
 log = logging.getLogger("simulators.irat.websockets")
-log.setLevel(logging.CRITICAL)  # whatever strangers send is no news; the journal has what matters
+log.setLevel(logging.CRITICAL)  # messages of strangers are not worth a log line; the journal has what matters
 
 
 class Network:

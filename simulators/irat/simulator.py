@@ -26,14 +26,14 @@ from simulators.common import stamp
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.kept import BOOTS
+from simulators.common.nonvolatile import BOOTS
 from simulators.common.threads import names, record_deaths
 from simulators.irat.cameras import Overhead, RobotCamera, jpeg, stage
 from simulators.irat.drive import End
 from simulators.irat.plant import TICK_S
 from simulators.irat.radio import Radio
 from simulators.irat.server import Network
-from simulators.irat.state import Kept, keep, restore
+from simulators.irat.state import StoredState, keep, restore
 from simulators.irat.world import World
 
 IDLE_S = 0.1  # of a tick while nothing moves
@@ -75,7 +75,7 @@ class Simulator:
         self.journal.note("power_on", boot=self.boot)
 
     def open(self, port: int = 0) -> Network:
-        """Open what other programs reach it by: rosbridge at a port (0: any), the view from above, and faults."""
+        """Open its doors for other programs: rosbridge at a port (0: any), the view from above, and faults."""
         folder = self._folder
         record_deaths(self.journal)
         self._network = network = Network(port, self.radio, self.faults, self.journal.note, self._clock)
@@ -115,7 +115,7 @@ class Simulator:
             self.world.drive.hold(why)
 
     def report(self) -> Status:
-        """Return what the robot says of itself."""
+        """Return the robot's state as it tells it."""
         with self._lock:
             drive = self.world.drive
             return Status(
@@ -275,7 +275,7 @@ class Simulator:
 
     def _keep(self) -> None:
         with self._lock:
-            keep(self._folder / "state.json", Kept(self.world.plant.pose, self.world.battery.charge, self.boot))
+            keep(self._folder / "state.json", StoredState(self.world.plant.pose, self.world.battery.charge, self.boot))
 
     def stop(self, *_: object) -> None:
         """End the loop; the robot rests first."""

@@ -1,16 +1,16 @@
-"""What outlives a kill: where the robot stands, its charge, and how often it was switched on."""
+"""The state that outlives a kill: the pose of the robot, its charge, and how often it was switched on."""
 
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from simulators.common import kept
+from simulators.common import nonvolatile as kept
 from simulators.irat.plant import Pose, docked
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredState:
     """The pose (m, m, rad), the share of the charge, and the last boot number."""
 
     pose: Pose
@@ -26,12 +26,12 @@ def _body(stored: Any) -> tuple[Pose, float]:
     return (x, y, heading), min(1.0, max(0.0, charge))
 
 
-def restore(path: Path) -> Kept:
+def restore(path: Path) -> StoredState:
     """Return the state stored in `path`; a new robot stands in its dock, charged."""
     (pose, charge), boot = kept.restored(path, _body, (docked(), 1.0))
-    return Kept(pose, charge, boot)
+    return StoredState(pose, charge, boot)
 
 
-def keep(path: Path, state: Kept) -> None:
+def keep(path: Path, state: StoredState) -> None:
     """Write the state. Raises OSError."""
     kept.keep(path, state.boot, {"pose": state.pose, "charge": state.charge})

@@ -1,6 +1,6 @@
 """Everything that time changes: motor board, body, odometry and battery. It has no thread and no clock of its own.
 
-A tick is 20 ms of its own time; who runs it decides how fast that passes. So a simulated day can be run as fast as the
+A tick is 20 ms of its own time; its caller decides how fast that passes. So a simulated day can be run as fast as the
 machine allows, with the same physics as in real time.
 """
 
@@ -56,7 +56,7 @@ class World:
         after = self.plant.pose
         self.driven += float(np.hypot(after[0] - before[0], after[1] - before[1]))
         self.odometry.advance(self.plant.angles, seconds)
-        contacts = self.closed
+        contacts = self.contacts_closed
         if contacts != self.charging:
             self.charging = contacts
             self._note("charging" if contacts else "not_charging", charge=round(self.battery.charge, 4))
@@ -65,7 +65,7 @@ class World:
             self.drive.hold(End.LOST)
 
     @property
-    def closed(self) -> bool:
+    def contacts_closed(self) -> bool:
         """Return whether both of the charger's contacts are closed."""
         return all(self.plant.contacts) and not self._faults.value("contacts_bent")
 

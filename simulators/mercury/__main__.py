@@ -22,8 +22,8 @@ from robots.kit.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.kept import BOOTS
 from simulators.common.microphone import Microphone
+from simulators.common.nonvolatile import BOOTS
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import end_with_any, names, record_deaths
 from simulators.mercury.arm import Body
@@ -57,7 +57,7 @@ class Simulator:
         self._state = folder / "state.json"
         kept = restore(self._state)
         space = Workspace(description)
-        self.body = Body(space.settled(kept.pose) or START, clock.monotonic())
+        self.body = Body(space.tidy_pose(kept.pose) or START, clock.monotonic())
         boot = (kept.boot + 1) % BOOTS
         self._keep(boot)
         self.controller = Controller(
@@ -116,7 +116,7 @@ class Simulator:
             "boot": self.controller.boot,
             "threads": names(),
             "listeners": self.microphone.listeners,
-            "listened": self.microphone.opened,
+            "listened": self.microphone.openings,
         }
 
     def run(self) -> None:

@@ -40,7 +40,7 @@ class Line:
     start: Pose
     end: Pose
     speed: float
-    gone: float = 0.0
+    way: float = 0.0
     velocity: float = 0.0
     braking: bool = False
     length: float = field(init=False)
@@ -54,22 +54,22 @@ class Line:
     def advance(self, dt: float) -> tuple[float, bool]:
         """Move on by `dt`; return the acceleration along the line and whether it ended."""
         acceleration = self.speed / RAMP_S * (BRAKE if self.braking else 1.0)
-        left = self.length - self.gone
+        left = self.length - self.way
         stopping = self.velocity**2 / (2 * acceleration)
         before = self.velocity
         if self.braking or left <= stopping + self.velocity * dt:
             self.velocity = max(0.0, self.velocity - acceleration * dt)
         else:
             self.velocity = min(self.speed, self.velocity + acceleration * dt)
-        self.gone += (before + self.velocity) / 2 * dt
-        ended = self.gone >= self.length or (self.velocity == 0.0 and (self.braking or before > 0.0))
+        self.way += (before + self.velocity) / 2 * dt
+        ended = self.way >= self.length or (self.velocity == 0.0 and (self.braking or before > 0.0))
         if ended and not self.braking:
-            self.gone, self.velocity = self.length, 0.0
+            self.way, self.velocity = self.length, 0.0
         return (self.velocity - before) / dt, ended
 
     def at(self) -> Pose:
         """Return the present set-point."""
-        share = self.gone / self.length if self.length else 1.0
+        share = self.way / self.length if self.length else 1.0
         a, b = self.start, self.end
         return Pose(
             a.x + (b.x - a.x) * share,
@@ -89,7 +89,7 @@ class Body:
         self.swing_velocity = [0.0, 0.0]
         self.time = at
         self.past: deque[tuple[float, float, float, float, float]] = deque(maxlen=400)
-        self.ended: Line | None = None
+        self.last_line: Line | None = None
 
     @property
     def moving(self) -> bool:
@@ -135,7 +135,7 @@ class Body:
             dz = (line.end.z - line.start.z) / span
             push = (along * (dx + 0.15 * dz), along * (dy + 0.10 * dz))
             if ended:
-                self.line, self.ended = None, line
+                self.line, self.last_line = None, line
         omega = 2 * pi * SWING_HZ
         for i in (0, 1):
             pull = -2 * DAMPING * omega * self.swing_velocity[i] - omega**2 * self.swing[i]

@@ -14,7 +14,7 @@ from robots.kit.drivers.mercury import protocol as wire
 from robots.kit.drivers.mercury.protocol import Error, Flag, Frame, Instruction, Mode, Reply
 from simulators.common.faults import FaultBoard
 from simulators.common.journal import Journal
-from simulators.common.kept import BOOTS
+from simulators.common.nonvolatile import BOOTS
 from simulators.mercury.arm import AT_REST_M, Body, Pose
 from simulators.mercury.workspace import Workspace
 
@@ -134,9 +134,9 @@ class Controller:
                 return self._calibrate(frame.seq)
             case Instruction.MOVE_XYZ:
                 x, y, z = (value / 1000 for value in values)
-                return self._move(frame.seq, self._space.moved(here, x, y, z))
+                return self._move(frame.seq, self._space.line_end(here, x, y, z))
             case Instruction.MOVE_THETA:
-                return self._move(frame.seq, self._space.turned(here, radians(values[0])))
+                return self._move(frame.seq, self._space.turn_end(here, radians(values[0])))
             case _:
                 return self._air(frame.seq, values[0])
 
@@ -218,9 +218,9 @@ class Controller:
             self.body.brake()
             self.limit = True
             self.mode = Mode.HOLDING
-        ended = self.body.ended
+        ended = self.body.last_line
         if ended is not None:
-            self.body.ended = None
+            self.body.last_line = None
             self._journal.note("rest", seq=self._running, braked=ended.braking)
             self._finish(Reply.HELD if ended.braking else Reply.DONE, send)
         if self.mode in (Mode.CALIBRATING, Mode.BLOWING) and now >= self._until:

@@ -46,7 +46,7 @@ def _half_way() -> tuple[float, float, float]:
 
 def _shadow(height: F32) -> F32:
     lx, ly = DIRECTION
-    edge = np.full(height.shape, -np.inf, np.float32)  # of the shadow: what is below it is in the dark
+    edge = np.full(height.shape, -np.inf, np.float32)  # of the shadow: everything below it is dark
     for step in range(2, 30, 2):  # half millimetres towards the light
         other = np.roll(height, (-round(step * ly), -round(step * lx)), (0, 1))
         other -= np.float32(step * PIXEL_MM * SLOPE)

@@ -1,4 +1,4 @@
-"""How dry sand slides: nowhere steeper than its angle of repose, in any direction.
+"""The slide of dry sand: nowhere steeper than its angle of repose, in any direction.
 
 Sand flows down the steepest slope, in proportion to how much too steep that slope is: a diffusion that stops below
 the angle of repose. (With the two axes treated separately, sand would form square pyramids whose edges are steeper by

@@ -1,4 +1,4 @@
-"""What a microphone beside the arm hears: its motors while they turn, air while it blows, and a quiet room.
+"""The sound at a microphone beside the arm: its motors while they turn, air while it blows, and a quiet room.
 
 Each joint has a motor whose pitch and loudness follow the speed of that joint, so a diagonal motion sounds otherwise
 than a straight one, and a motion swells and dies away with its ramps.

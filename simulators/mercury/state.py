@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simulators.common import kept
+from simulators.common import nonvolatile as kept
 from simulators.mercury.arm import Pose
 
 START = Pose(0.0, 0.42, 0.075, 0.0)
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredState:
     """The pose (m, rad) and the last boot number."""
 
     pose: Pose
@@ -23,9 +23,9 @@ def _pose(stored: Any) -> Pose:
     return Pose(x, y, z, theta)
 
 
-def restore(path: Path) -> Kept:
+def restore(path: Path) -> StoredState:
     """Return the state stored in `path`; a new arm stands at its start."""
-    return Kept(*kept.restored(path, _pose, START))
+    return StoredState(*kept.restored(path, _pose, START))
 
 
 def keep(path: Path, pose: Pose, boot: int) -> None:

@@ -42,7 +42,7 @@ class Workspace:
         ]
         return self.arm.broken_limit((forgiven[0], forgiven[1], forgiven[2], forgiven[3]))
 
-    def moved(self, start: Pose, x: float, y: float, z: float) -> Pose | None:
+    def line_end(self, start: Pose, x: float, y: float, z: float) -> Pose | None:
         """Return the end of a straight line from `start` to a point, with the same world angle; None if refused."""
         low, high = self.arm.q3.low, self.arm.q3.high
         inside = self._in("x", x) and self._in("y", y) and low - SLACK_M <= z <= high + SLACK_M
@@ -50,7 +50,7 @@ class Workspace:
             return None
         return self._way(start, Pose(x, y, min(max(z, low), high), start.theta))
 
-    def turned(self, start: Pose, theta: float) -> Pose | None:
+    def turn_end(self, start: Pose, theta: float) -> Pose | None:
         """Return `start` with the tool turned to `theta`, counted in the direction of joint 4; None if refused."""
         try:
             q1, q2, _, q4 = self.arm.inverse(start.x, start.y, start.z, theta)
@@ -58,12 +58,12 @@ class Workspace:
             return None
         return self._way(start, Pose(start.x, start.y, start.z, q1 + q2 + q4 + self.arm.tool_angle))
 
-    def settled(self, pose: Pose) -> Pose | None:
+    def tidy_pose(self, pose: Pose) -> Pose | None:
         """Return the pose with its angle counted like joint 4; None if it is impossible."""
         if not all(isfinite(v) for v in pose.as_tuple()):
             return None
-        turned = self.turned(pose, pose.theta)
-        return turned and self.moved(turned, turned.x, turned.y, turned.z)
+        turned = self.turn_end(pose, pose.theta)
+        return turned and self.line_end(turned, turned.x, turned.y, turned.z)
 
     def _in(self, axis: str, value: float) -> bool:
         low, high = self._sand[axis]

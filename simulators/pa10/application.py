@@ -20,7 +20,7 @@ from robots.kit.clock import TIMER, Limit, Timer, Until
 from robots.kit.drivers.pa10.courses import Course, Courses, is_default
 from robots.kit.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
 from simulators.pa10 import runner
-from simulators.pa10.allowed import Allowed
+from simulators.pa10.position_guard import PositionGuard
 from simulators.pa10.runner import GRIP_S
 from simulators.pa10.scene import STEP_S
 from simulators.pa10.setpoint import Reference, SetPoint
@@ -52,7 +52,7 @@ class Application:
         self._rested = threading.Condition(self._lock)
         self._mode, self._end = Mode.NO_CTRL, End.NONE
         self._set = SetPoint(courses.planner, q)
-        self._allowed = Allowed(courses.planner, q)
+        self._guard = PositionGuard(courses.planner, q)
         self._seen, self._speed = q.copy(), np.zeros_like(q)
         self._leaving = ""  # the range error that is being left now
         self._gripper, self._gripped = gripper, 0  # the step until which the fingers may move
@@ -68,14 +68,14 @@ class Application:
     # what the network asks
 
     @property
-    def asked(self) -> int:
+    def hold_count(self) -> int:
         """Return a number that changes with each hold."""
         return self._holds
 
     def take(self, request: Request, asked: int | None = None) -> str:
         """Start a request; return the line to answer. Raises Refused, Malformed.
 
-        `asked` is the value of that property when the request arrived; a request that was held before it could start
+        `asked` is the `hold_count` at the time when the request arrived; a request that was held before it could start
         does not start.
         """
         asked = self._holds if asked is None else asked
@@ -113,7 +113,7 @@ class Application:
             if (np.abs(self._speed) > STILL_RAD_S).any():
                 raise Refused("busy", "something still moves the arm; wait until it rests")
             self._set.stand(self._seen)
-            self._allowed.accept(self._courses.planner, self._seen)
+            self._guard.accept(self._courses.planner, self._seen)
 
     def _none_came_first(self, asked: int) -> None:
         if self._holds != asked and self._mode == Mode.RANGE_ERROR:
@@ -206,7 +206,7 @@ class Application:
             self.extra = (*self.extra, box)
         self._courses.forbid(self.extra)
         self._set.planner = self._courses.planner
-        self._allowed.accept(self._courses.planner, self._seen)
+        self._guard.accept(self._courses.planner, self._seen)
         self._set.look_again()
         self._note("boxes", extra=[b.name for b in self.extra])
         return f"ok {len(self.extra)} boxes"
@@ -280,7 +280,7 @@ class Application:
             self._seen, self._speed = measured, speed
             if self._set.step(self._now):
                 self._arrive()
-            if self._mode != Mode.RANGE_ERROR and (why := self._allowed.left(measured)):
+            if self._mode != Mode.RANGE_ERROR and (why := self._guard.violation(measured)):
                 self._range_error(why)
             return Reference(self._set.q, self._set.v, self._set.a, self._gripper)
 
@@ -300,7 +300,7 @@ class Application:
             self.hold()
         self._holds += 1
         self._set.stand(self._seen)  # rest here
-        self._allowed.accept(self._courses.planner, self._seen)
+        self._guard.accept(self._courses.planner, self._seen)
         self._end, self._mode, self.note = End.RANGE, Mode.RANGE_ERROR, why.replace("°", " deg")
         self._note("range_error", why=self.note)
         self._rested.notify_all()

@@ -17,7 +17,7 @@ from simulators.common.faults import FaultBoard
 from simulators.common.tcp import Line
 
 MOST_WAITING = 1000  # lines in the queue; more are refused
-LOOK_S = 3600.0  # between two looks into an empty queue; who puts something there says so
+LOOK_S = 3600.0  # between two looks into an empty queue; a new order wakes the thread sooner
 Order = Callable[[], str]
 Note = Callable[..., None]
 
@@ -27,7 +27,7 @@ class Client:
 
     def __init__(self, line: Line, peer: str, faults: FaultBoard, note: Note, clock: Timer = TIMER) -> None:
         self.line, self.peer, self._faults, self._note, self._clock = line, peer, faults, note, clock
-        self.epoch, self.owner, self.heard = 0, False, self._clock.monotonic()
+        self.epoch, self.owner, self.heard_at = 0, False, self._clock.monotonic()
         self._row: deque[Order] = deque()
         self._changed = threading.Condition()
         self._answering, self._waits, self._closed = False, 0, False
@@ -38,7 +38,7 @@ class Client:
         """Return for how long an owner has been silent (s); a client that waits or types is not silent."""
         with self._changed:
             waits = self._waits or self._row or self._answering
-        return 0.0 if waits or not self.owner else self._clock.monotonic() - self.heard
+        return 0.0 if waits or not self.owner else self._clock.monotonic() - self.heard_at
 
     def begin(self) -> None:
         """Start to answer lines."""
@@ -66,7 +66,7 @@ class Client:
         letter = rest()
         with self._changed:
             count, self._waits = self._waits, 0
-        self.heard = self._clock.monotonic()
+        self.heard_at = self._clock.monotonic()
         for _ in range(count):
             self.say(letter)
 
@@ -81,7 +81,7 @@ class Client:
                 order, self._answering = self._row.popleft(), True
             if answer := self.answer_of(order):
                 self.say(answer)
-            self.heard = self._clock.monotonic()
+            self.heard_at = self._clock.monotonic()
 
     def answer_of(self, order: Order) -> str:
         """Return the answer, or why it is refused; after any error the client is still served."""

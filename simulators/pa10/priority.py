@@ -1,4 +1,4 @@
-"""How the control loop gets processor time in time, with and without the right to real-time priority."""
+"""Gives the control loop processor time in time, with or without the right to real-time priority."""
 
 import ctypes
 import os

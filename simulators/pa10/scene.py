@@ -135,7 +135,7 @@ def forbidden() -> tuple[Any, ...]:
 
 
 class Judge:
-    """How close the arm has come to the forbidden boxes, by MuJoCo's own geometry."""
+    """Measures the least distance of the arm to the forbidden boxes, by MuJoCo's own geometry."""
 
     FAR = 0.5
 

@@ -6,16 +6,15 @@ overtakes everything, the end of the connection holds, and each end is logged wi
 """
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Protocol
 
 from robots.kit.clock import TIMER, Timer
-from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
+from robots.kit.drivers.pa10.protocol import LONGEST, LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
-from simulators.common.tcp import Listener
+from simulators.common.tcp import Line, Listener
 from simulators.pa10.client import Client, Order
-from simulators.pa10.lines import lines
 
 Note = Callable[..., None]
 WAIT_S = 120.0
@@ -169,7 +168,7 @@ class Network:
         """Read until the end; answer lines, or queue them."""
         upload: Upload | None = None
         for text in lines(client.line):
-            client.heard = self._clock.monotonic()
+            client.heard_at = self._clock.monotonic()
             if self._faults.value("awol"):
                 continue
             if text.split() == ["h"] and self._present is client:
@@ -253,3 +252,27 @@ class Network:
     def _turn_away(self, client: Client, why: str) -> None:
         self._note("refused", peer=client.peer, why=why)
         client.say(f"e busy {why}")
+
+
+PIECE = 4096
+
+
+def lines(line: Line) -> Iterator[str]:
+    """Yield each line without its end, until the connection ends.
+
+    A line that is too long is cut so that the reader can see this; bytes that are not ASCII become U+FFFD. An
+    unfinished line at the end is dropped.
+
+    Raises:
+        OSError: the connection was lost.
+        EOFError: it was closed; the message says how.
+    """
+    rest, cut = b"", False
+    while data := line.receive(PIECE):
+        *whole, last = data.split(b"\n")
+        for part in whole:
+            yield (rest + part)[: LONGEST + 2].decode("ascii", "replace").rstrip("\r")
+            rest, cut = b"", False
+        rest = (rest + last)[: LONGEST + 2]
+        cut = bool(rest)
+    raise EOFError("half a line, then the end" if cut else "the client closed the line")

@@ -18,7 +18,7 @@ STILL = 1e-9
 
 @dataclass(frozen=True)
 class Reference:
-    """What the controller follows: rad, rad/s, rad/s2; gripper 0 open, 1 closed."""
+    """The reference of the controller: rad, rad/s, rad/s2; gripper 0 open, 1 closed."""
 
     q: Joints
     v: Joints
@@ -27,7 +27,7 @@ class Reference:
 
 
 class SetPoint:
-    """The present reference, and what moves it."""
+    """The present reference, and the source of its motion."""
 
     def __init__(self, planner: Planner, q: Joints) -> None:
         self.planner = planner

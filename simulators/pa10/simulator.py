@@ -20,19 +20,18 @@ from simulators.common.journal import Journal
 from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
-from simulators.pa10.allowed import why_outside
 from simulators.pa10.application import Application
 from simulators.pa10.cameras import SharedScene
 from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.plant import Measured, Plant
+from simulators.pa10.position_guard import why_outside
 from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network, Note
 from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
 from simulators.pa10.velocity import DEAD_MAN_S
-from simulators.pa10.watchdog import watch
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
 JUDGE_EVERY = 5
@@ -40,6 +39,7 @@ CATCH_UP = 25  # steps made up for after a stall; more are lost
 LET_IN_S = 5e-5  # a late loop sleeps at least this long, so that network threads can run
 SLIP_STEPS = 150
 SLACK = 1e-4  # rad, rad/s
+LOOK_S = 0.1  # between two looks of the watchdog
 LOOK_EVERY = 500  # steps between two looks for fallen objects
 FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
@@ -127,7 +127,7 @@ class Simulator:
             return lambda: self.app.letter()
         if request.letter == "s":
             return lambda: self.state().encode()
-        return partial(self._take, self.app, request, self.app.asked, self._clock.monotonic())
+        return partial(self._take, self.app, request, self.app.hold_count, self._clock.monotonic())
 
     def _take(self, app: Application, request: Request, asked: int, arrived: float) -> str:
         """Let the control loop run before and after a request, whose planning may take time."""
@@ -277,3 +277,16 @@ class Simulator:
         self._courses.close()
         if self._cameras is not None:
             self._cameras.terminate()
+
+
+def watch(
+    network: Network, silence_s: float, nobody_s: float, again: Callable[[str], None], clock: Timer = TIMER
+) -> None:
+    """Restart the application if the owner is silent for so long, or if nobody connects (figure 4 b)."""
+
+    def look() -> None:
+        while True:
+            clock.sleep(LOOK_S)
+            network.watch(silence_s, nobody_s, again)
+
+    clock.spawn(look, "watchdog")

@@ -46,7 +46,7 @@ class VelocityCommand:
 
 def may_go_on(planner: Planner, q: Joints, v: Joints, wanted: Joints) -> bool:
     """Return whether the arm could still brake in time after one more step at the wanted speed."""
-    limits, kept = planner.limits, planner.kept
+    limits, kept = planner.limits, planner.widened_zones
     faster = np.where(np.abs(wanted) > np.abs(v), wanted, v)
     stop = q + faster * 2 * LOOK_S + faster * np.abs(faster) / (2 * limits.acceleration)
     if np.any((stop < limits.low) & (faster < 0)) or np.any((stop > limits.high) & (faster > 0)):

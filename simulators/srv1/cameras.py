@@ -26,7 +26,7 @@ FINER = 2  # the still part of the view from above is drawn so many times as lar
 
 
 class Stage:
-    """What can be seen, made once for all cameras; showcases apart, because they can be moved."""
+    """The visible scene, made once for all cameras; showcases apart, because they can be moved."""
 
     def __init__(self, where: Hall) -> None:
         self.hall, self.atlas = where, Atlas()
@@ -97,6 +97,6 @@ class Overhead:
             )
         canvas = self._canvas
         canvas.begin()
-        canvas.draw(self._stage.rover.moved(hull), self._view)
+        canvas.draw(self._stage.rover.in_frame(hull), self._view)
         rover = canvas.picture((1, 2, 3))
         return np.where(np.isfinite(canvas.depth())[:, :, None], rover, self._empty)

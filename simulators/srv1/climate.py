@@ -18,7 +18,7 @@ NEAR_M = 4.0  # from which the detector notices somebody
 
 
 class Climate:
-    """What the air and the light are at a place (m, m) at a time (s)."""
+    """The air and the light at a place (m, m) at a time (s)."""
 
     def __init__(self, where: Hall, seed: int = 1) -> None:
         self._hall, self._seed = where, seed

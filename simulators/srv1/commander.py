@@ -1,4 +1,4 @@
-"""What our part of the firmware does behind `%`: whose commands count, velocities, patrol, permit, rules, journal.
+"""Our part of the firmware, behind `%`: the client in command, velocities, patrol, permit, rules, journal.
 
 It has no thread; its owner calls everything under the lock of the hardware. `clock` counts its uptime.
 """
@@ -11,7 +11,7 @@ from robots.kit.clock import Timer
 from robots.kit.description import load
 from robots.kit.description import text_of as described_text
 from robots.kit.drivers.srv1 import sensors
-from robots.kit.drivers.srv1.answers import ENDS, Answer, Done, Reason, Refused, Status
+from robots.kit.drivers.srv1.answers import ENDS, Acknowledgement, Answer, Reason, Refusal, Status
 from robots.kit.drivers.srv1.extension import (  # fmt: skip
     LATE_MS,
     Activate,
@@ -198,11 +198,11 @@ class Commander:
     def answer(self, command: Command) -> Answer:
         """Do a command; return what is answered.
 
-        Whatever is not refused for its epoch keeps the epoch. A question has none; but one client is connected at a
-        time, and whoever is refused the claim has nothing to ask.
+        A command that is not refused for its epoch renews the claim. A question has no epoch; but one client is
+        connected at a time, and a client whose claim is refused has nothing to ask.
         """
         answer = self._answer(command)
-        if answer != Refused(command.letter, Reason.EPOCH):
+        if answer != Refusal(command.letter, Reason.EPOCH):
             self._heard = self._clock.monotonic()
         return answer
 
@@ -217,21 +217,21 @@ class Commander:
             case Velocity() | Patrol() | Permit():
                 reason = self._why_not(command)
                 if reason is not None:
-                    return Refused(command.letter, reason)
+                    return Refusal(command.letter, reason)
                 self._do(command)
                 if isinstance(command, Permit):
                     return self._done(command)
         return self.status(command.letter)  # of a hold, too: the interrupt has done it
 
-    def _done(self, command: Command) -> Done:
+    def _done(self, command: Command) -> Acknowledgement:
         self._write_motions()
-        return Done(command.letter, self._hardware.drive.motion, self.uptime_ms)
+        return Acknowledgement(command.letter, self._hardware.drive.motion, self.uptime_ms)
 
     def _claim(self, claim: Claim) -> Answer:
         if self._clock.monotonic() - self._heard > FORGOTTEN_S and not self._permits.runs:
             self._epoch = 0
         if claim.epoch < self._epoch:
-            return Refused(claim.letter, Reason.EPOCH)
+            return Refusal(claim.letter, Reason.EPOCH)
         if claim.epoch > self._epoch:
             if self._epoch and self._hardware.drive.moving:
                 self._rest(End.REPLACED)
@@ -284,20 +284,20 @@ class Commander:
 
     def _activate(self, command: Activate) -> Answer:
         if not self._is_ours(command):
-            return Refused(command.letter, Reason.EPOCH)
+            return Refusal(command.letter, Reason.EPOCH)
         text = self._flash.text()
         if not text or crc_hqx(text, 0) != command.crc:
-            return Refused(command.letter, Reason.CHECKSUM)
+            return Refusal(command.letter, Reason.CHECKSUM)
         try:
             self._rules = self._parse(text.decode("ascii"))
         except ValueError:
-            return Refused(command.letter, Reason.RULES)
+            return Refusal(command.letter, Reason.RULES)
         self._crc = command.crc
         self._log.write(Event.RULES, command.crc)
         self._note("rules", crc=command.crc)
         return self._done(command)
 
-    def status(self, asked: str = Ask.letter) -> Status:
+    def status(self, letter: str = Ask.letter) -> Status:
         """Return what it says of itself."""
         hardware, place = self._hardware, self._odometry
         self._write_motions()
@@ -308,5 +308,5 @@ class Commander:
             hardware.battery(), sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE)),
             sensors.share(hardware.analogue(Channel.HUMIDITY)), sensors.share(hardware.analogue(Channel.LIGHT)),
             sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._encoders.dead, self._crc,
-            self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, asked, hardware.beacon(),
+            self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, letter, hardware.beacon(),
         )  # fmt: skip

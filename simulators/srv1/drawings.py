@@ -14,7 +14,7 @@ FINER = 2  # drawn so many times as large, and averaged
 BRASS: Ink = (206, 164, 84)
 
 
-def drawn(width: int, height: int, paper: Ink, draw: Callable[[Draw, int, int], None]) -> Picture:
+def drawing(width: int, height: int, paper: Ink, draw: Callable[[Draw, int, int], None]) -> Picture:
     """Return a drawing of that size; `draw` gets the size in which it draws."""
     image = Image.new("RGB", (width * FINER, height * FINER), paper)
     draw(ImageDraw.Draw(image), width * FINER, height * FINER)
@@ -47,7 +47,7 @@ def _tiles(d: Draw, w: int, h: int) -> None:
 
 def floor() -> Picture:
     """Return 2 m x 2 m of the floor: four times four tiles of two kinds of stone."""
-    return grained(drawn(512, 512, (170, 160, 150), _tiles), 3.0, 3)
+    return grained(drawing(512, 512, (170, 160, 150), _tiles), 3.0, 3)
 
 
 def plaster() -> Picture:
@@ -69,7 +69,7 @@ def _planks(d: Draw, w: int, h: int, tone: Ink) -> None:
 
 def wood(tone: Ink = (104, 66, 42)) -> Picture:
     """Return the wood of bases and doors."""
-    return drawn(128, 128, tone, partial(_planks, tone=tone))
+    return drawing(128, 128, tone, partial(_planks, tone=tone))
 
 
 def black_glass() -> Picture:
@@ -83,7 +83,7 @@ def black_glass() -> Picture:
             d.polygon(((x + 0.2) * w, 0, (x + wide + 0.2) * w, 0, (x + wide - 0.1) * w, h, (x - 0.1) * w, h),
                       fill=(52, 54, 62))  # fmt: skip
 
-    return drawn(128, 128, (16, 16, 20), draw)
+    return drawing(128, 128, (16, 16, 20), draw)
 
 
 def ceiling() -> Picture:
@@ -98,7 +98,7 @@ def ceiling() -> Picture:
                     (x - w / 22, y - h / 22, x + w / 22, y + h / 22), fill=(255, 250, 226), outline=(170, 160, 140)
                 )
 
-    return drawn(256, 256, (188, 184, 174), draw)
+    return drawing(256, 256, (188, 184, 174), draw)
 
 
 def plate(text: str) -> Picture:
@@ -109,7 +109,7 @@ def plate(text: str) -> Picture:
         font = ImageFont.load_default(min(h * 0.56, 1.55 * w / max(4, len(text))))
         d.text((w / 2, h / 2), text.upper(), fill=(52, 36, 18), font=font, anchor="mm")
 
-    return drawn(256, 64, BRASS, draw)
+    return drawing(256, 64, BRASS, draw)
 
 
 def spiral() -> Picture:
@@ -126,7 +126,7 @@ def spiral() -> Picture:
                 (x - thick / 3, y - thick / 2, x + thick / 4, y), fill=tuple(min(255, int(v * 1.12)) for v in ink)
             )
 
-    return drawn(128, 128, (112, 88, 62), draw)
+    return drawing(128, 128, (112, 88, 62), draw)
 
 
 def beetle(d: Draw, x: float, y: float, n: float, ink: Ink) -> None:
@@ -161,7 +161,7 @@ def collection() -> Picture:
                     (x - n / 3, y + 0.72 * n, x + n / 3, y + 0.86 * n), fill=(252, 250, 240), outline=(150, 140, 120)
                 )
 
-    return drawn(512, 256, (240, 232, 212), draw)
+    return drawing(512, 256, (240, 232, 212), draw)
 
 
 def coins() -> Picture:
@@ -178,7 +178,7 @@ def coins() -> Picture:
                 d.ellipse((x - 0.3 * r, y - 0.55 * r, x + 0.35 * r, y + 0.15 * r), fill=dark)
                 d.pieslice((x - 0.6 * r, y, x + 0.6 * r, y + 1.2 * r), 190, 350, fill=dark)
 
-    return drawn(512, 256, (92, 28, 40), draw)
+    return drawing(512, 256, (92, 28, 40), draw)
 
 
 def exit_sign() -> Picture:
@@ -189,4 +189,4 @@ def exit_sign() -> Picture:
         d.polygon((w * 0.66, h * 0.4, w * 0.8, h * 0.4, w * 0.8, h * 0.2, w * 0.94, h * 0.5, w * 0.8, h * 0.8, w * 0.8,
                    h * 0.6, w * 0.66, h * 0.6), fill=(250, 255, 250))  # fmt: skip
 
-    return drawn(128, 32, (20, 130, 70), draw)
+    return drawing(128, 32, (20, 130, 70), draw)

@@ -1,4 +1,4 @@
-"""What stands in the showcases, and what stands by itself: each as a mesh around (0, 0), on the height z = 0."""
+"""Exhibits in the showcases and free-standing ones: each as a mesh around (0, 0), on the height z = 0."""
 
 from collections.abc import Callable
 from math import cos, pi, sin
@@ -50,7 +50,7 @@ def _coins(atlas: Atlas, width: float, deep: float) -> Mesh:
 def _tortoise(size: float, shell: Colour) -> Mesh:
     skin: Colour = (132, 140, 84)
     profile = [(0.5, 0.12), (0.47, 0.3), (0.33, 0.46), (0.14, 0.54), (0.0, 0.56)]
-    back = turned([(r * size, h * size) for r, h in profile], shell, 12).moved(np.diag([1.25, 1.0, 1.0, 1.0]))
+    back = turned([(r * size, h * size) for r, h in profile], shell, 12).in_frame(np.diag([1.25, 1.0, 1.0, 1.0]))
     legs = [
         ball((x * size, y * size, 0.09 * size), 0.13 * size, skin, sides=8)
         for x, y in ((0.4, 0.36), (0.4, -0.36), (-0.4, 0.36), (-0.4, -0.36))
@@ -88,9 +88,10 @@ def _reptiles(atlas: Atlas, width: float, deep: float) -> Mesh:
         for i, (x, y, r) in enumerate(((-0.66, 0.18, 0.1), (0.05, 0.26, 0.12), (0.68, -0.2, 0.09)))
     ]
     return joined(
-        sand, *stones, _tortoise(0.2, (112, 92, 52)).moved(placed(-0.5, -0.08, 0.03, -0.5)),
-        _tortoise(0.13, (92, 84, 40)).moved(placed(-0.2, 0.14, 0.03, 2.4)), snake.moved(placed(0.13, -0.08, 0.02)),
-        lizard.moved(placed(0.52, 0.06, 0.02, 0.6)),
+        sand, *stones, _tortoise(0.2, (112, 92, 52)).in_frame(placed(-0.5, -0.08, 0.03, -0.5)),
+        _tortoise(0.13, (92, 84, 40)).in_frame(placed(-0.2, 0.14, 0.03, 2.4)),
+        snake.in_frame(placed(0.13, -0.08, 0.02)),
+        lizard.in_frame(placed(0.52, 0.06, 0.02, 0.6)),
     )  # fmt: skip
 
 
@@ -109,7 +110,7 @@ def _minerals(atlas: Atlas, width: float, deep: float) -> Mesh:
             crystal = turned([(r, 0), (r * 0.92, high * 0.75), (0, high)], tone, 6)
             lean = np.eye(4)
             lean[:3, 2] = np.array([cos(angle) * out * 4, sin(angle) * out * 4, 1.0])
-            parts.append(crystal.moved(placed(at + out * cos(angle), out * sin(angle), 0.03) @ lean))
+            parts.append(crystal.in_frame(placed(at + out * cos(angle), out * sin(angle), 0.03) @ lean))
     return joined(*parts)
 
 

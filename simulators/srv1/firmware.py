@@ -130,9 +130,9 @@ class Firmware:
         """Say what nobody asked for."""
         self._boots = False
         limit = Limit(self._clock, BOOT_S)
-        while limit.left > 0:
+        while limit.remaining > 0:
             try:
-                self._uart.delay(limit.left)
+                self._uart.delay(limit.remaining)
             except Interrupted:
                 self._uart.settle()
                 if self._boots:
@@ -203,7 +203,7 @@ class Firmware:
             command = extension.decode(said)
         except Malformed:
             if said.letter in extension.COMMANDS:
-                self._answer(answers.Refused(said.letter, answers.Reason.BOUNDS))
+                self._answer(answers.Refusal(said.letter, answers.Reason.BOUNDS))
             return
         with self._lock:
             answer = self.commander.answer(command)

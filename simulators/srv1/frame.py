@@ -29,7 +29,7 @@ class Bin(NamedTuple):
 
 @dataclass(frozen=True)
 class Blob:
-    """How many pairs match, and the rectangle around them (pixels, from left and top)."""
+    """The number of pairs that match, and the rectangle around them (pixels, from left and top)."""
 
     count: int
     x1: int

@@ -1,4 +1,4 @@
-"""What the rover's firmware needs of its hardware: the motor board, the sensors, the camera."""
+"""The hardware as the rover's firmware uses it: the motor board, the sensors, the camera."""
 
 from typing import Protocol
 
@@ -10,7 +10,7 @@ from simulators.srv1.drive import Drive
 
 
 class Hardware(Protocol):
-    """Everything is asked for under the lock that the firmware was given, but the picture, which takes long."""
+    """All methods are called under the firmware's lock, except the picture's, which takes long."""
 
     @property
     def drive(self) -> Drive:

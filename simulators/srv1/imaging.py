@@ -1,6 +1,6 @@
-"""What the rover's firmware does with pictures: it encodes them, measures in them, and says what it found.
+"""Pictures in the rover's firmware: it encodes them, measures in them, and answers with the results.
 
-What alters the pictures that it sends (`g`, `o`) is confirmed elsewhere and alters nothing here.
+Letters that would alter the pictures (`g`, `o`) are confirmed elsewhere and alter nothing here.
 """
 
 from collections.abc import Callable

@@ -33,7 +33,7 @@ class Peer(Protocol):
 
 
 class Medium(Protocol):
-    """What carries bytes in place of Wi-Fi."""
+    """A medium that carries bytes in place of Wi-Fi."""
 
     def reaches(self, farther: float, /) -> bool:
         """Return whether anything is heard; `farther`: m that the station is away in addition."""

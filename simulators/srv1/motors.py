@@ -17,7 +17,7 @@ KEYPAD = {
 
 
 class Pulses(Enum):
-    """What the timers of the motors do since the first command to them."""
+    """The state of the motors' timers since the first command to them."""
 
     OFF = 0
     WIDTH = 1  # pulse width: the H-bridges

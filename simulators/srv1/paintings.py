@@ -1,11 +1,11 @@
-"""What hangs on the walls of the hall, and the map on its globe."""
+"""Paintings on the walls of the hall, and the map on its globe."""
 
 from collections.abc import Callable
 from math import cos, pi, sin
 
 import numpy as np
 
-from simulators.srv1.drawings import BEETLES, Draw, Ink, Picture, beetle, drawn
+from simulators.srv1.drawings import BEETLES, Draw, Ink, Picture, beetle, drawing
 
 SEA: Ink = (52, 104, 150)
 LANDS: tuple[tuple[tuple[float, float], ...], ...] = (  # longitude and latitude, in degrees, coarse
@@ -179,9 +179,9 @@ PAINTINGS: tuple[tuple[Ink, Callable[[Draw, int, int], None]], ...] = (
 def painting(number: int) -> Picture:
     """Return a painting of 256 x 256, to be hung 4 : 3."""
     paper, draw = PAINTINGS[number % len(PAINTINGS)]
-    return drawn(256, 256, paper, draw)
+    return drawing(256, 256, paper, draw)
 
 
 def globe() -> Picture:
     """Return the map of the world by longitude and latitude."""
-    return drawn(512, 256, SEA, _world)
+    return drawing(512, 256, SEA, _world)

@@ -1,4 +1,4 @@
-"""How the rover drives by itself: at the speed of its rules, on the way that it is led, and away from what is near.
+"""The rover's own driving: at the speed of its rules, on the way that it is led, and away from what is near.
 
 Below all rules is the reflex: it halts before what infrared sees nearer than `infrared.stop`, or the sonar nearer than
 `sonar.close`, turns in place until the way is clear, and goes on.

@@ -54,7 +54,7 @@ class Plant:
         self._data.mocap_pos[number, :2] = at[0] + dx, at[1] + dy
         self._wake()
 
-    def moved(self, case: str) -> tuple[float, float]:
+    def offset(self, case: str) -> tuple[float, float]:
         """Return how far a showcase is from where the description has it (m, m). Raises KeyError: there is none."""
         at = next(c.at for c in self._hall.cases if c.name == case)
         x, y = self._data.mocap_pos[self._cases[case], :2]
@@ -125,7 +125,7 @@ class Plant:
         pairs = [(c.geom1, c.geom2) for c in self._data.contact if self._hull in (c.geom1, c.geom2)]
         return tuple(sorted({self._names[a + b - self._hull] for a, b in pairs}))
 
-    def sees(self, origin: tuple[float, float, float], place: tuple[float, float, float]) -> bool:
+    def in_sight(self, origin: tuple[float, float, float], place: tuple[float, float, float]) -> bool:
         """Return whether nothing stands between a point of the rover's frame and a place of the hall (m)."""
         begin = self._place(origin)
         way = np.subtract(place, begin)

@@ -27,7 +27,7 @@ class Terms(NamedTuple):
 
 
 class RuleSet(NamedTuple):
-    """What is in force. `table` has the number of an output term for each pair, row by row; `crc` is of the text."""
+    """The rules in force. `table` has the number of an output term for each pair, row by row; `crc` is of the text."""
 
     inputs: tuple[str, str]
     first: Terms

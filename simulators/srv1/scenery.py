@@ -1,4 +1,4 @@
-"""What the cameras see: floor, walls and ceiling with the lamps' light on them, showcases, exhibits, and the rover."""
+"""The scene before the cameras: the lit floor, walls and ceiling, showcases, exhibits, and the rover."""
 
 from math import pi
 
@@ -173,8 +173,8 @@ def case(one: Case, surfaces: Surfaces) -> Mesh:
         parts += [prism(outline, BASE_M, high, WHITE, surfaces.black, top=False), lid(outline, BASE_M, (30, 30, 34)),
                   lid(outline, high, (30, 30, 34))]  # fmt: skip
     else:
-        parts += [_vitrine(wide, deep, high), inside(one, atlas).lit(1.08).moved(placed(0, 0, BASE_M + 0.045))]
-    return joined(*parts).moved(placed(*one.at, 0.0, turned_by))
+        parts += [_vitrine(wide, deep, high), inside(one, atlas).lit(1.08).in_frame(placed(0, 0, BASE_M + 0.045))]
+    return joined(*parts).in_frame(placed(*one.at, 0.0, turned_by))
 
 
 def _vitrine(wide: float, deep: float, high: float) -> Mesh:
@@ -199,7 +199,7 @@ def _vitrine(wide: float, deep: float, high: float) -> Mesh:
 
 def exhibit(one: Exhibit, surfaces: Surfaces) -> Mesh:
     """Return an exhibit where the description has it, with a plate at its foot."""
-    return alone(one, surfaces.atlas).moved(placed(*one.at, 0.0))
+    return alone(one, surfaces.atlas).in_frame(placed(*one.at, 0.0))
 
 
 def rover() -> Mesh:
@@ -213,7 +213,7 @@ def rover() -> Mesh:
         for side in (-1, 1):
             wheel = turned([(0.0, -0.02), (0.045, -0.02), (0.045, 0.02), (0.0, 0.02)], dark, 14)
             axle = np.array([[1, 0, 0, x], [0, 0, -1, side * 0.1], [0, 1, 0, 0.045], [0, 0, 0, 1]], float)
-            parts.append(wheel.moved(axle))
+            parts.append(wheel.in_frame(axle))
             parts.append(ball((x, side * 0.118, 0.045), 0.016, (200, 200, 204), sides=8))
     parts.append(box((0.07, -0.03, 0.11), (0.115, 0.03, 0.155), (220, 222, 226)))
     parts.append(ball((0.115, 0, 0.14), 0.014, (16, 16, 20), sides=8))

@@ -1,4 +1,4 @@
-"""What the rover's sensors say of the hall: each with its noise, and with the faults of the fault board."""
+"""The rover's sensors in the hall: each with its noise, and with the faults of the fault board."""
 
 from math import atan2, degrees, floor, hypot, remainder, sin, tau
 
@@ -93,7 +93,9 @@ class Senses:
             return None
         (x, y, _), (tower_x, tower_y) = self._plant.pose, self._hall.tower
         east, north = x - tower_x, y - tower_y
-        if hypot(east, north) > self._reach or not self._plant.sees(self._antenna, (tower_x, tower_y, self._hall.high)):
+        if hypot(east, north) > self._reach or not self._plant.in_sight(
+            self._antenna, (tower_x, tower_y, self._hall.high)
+        ):
             return None
         noise = self._dice.standard_normal(2)
         away = max(0.0, hypot(east, north) + BEACON_M * float(noise[0]))

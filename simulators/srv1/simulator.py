@@ -14,19 +14,18 @@ from simulators.common import stamp
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.kept import BOOTS
+from simulators.common.nonvolatile import BOOTS
 from simulators.common.tcp import Listener, TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.srv1.cameras import Overhead, RoverCamera, stage
 from simulators.srv1.drive import Drive, End
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.flash import Flash
-from simulators.srv1.internet import Internet
 from simulators.srv1.link import Link, Medium
+from simulators.srv1.media import Internet, Radio
 from simulators.srv1.network import Network
 from simulators.srv1.plant import TICK_S
-from simulators.srv1.radio import Radio
-from simulators.srv1.state import Kept, keep, restore, restore_flash
+from simulators.srv1.state import StoredState, keep, restore, restore_flash
 from simulators.srv1.world import World
 
 LINKS = ("wifi", "radio", "internet")  # what carries bytes: at once, the paper's radio, with the paper's delays
@@ -144,7 +143,7 @@ class Simulator:
         if picture is None or picture.shape[1] != width or not faults.value("cam_freeze"):
             begun = self._wall()
             with self._lock:
-                hull, moved = self.world.plant.frame, self.world.moved
+                hull, moved = self.world.plant.frame, self.world.offsets
             picture = self._camera.take(hull, width, moved)
             if faults.value("cam_stamp"):
                 picture = stamp.painted(picture, int(begun * 1000))
@@ -158,7 +157,7 @@ class Simulator:
         if self._above is None:
             self._above = Overhead(stage())
         with self._lock:
-            hull, moved = self.world.plant.frame, self.world.moved
+            hull, moved = self.world.plant.frame, self.world.offsets
         return self._above.take(hull, moved)
 
     # time, on its clock
@@ -230,7 +229,7 @@ class Simulator:
                 "stalled": world.drive.stalled,
                 "motion": world.drive.motion,
                 "contacts": list(world.plant.contacts),
-                "moved": {name: list(off) for name, off in world.moved.items()},
+                "moved": {name: list(off) for name, off in world.offsets.items()},
                 "charge": world.battery.charge,
                 "driven": world.driven,
                 "boot": self.firmware.boot,
@@ -242,7 +241,7 @@ class Simulator:
     def _keep(self) -> None:
         with self._lock:
             keep(self._folder / "state.json",
-                 Kept(self.world.plant.pose, self.world.battery.charge, self.firmware.boot))  # fmt: skip
+                 StoredState(self.world.plant.pose, self.world.battery.charge, self.firmware.boot))  # fmt: skip
             stored = self._flash.user
         if stored != self._stored:
             self._stored = stored

@@ -1,4 +1,4 @@
-"""What outlives a kill: where the rover stands, its charge, and how often it was switched on."""
+"""The state that outlives a kill: the pose of the rover, its charge, and how often it was switched on."""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from robots.kit.drivers.srv1.hall import hall
-from simulators.common import kept
+from simulators.common import nonvolatile as kept
 from simulators.srv1.flash import SECTOR
 from simulators.srv1.plant import Pose
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredState:
     """The pose (m, m, rad), the share of the charge, and the last boot number."""
 
     pose: Pose
@@ -29,13 +29,13 @@ def _body(stored: Any) -> tuple[Pose, float]:
     return (x, y, heading), min(1.0, max(0.0, charge))
 
 
-def restore(path: Path) -> Kept:
+def restore(path: Path) -> StoredState:
     """Return the state stored in `path`; a new rover stands at home, charged."""
     (pose, charge), boot = kept.restored(path, _body, (hall().home, 1.0))
-    return Kept(pose, charge, boot)
+    return StoredState(pose, charge, boot)
 
 
-def keep(path: Path, state: Kept) -> None:
+def keep(path: Path, state: StoredState) -> None:
     """Write the state. Raises OSError."""
     kept.keep(path, state.boot, {"pose": state.pose, "charge": state.charge})
 

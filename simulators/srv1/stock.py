@@ -139,7 +139,7 @@ class Stock:
         """Read a request for a web page until an empty line, or for a second; one that sends a file until a silence."""
         limit, posts = Limit(self._clock, REQUEST_S), seen == b"P"
         while posts or (len(seen) < MOST_REQUEST and not seen.endswith(REQUEST_ENDS)):
-            byte = self._uart.byte(max(0.0, limit.left))
+            byte = self._uart.byte(max(0.0, limit.remaining))
             if byte is None:
                 break
             if posts:

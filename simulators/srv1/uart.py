@@ -32,7 +32,7 @@ class Uart:
         self._waiting: deque[tuple[float, int]] = deque()  # bytes, each with when it arrived
         self._tail = b""  # the newest bytes, in which a hold may have begun
         self._interrupted = self._stopped = False
-        self.lost = 0
+        self.lost_bytes = 0
 
     def receive(self, data: bytes) -> None:
         """Take what arrives, at any time."""
@@ -50,7 +50,7 @@ class Uart:
                 self._interrupted = True
             room = ROOM - len(self._waiting)
             self._waiting.extend((now, byte) for byte in data[:room])
-            self.lost += max(0, len(data) - room)
+            self.lost_bytes += max(0, len(data) - room)
             if new:
                 self._changed.notify_all()
 
@@ -80,12 +80,12 @@ class Uart:
         limit = None if seconds is None else Limit(self._clock, seconds)
         while True:
             with self._changed:
-                wait_s = LOOK_S if limit is None else max(0.0, limit.left)
+                wait_s = LOOK_S if limit is None else max(0.0, limit.remaining)
                 self._clock.wait(Until(self._changed, self._comes), wait_s)
                 self._check()
                 if self._waiting:
                     return self._waiting.popleft()[1]
-            if limit is not None and limit.left <= 0:
+            if limit is not None and limit.remaining <= 0:
                 return None
 
     def argument(self) -> int:
@@ -98,8 +98,8 @@ class Uart:
         """Be busy for so long, reading nothing. Raises Interrupted, Stopped."""
         limit = Limit(self._clock, seconds)
         with self._changed:
-            while limit.left > 0:
-                self._clock.wait(Until(self._changed, self._breaks), limit.left)
+            while limit.remaining > 0:
+                self._clock.wait(Until(self._changed, self._breaks), limit.remaining)
                 self._check()
 
     def flush(self, until: float) -> None:

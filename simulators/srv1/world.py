@@ -49,9 +49,9 @@ class World:
         self.power = charge >= LIVE
 
     @property
-    def moved(self) -> dict[str, tuple[float, float]]:
+    def offsets(self) -> dict[str, tuple[float, float]]:
         """Return the showcases that are not where the description has them, and how far they are (m, m)."""
-        offsets = {case.name: self.plant.moved(case.name) for case in self.hall.cases}
+        offsets = {case.name: self.plant.offset(case.name) for case in self.hall.cases}
         return {name: off for name, off in offsets.items() if off != (0.0, 0.0)}
 
     @property
@@ -122,7 +122,7 @@ class World:
         dice = np.random.default_rng(max(0, number))
         while number >= 0:
             x, y, heading = (float(v) for v in dice.uniform((0, 0, -np.pi), (self.hall.width, self.hall.depth, np.pi)))
-            moved = (c.distance(x - self.plant.moved(c.name)[0], y) for c in self.hall.cases)
+            moved = (c.distance(x - self.plant.offset(c.name)[0], y) for c in self.hall.cases)
             if min(self.hall.distance(x, y), *moved) > ROOM_M:
                 break
         self.plant.put(x, y, heading)

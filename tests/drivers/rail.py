@@ -12,7 +12,7 @@ from robots.kit.contract.policies import Bound, Policies, Range
 from robots.kit.contract.session import Outcome, Progress, RobotState, Session
 from robots.kit.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.kit.contract.streams import Stream
-from robots.kit.contract.values import known, within
+from robots.kit.contract.values import known_command, within
 from robots.kit.drivers.permits import until_held
 
 CLOCK = FasterTimer(10)
@@ -129,7 +129,7 @@ class Rail(Session):
         return self.state()
 
     def check(self, kind, args):
-        within(known(SPEC, kind, args), args)
+        within(known_command(SPEC, kind, args), args)
 
     def execute(self, kind, args, permit, on_stage):
         self.check(kind, args)

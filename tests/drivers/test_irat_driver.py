@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from robots.kit.contract.errors import BadRequest, GaveUp, GrantOver, Held
+from robots.kit.contract.errors import BadRequest, GaveUp, GrantOver, MotionHeld
 from robots.kit.contract.session import Progress
 from robots.kit.drivers.irat.brain.messages import Save
 from robots.kit.drivers.irat.brain.mind import IN_DOCK_M
@@ -144,7 +144,7 @@ def test_a_brain_that_dies_rests_the_wheels_and_comes_back_with_its_map(rat_driv
     permit, starts = until(350 * FASTER), rat_driver.brain.starts
 
     def roam():
-        with pytest.raises(Held):
+        with pytest.raises(MotionHeld):
             rat_driver.execute("explore", {}, permit, lambda _: None)
 
     thread = threading.Thread(target=roam)
@@ -160,7 +160,7 @@ def test_a_brain_that_dies_rests_the_wheels_and_comes_back_with_its_map(rat_driv
 
 def test_a_frozen_brain_rests_the_wheels(rat_driver, irat):
     def roam():
-        with pytest.raises(Held):
+        with pytest.raises(MotionHeld):
             rat_driver.execute("explore", {}, allow, lambda _: None)
 
     thread = threading.Thread(target=roam)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from websockets.sync.client import connect
 
-from robots.kit.contract.errors import ControllerRestarted, Held, LineBusy
+from robots.kit.contract.errors import ControllerRestarted, LineBusy, MotionHeld
 from robots.kit.drivers.irat.driver import Driver
 from robots.kit.drivers.irat.line import IratLine
 from robots.kit.drivers.irat.protocol import Velocity
@@ -255,9 +255,9 @@ def test_the_whole_driver_drives_by_hand_shows_pictures_and_holds(ros, tmp_path)
 
         def permit():
             if ros.base.x > 0.05:
-                raise Held("That is far enough.")
+                raise MotionHeld("That is far enough.")
 
-        with pytest.raises(Held):
+        with pytest.raises(MotionHeld):
             driver.execute("drive", {"forward": 1.0, "turn": 0.2}, permit, lambda stage: None)
         assert ros.base.velocity == (0.0, 0.0), "at rest when it returns"
         assert driver.picture("camera", 5) == PICTURE

@@ -104,14 +104,14 @@ def test_what_lerobot_clips_is_told(servos, monkeypatch):
 
 @needs
 def test_a_hold_ends_a_motion_on_its_way_and_no_goal_of_before_follows(arm, servos):
-    from robots.kit.contract.errors import Held
+    from robots.kit.contract.errors import MotionHeld
 
     errors = []
 
     def go():
         try:
             do(arm, "move", shoulder_pan=1.5)
-        except Held as error:
+        except MotionHeld as error:
             errors.append(error)
 
     thread = threading.Thread(target=go)

@@ -10,8 +10,8 @@ from robots.kit.contract.errors import (
     ControllerRefused,
     ControllerRestarted,
     HardwareFault,
-    Held,
     LineSilent,
+    MotionHeld,
 )
 from tests.conftest import wait_for
 
@@ -129,7 +129,7 @@ def test_a_hold_between_two_steps_of_a_jog_ends_it(ready, sim):
             steps.append("held")
             ready.hold()
 
-    with pytest.raises(Held, match="stopped on its way"):
+    with pytest.raises(MotionHeld, match="stopped on its way"):
         ready.execute("jog", {"dx": 0.0, "dy": 1.0}, permit, on_stage)
     assert steps[4:] == ["held"], "no step began after the hold"
 

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from robots.kit.arms.described import chain
 from robots.kit.arms.pose import matrix
-from robots.kit.contract.errors import Held, OutOfWorkspace, Replaced, Stopped
+from robots.kit.contract.errors import MotionHeld, MotionReplaced, OutOfWorkspace, Stopped
 from robots.kit.drivers.pa10.driver import Driver
 from robots.kit.drivers.pa10.units import pose_request
 from simulators.pa10 import scene
@@ -74,7 +74,7 @@ def test_a_block_is_put_on_another(arm, shared):
 
 def test_a_hold_rests_the_arm_and_the_command_says_so(arm, shared):
     far = dict(zip(chain("pa10").names, np.radians([140, 25, 75, 0, 80, 0]), strict=True))  # it is fast for long
-    with held_once(arm, lambda: shared.status()["speed"] > 0.3), pytest.raises(Held, match="stopped on its way"):
+    with held_once(arm, lambda: shared.status()["speed"] > 0.3), pytest.raises(MotionHeld, match="stopped on its way"):
         do(arm, "joints", **far)
     held, rest = journal(shared, "hold")[-1], journal(shared, "rest")[-1]
     assert not arm.state().moving
@@ -125,9 +125,9 @@ def test_a_straight_line_follows_a_motion_that_it_replaces(arm):
 
     def permit():
         if arm.latest().moving:
-            raise Replaced("A newer target takes its place.")
+            raise MotionReplaced("A newer target takes its place.")
 
-    with pytest.raises(Replaced):
+    with pytest.raises(MotionReplaced):
         arm.execute("line", {**ABOVE, "y": -0.16, "speed": 0.05}, permit, lambda _: None)
     assert do(arm, "line", **{**ABOVE, "z": 0.2}).state.pose[:3] == pytest.approx((0.5, 0.16, 0.2), abs=1e-3)
 
@@ -151,7 +151,7 @@ def test_a_hold_overtakes_what_is_still_being_planned(arm, shared, monkeypatch):
     def drive():
         try:
             do(arm, "program", text=text)
-        except Held as error:
+        except MotionHeld as error:
             said.append((str(error), time.monotonic()))
 
     send = arm.line._send
@@ -170,7 +170,7 @@ def test_a_hold_overtakes_what_is_still_being_planned(arm, shared, monkeypatch):
 def test_a_hold_ends_a_jog_for_good_and_a_reset_does_not_lead_back(arm, shared):
     began = arm.state().joints[0]
     turned = held_once(arm, lambda: shared.status()["q"][0] > began + 0.06)
-    with turned, pytest.raises(Held, match="stopped on its way"):
+    with turned, pytest.raises(MotionHeld, match="stopped on its way"):
         arm.execute("jog_joints", {"S1": 1.0}, allow, lambda _: None)
     wait_for(lambda: not arm.state().moving, 2, "rest")
     there = arm.state().joints[0]

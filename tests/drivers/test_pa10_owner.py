@@ -8,7 +8,7 @@ import time
 import pytest
 
 from robots.kit.contract.errors import LineBusy, LineGone
-from robots.kit.drivers.pa10.checks import courses, request_of
+from robots.kit.drivers.pa10.checks import planner_for, request_of
 from robots.kit.drivers.pa10.driver import Driver
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import FASTER, Terminal, allow, do, journal
@@ -80,7 +80,7 @@ def test_an_absurd_epoch_locks_nobody_out(tmp_path):
         stranger = Terminal(sim)
         assert stranger.ask("i 1e308").startswith("e range")
         assert stranger.ask("i 9007199254740991").startswith("ok epoch")
-        courses({})  # made now, because the first driver of a process takes long for it
+        planner_for({})  # made now, because the first driver of a process takes long for it
         at = time.monotonic()
         stranger.close()
         driver = Driver(str(tmp_path / "tty"), {"epoch": 7})

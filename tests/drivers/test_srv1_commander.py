@@ -6,7 +6,7 @@ import pytest
 
 from robots.kit.description import text_of
 from robots.kit.drivers.srv1 import answers, protocol
-from robots.kit.drivers.srv1.answers import Done, Reason, Refused, Status
+from robots.kit.drivers.srv1.answers import Acknowledgement, Reason, Refusal, Status
 from robots.kit.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity
 from robots.kit.drivers.srv1.framing import ANSWER, Frames
 from robots.kit.drivers.srv1.journal import Event
@@ -98,16 +98,16 @@ def test_it_tells_its_state(rig):
 
 
 def test_velocities_count_under_the_claimed_epoch_alone(rig):
-    assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH)
+    assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig))) == Refusal("v", Reason.EPOCH)
     assert rig.ask(Claim(7)).epoch == 7
     assert isinstance(drive(rig, 1.0), Status)
     assert rig.bench.drive.motion == 1
-    assert rig.ask(Velocity(8, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH)
-    assert rig.ask(Claim(6)) == Refused("c", Reason.EPOCH)
+    assert rig.ask(Velocity(8, 0.2, 0.0, stamp(rig))) == Refusal("v", Reason.EPOCH)
+    assert rig.ask(Claim(6)) == Refusal("c", Reason.EPOCH)
     drive(rig, 0.2)
     rig.ask(Claim(8))
     assert rig.rest() == "replaced"
-    assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH)
+    assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig))) == Refusal("v", Reason.EPOCH)
     rig.pass_s(61.0)
     assert rig.ask(Claim(3)).epoch == 3, "an epoch that nobody uses any more locks nobody out"
 
@@ -117,7 +117,7 @@ def test_an_owner_that_says_anything_keeps_its_epoch(rig, question):
     rig.ask(Claim(9))
     for _ in range(70):
         rig.ask(question, 1.0)
-    assert rig.ask(Claim(3)) == Refused("c", Reason.EPOCH)
+    assert rig.ask(Claim(3)) == Refusal("c", Reason.EPOCH)
     assert isinstance(rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))), Status)
 
 
@@ -125,7 +125,7 @@ def test_whoever_is_refused_keeps_no_epoch(rig):
     """So a wrong one locks nobody out for longer than a minute, however often its owner tries."""
     rig.ask(Claim(2**53 - 1))
     answers_ = [rig.ask(Claim(3), 3.0) for _ in range(20)]
-    assert answers_ == [Refused("c", Reason.EPOCH)] * 20
+    assert answers_ == [Refusal("c", Reason.EPOCH)] * 20
     rig.say(HOLD, 3.0)
     rig.say(b"V", 3.0)
     assert rig.ask(Claim(3)).epoch == 3
@@ -137,7 +137,7 @@ def test_a_power_cycle_forgets_the_epoch_and_says_so(rig):
     rig.pass_s(1.1)
     told = rig.ask(Ask())
     assert (told.boot, told.epoch) == (2, 0)
-    assert rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))) == Refused("v", Reason.EPOCH), "it has to claim it anew"
+    assert rig.ask(Velocity(9, 0.2, 0.0, stamp(rig))) == Refusal("v", Reason.EPOCH), "it has to claim it anew"
     assert rig.ask(Claim(9)).epoch == 9
 
 
@@ -147,12 +147,12 @@ def test_rules_come_into_force_under_the_claimed_epoch_alone(rig):
     rig.firmware.flash.load(text)
     crc = crc_hqx(text, 0)
     for epoch in (0, 7):
-        assert rig.ask(Activate(epoch, crc)) == Refused("u", Reason.EPOCH)
+        assert rig.ask(Activate(epoch, crc)) == Refusal("u", Reason.EPOCH)
     rig.ask(Claim(9))
     for epoch in (0, 7, 10):
-        assert rig.ask(Activate(epoch, crc)) == Refused("u", Reason.EPOCH)
+        assert rig.ask(Activate(epoch, crc)) == Refusal("u", Reason.EPOCH)
     assert (rig.ask(Ask()).rules, rig.count("rules")) == (0, 0)
-    assert isinstance(rig.ask(Activate(9, crc)), Done)
+    assert isinstance(rig.ask(Activate(9, crc)), Acknowledgement)
     assert rig.ask(Ask()).rules == crc
 
 
@@ -171,9 +171,9 @@ def test_a_velocity_that_answers_to_an_old_status_is_refused(rig):
     rig.ask(Claim(7))
     seen = stamp(rig)
     rig.pass_s(0.6)
-    assert rig.ask(Velocity(7, 0.2, 0.0, seen)) == Refused("v", Reason.LATE)
-    assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig) + 5000)) == Refused("v", Reason.LATE)
-    assert rig.ask(Velocity(7, 1.0, 0.0, stamp(rig))) == Refused("v", Reason.BOUNDS)
+    assert rig.ask(Velocity(7, 0.2, 0.0, seen)) == Refusal("v", Reason.LATE)
+    assert rig.ask(Velocity(7, 0.2, 0.0, stamp(rig) + 5000)) == Refusal("v", Reason.LATE)
+    assert rig.ask(Velocity(7, 1.0, 0.0, stamp(rig))) == Refusal("v", Reason.BOUNDS)
     assert not rig.count("motion")
 
 
@@ -188,7 +188,7 @@ def test_a_hold_is_heard_whatever_it_stands_in(rig, before):
     rig.pass_s(0.01)
     heard = rig.say(HOLD)
     status = answers.decode(Frames(ANSWER).feed(heard)[0])
-    assert status.asked == "h"
+    assert status.letter == "h"
     assert status.holding
     assert rig.rest() == "held"
     assert rig.say(b"V").startswith(b"##Version"), "and the loop is free"
@@ -215,8 +215,8 @@ def test_while_it_is_held_nothing_drives_it(rig):
     rig.ask(Claim(7))
     drive(rig, 1.0, 0.4)
     rig.say(HOLD, 0.02)
-    assert rig.ask(Velocity(7, 0.2, 0.0, rig.firmware.commander.uptime_ms), 0.02) == Refused("v", Reason.HOLDING)
-    assert rig.ask(Patrol(7, stamp(rig)), 0.02) == Refused("g", Reason.HOLDING)
+    assert rig.ask(Velocity(7, 0.2, 0.0, rig.firmware.commander.uptime_ms), 0.02) == Refusal("v", Reason.HOLDING)
+    assert rig.ask(Patrol(7, stamp(rig)), 0.02) == Refusal("g", Reason.HOLDING)
     rig.say(b"M\x3c\x3c\x00", 0.02)
     assert rig.rest() == "held"
     assert rig.count("motion") == 1
@@ -325,8 +325,8 @@ def test_rules_come_by_xmodem_and_stay_in_flash(rig):
     assert protocol.checksum_of(rig.say(b"zC")) == crc_hqx(block.ljust(131064, b"\0"), 0)
     crc = crc_hqx(text, 0)
     rig.ask(Claim(7))
-    assert rig.ask(Activate(7, crc ^ 1)) == Refused("u", Reason.CHECKSUM)
-    assert isinstance(rig.ask(Activate(7, crc)), Done)
+    assert rig.ask(Activate(7, crc ^ 1)) == Refusal("u", Reason.CHECKSUM)
+    assert isinstance(rig.ask(Activate(7, crc)), Acknowledgement)
     assert rig.ask(Ask()).rules == crc
     assert protocol.count_of(rig.say(b"zw")) == 65536
     rig.firmware.restart()
@@ -337,7 +337,7 @@ def test_rules_come_by_xmodem_and_stay_in_flash(rig):
     assert rig.say(b"zd") == b"##zdump: \r\n"
     rig.say(b"zr")
     assert rig.say(b"zd").startswith(b"##zdump: \r\nspeed 150\r\n")
-    assert activate(rig, b"nonsense") == Refused("u", Reason.RULES)
+    assert activate(rig, b"nonsense") == Refusal("u", Reason.RULES)
     assert rig.ask(Ask()).rules == crc
 
 
@@ -380,9 +380,9 @@ def test_what_is_no_frame_is_passed_over(rig, noise):
 def test_a_frame_whose_numbers_are_out_of_bounds_is_refused(rig):
     body = b"v7,99999,0,0"
     answer = rig.say(b"%%%b*%04X\n" % (body, crc_hqx(body, 0)))
-    assert answers.decode(Frames(ANSWER).feed(answer)[0]) == Refused("v", Reason.BOUNDS)
+    assert answers.decode(Frames(ANSWER).feed(answer)[0]) == Refusal("v", Reason.BOUNDS)
 
 
 def test_holding_at_rest_is_answered_and_holds_nothing(rig):
     status = rig.ask(Hold())
-    assert (status.asked, status.holding, status.moving) == ("h", False, False)
+    assert (status.letter, status.holding, status.moving) == ("h", False, False)

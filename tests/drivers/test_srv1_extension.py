@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.kit.drivers.srv1 import answers, bounds, extension
-from robots.kit.drivers.srv1.answers import Done, Reason, Refused, Status
+from robots.kit.drivers.srv1.answers import Acknowledgement, Reason, Refusal, Status
 from robots.kit.drivers.srv1.extension import (  # fmt: skip
     HOLD,
     Activate,
@@ -71,8 +71,8 @@ STATUSES = st.builds(
 )  # fmt: skip
 ANSWERS = st.one_of(
     STATUSES,
-    st.builds(Done, st.sampled_from("pu"), within(bounds.NUMBER), within(bounds.UPTIME_MS)),
-    st.builds(Refused, st.sampled_from(sorted(extension.COMMANDS)), st.sampled_from(Reason)),
+    st.builds(Acknowledgement, st.sampled_from("pu"), within(bounds.NUMBER), within(bounds.UPTIME_MS)),
+    st.builds(Refusal, st.sampled_from(sorted(extension.COMMANDS)), st.sampled_from(Reason)),
     st.lists(ENTRIES, max_size=4).map(lambda entries: Entries(tuple(entries))),
 )
 
@@ -117,7 +117,7 @@ def test_a_beacon_that_no_tower_tells_is_refused(status, told):
 def test_a_frame_is_what_the_description_says():
     assert extension.encode(Claim(7)) == b"%%c7*%04X\n" % crc_hqx(b"c7", 0)
     assert b"%%h*%04X\n" % crc_hqx(b"h", 0) == HOLD
-    assert answers.encode(Refused("v", Reason.LATE)) == b"##%%v!late*%04X\r\n" % crc_hqx(b"v!late", 0)
+    assert answers.encode(Refusal("v", Reason.LATE)) == b"##%%v!late*%04X\r\n" % crc_hqx(b"v!late", 0)
 
 
 noise = st.binary(max_size=40).filter(lambda data: b"%" not in data)

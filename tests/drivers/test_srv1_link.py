@@ -14,10 +14,9 @@ from simulators.common.faults import FaultBoard
 from simulators.common.tcp import TcpListener
 from simulators.srv1.firmware import Firmware
 from simulators.srv1.imaging import jpeg
-from simulators.srv1.internet import Internet
 from simulators.srv1.link import Link
+from simulators.srv1.media import Internet, Radio
 from simulators.srv1.network import Network
-from simulators.srv1.radio import Radio
 from tests.drivers.srv1_wire import BOOT, JPEG, SEEN, TICK_S, Bench, Rig
 from tests.world.streams import Door
 from tests.world.streams import Network as Between

@@ -3,7 +3,7 @@
 import pytest
 
 from robots.kit.drivers.srv1 import protocol
-from robots.kit.drivers.srv1.answers import Done, Reason, Refused
+from robots.kit.drivers.srv1.answers import Acknowledgement, Reason, Refusal
 from robots.kit.drivers.srv1.extension import HOLD, Ask, Claim, Journal, Patrol, Permit, encode
 from robots.kit.drivers.srv1.journal import Event
 from tests.drivers.srv1_wire import Rig
@@ -21,9 +21,9 @@ def rig():
 
 def test_a_permit_lets_it_go_on_alone_until_its_end(rig):
     rig.ask(Claim(7))
-    assert rig.ask(permit(rig, 61.0)) == Refused("p", Reason.BOUNDS), "longer than it takes"
-    assert rig.ask(permit(rig, 5.0, epoch=6)) == Refused("p", Reason.EPOCH)
-    assert isinstance(rig.ask(permit(rig, 5.0)), Done)
+    assert rig.ask(permit(rig, 61.0)) == Refusal("p", Reason.BOUNDS), "longer than it takes"
+    assert rig.ask(permit(rig, 5.0, epoch=6)) == Refusal("p", Reason.EPOCH)
+    assert isinstance(rig.ask(permit(rig, 5.0)), Acknowledgement)
     rig.ask(Patrol(7, stamp(rig)))
     rig.pass_s(4.0)
     status = rig.ask(Ask())
@@ -77,7 +77,7 @@ def test_a_permit_that_comes_late_ends_no_later(rig):
     rig.ask(wanted)
     assert rig.ask(Ask()).permit_ms <= 500
     rig.pass_s(1.0)
-    assert isinstance(rig.ask(wanted), Done), "its end is past"
+    assert isinstance(rig.ask(wanted), Acknowledgement), "its end is past"
     assert rig.ask(Ask()).permit_ms == 0
 
 
@@ -86,7 +86,7 @@ def test_a_patrol_that_comes_late_moves_nothing(rig):
     rig.ask(permit(rig, 20.0))
     late = Patrol(7, stamp(rig))
     rig.pass_s(0.6)
-    assert rig.ask(late) == Refused("g", Reason.LATE)
+    assert rig.ask(late) == Refusal("g", Reason.LATE)
     assert not rig.bench.drive.moving
 
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from robots.kit.contract.errors import BadRequest, ControlsReleased, HardwareFault, Held, LineSilent
+from robots.kit.contract.errors import BadRequest, ControlsReleased, HardwareFault, LineSilent, MotionHeld
 from robots.kit.drivers.srv1.driver import Driver
 from robots.kit.drivers.srv1.stock import BY_HAND_ONLY, NOT_AT_REST
 from simulators.srv1.simulator import Simulator
@@ -121,7 +121,7 @@ def test_a_hold_ends_the_bursts_for_good(rig):
     def drive():
         try:
             rig.driver.execute("drive", {"forward": 1.0, "turn": 0.0}, lambda: None, lambda stage: None)
-        except Held as error:
+        except MotionHeld as error:
             ended.append(error)
 
     rig.world.spawn(drive, "driving", rig.world.process("driving", delayed=False))

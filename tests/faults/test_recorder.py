@@ -86,7 +86,7 @@ def passed(rig, pictures, states):
 
 def told(row):
     found = list(messages(keeping.path_of(row)))
-    return found, [m.told() for m in found if m.topic == "commands"]
+    return found, [m.content() for m in found if m.topic == "commands"]
 
 
 def test_a_turn_is_recorded_with_pictures_states_and_commands_on_one_clock(rig, recorder):
@@ -133,7 +133,7 @@ def test_a_recorder_that_is_killed_costs_a_part_of_the_recording_and_nothing_els
     found, stages = told(row)
     kinds = {s["kind"] for s in stages}
     assert {"down", "up"} <= kinds, "what was missed is told from the rows"
-    gap = next(m.at_ns for m in found if m.topic == "events" and m.told()["what"] == "gap")
+    gap = next(m.at_ns for m in found if m.topic == "events" and m.content()["what"] == "gap")
     assert any(m.topic == "state" and m.at_ns < gap for m in found)
     assert any(m.topic == "state" and m.at_ns > gap for m in found)
 
@@ -224,7 +224,7 @@ def test_redis_that_ends_leaves_a_gap_and_the_recording_goes_on(rig, recorder):
     time.sleep(4.0)
     row = ended(rig)
     found, _ = told(row)
-    gap = [m.at_ns for m in found if m.topic == "events" and m.told()["what"] == "gap"]
+    gap = [m.at_ns for m in found if m.topic == "events" and m.content()["what"] == "gap"]
     assert gap and any(m.topic == "state" and m.at_ns > gap[-1] for m in found)
 
 

@@ -127,8 +127,8 @@ def test_a_microphone_that_dies_takes_nothing_with_it_and_is_heard_again(rig, we
         listener.until(lambda: len(listener.sounds()) > 5, 20, "sound")
         run = listener.sounds()[-1].run
         rig.sim.fault("mic_gone")
-        listener.until(lambda: listener.packets[-1].said, 15, "a sentence")
-        assert "microphone" in listener.packets[-1].said
+        listener.until(lambda: listener.packets[-1].text, 15, "a sentence")
+        assert "microphone" in listener.packets[-1].text
         filmed = listener.filmed
         rig.grant()
         command = rig.issue("move", x=-0.1, y=0.45)
@@ -139,7 +139,7 @@ def test_a_microphone_that_dies_takes_nothing_with_it_and_is_heard_again(rig, we
         listener.until(lambda: listener.packets[-1].ms, 25, "sound again")
         assert listener.packets[-1].run != run
         rig.sim.fault("mic_mute")  # connected, but nothing comes
-        listener.until(lambda: listener.packets[-1].said, 15, "a sentence")
+        listener.until(lambda: listener.packets[-1].text, 15, "a sentence")
         Robot.objects.filter(pk=rig.robot.pk).update(microphone="")
         wait_for(lambda: rig.sim.status()["listeners"] == 0, 10, "no microphone any more")
         rig.swept()  # the owner has read that it has no address

@@ -10,7 +10,7 @@ from queueing.jobs.running import promote
 from queueing.models import QueueRobot, Turn
 from queueing.services import Asker, ask
 from robots import services
-from robots.kit.contract.session import Noted, Outcome
+from robots.kit.contract.session import Observation, Outcome
 from robots.models import Command, Finding, Frame, Lease
 from robots.recordings.findings import SHOWN
 from tests.services.owner import made_owner
@@ -59,7 +59,7 @@ def texts(command):
     return [(one.text, one.frame is not None) for one in Finding.objects.filter(command=command).order_by("number")]
 
 
-READING, PHOTO = Noted("reading", {"sonar": 1.0}), Noted("photograph", photograph=True)
+READING, PHOTO = Observation("reading", {"sonar": 1.0}), Observation("photograph", photograph=True)
 
 
 def test_a_photograph_after_many_readings_is_taken_and_what_is_left_out_is_counted(carried_out, monkeypatch):
@@ -84,7 +84,7 @@ def test_where_nothing_is_left_out_nothing_is_said(carried_out):
 
 def test_as_many_values_are_stored_as_a_robot_can_have_channels(carried_out):
     values = {f"channel {n}": float(n) for n in range(255)}
-    assert Finding.objects.get(command=carried_out([Noted("readings", values)])).values == values
+    assert Finding.objects.get(command=carried_out([Observation("readings", values)])).values == values
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from datetime import timedelta
 import pytest
 
 from robots import services
-from robots.kit.contract.errors import Held
+from robots.kit.contract.errors import MotionHeld
 from robots.kit.contract.session import Outcome
 from robots.models import Grant
 from tests.services.owner import Arm, begun, followed, made_owner
@@ -48,7 +48,7 @@ class Table(Arm):
         self.moving.set()
         assert self.rest.wait(CEILING_S)
         if self.held:
-            raise Held("It was held.")
+            raise MotionHeld("It was held.")
         permit()
         return Outcome({}, self.latest())
 

@@ -10,7 +10,7 @@ from robots.admin import verbs
 from robots.kit.contract.capabilities import Reset
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import function, spec_of
-from robots.kit.contract.procedures import offered
+from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.session import Session
 from robots.kit.installed import driver_path
 from robots.models import Command, Grant, Lease, Robot
@@ -28,7 +28,7 @@ def asked(robot, user, **told):
 
 @pytest.mark.parametrize("which", HAVE, indirect=True)
 def test_what_is_offered_is_what_the_robot_has(robot):
-    assert [p.kind for p in offered(robot.driver)] == HAVE[robot.driver]
+    assert [p.kind for p in offered_procedures(robot.driver)] == HAVE[robot.driver]
 
 
 @pytest.mark.parametrize("name", ["mercury", "pa10", "irat", "turntable"])

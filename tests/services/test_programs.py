@@ -10,11 +10,11 @@ from accounts.services import preview_job
 from portal.live.messages import ROBOT, NotUnderstood
 from robots import services
 from robots.kit import previews
+from robots.kit.arms.boxes import tidy_boxes
 from robots.kit.arms.described import posture
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted, OutOfWorkspace
 from robots.kit.description import load
-from robots.kit.drivers.pa10.boxes import checked
 from robots.models import Command, Program, Robot
 from robots.services import programs
 from robots.states import GrantKind
@@ -202,7 +202,7 @@ def test_a_box_of_staff_is_in_the_way_of_preview_and_command(robot, people, owne
 
 
 def test_boxes_are_checked_before_they_are_kept(robot):
-    assert checked([{"name": "vase", "low": [1, 1, 1], "high": [0, 0, 0]}]) == [
+    assert tidy_boxes([{"name": "vase", "low": [1, 1, 1], "high": [0, 0, 0]}]) == [
         {"name": "vase", "low": [0, 0, 0], "high": [1, 1, 1]}
     ]
     for bad in (
@@ -212,7 +212,7 @@ def test_boxes_are_checked_before_they_are_kept(robot):
         [{"name": f"b{i}", "low": [0, 0, 0], "high": [1, 1, 1]} for i in range(21)],
     ):  # fmt: skip
         with pytest.raises(BadRequest):
-            checked(bad)
+            tidy_boxes(bad)
 
 
 @pytest.mark.parametrize("who", ["eve", "mod"])

@@ -7,7 +7,7 @@ from queueing import services as queue
 from queueing.models import Job
 from queueing.services import ask
 from robots import services
-from robots.kit.contract.errors import HardwareFault, Held, OutOfWorkspace
+from robots.kit.contract.errors import HardwareFault, MotionHeld, OutOfWorkspace
 from robots.kit.contract.session import Outcome, Progress
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
@@ -192,7 +192,7 @@ def test_an_owner_that_ends_writes_no_end_of_what_goes_on_without_it(owner, peop
     def ends():
         owner.owned.running = False
         owner.owned.driver.rests_within = lambda: seconds
-        raise Held("held")
+        raise MotionHeld("held")
 
     Tours(owner, ends)
     assert carried_out(owner, people).state == ("acknowledged" if seconds else "cancelled")

@@ -25,7 +25,7 @@ def recorded(grant: Grant, command: Command, path) -> list[dict[str, object]]:
     Recorder()._tell_command(one, stage_event(command))
     taping.close()
     assert taping.written.wait(CEILING_S)
-    return [m.told() for m in messages(path) if m.topic == COMMANDS]
+    return [m.content() for m in messages(path) if m.topic == COMMANDS]
 
 
 def command_of(grant: Grant, user, kind, args) -> Command:

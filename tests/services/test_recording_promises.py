@@ -89,7 +89,7 @@ def test_the_name_goes_out_of_files_of_earlier_versions_with_the_account(
     assert [(c.get("args"), "by" in c) for c in index.json()["commands"]] == [({"x": 1.5}, False), (None, False)]
     with django_capture_on_commit_callbacks(execute=True):
         admin_client.post(f"/admin/accounts/user/{turn.user_id}/delete/", {"post": "yes"})
-    assert [m.told() for m in messages(path)] == [{**later, "args": {"x": 1.5}}, later]
+    assert [m.content() for m in messages(path)] == [{**later, "args": {"x": 1.5}}, later]
     version, recording.version = recording.version, Recording.objects.get().version
     assert recording.version == version + 1 and statuses(client, recording)[1:3] == [200, 200]
     assert handle not in client.get(addresses(recording)[2]).content.decode()

@@ -253,7 +253,7 @@ def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addre
     assert entry.frame is None and not (media / "frames/mercury/x.jpg").exists()
     recording.refresh_from_db()
     began = int(recording.began_at.timestamp() * 1000)
-    left = [taken_ms(m.told()) - began for m in messages(keeping.path_of(recording)) if m.topic == "camera/0"]
+    left = [taken_ms(m.content()) - began for m in messages(keeping.path_of(recording)) if m.topic == "camera/0"]
     assert left == [0, 1000, 2000, 8000, 9000]
     assert len([m for m in messages(keeping.path_of(recording)) if m.topic == STATE]) == 10
     assert [client.get(address).status_code for address in old[2:]] == [404, 404]

@@ -46,7 +46,7 @@ def made(robot, began, stills):
 
 
 def stills(recording):
-    return [m.told()["still"] for m in messages(keeping.path_of(recording))]
+    return [m.content()["still"] for m in messages(keeping.path_of(recording))]
 
 
 @pytest.fixture

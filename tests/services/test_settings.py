@@ -135,7 +135,7 @@ def test_the_result_of_a_calibration_is_shown_by_the_rows_that_are_declared(robo
     page = admin.get(address(robot)).text
     assert "None" not in page.split("Calibration</dt>")[1].split("</dd>")[0]
     declared = Calibration("m:f", rows=(ResultRow("offset", ("zero", 0)), ResultRow("scale", ("scale",), "%")))
-    assert declared.told({"zero": [1], "scale": 3.5}) == (("scale", 3.5, "%"),)
+    assert declared.result_rows({"zero": [1], "scale": 3.5}) == (("scale", 3.5, "%"),)
 
 
 @pytest.mark.django_db(transaction=True)

@@ -17,7 +17,7 @@ def test_it_is_noticed_while_the_worker_that_looks_was_started_again(clock, tmp_
     for change in (lambda: None, lambda: clock.step(HOUR), lambda: clock.suspend(HOUR), lambda: None):
         change()
         clock.go(5)
-        WallClock(tmp_path / "clock", clock).follow(lambda step, now: seen.append((step.moved, step.paused)))
+        WallClock(tmp_path / "clock", clock).follow(lambda step, now: seen.append((step.shift, step.paused)))
     hour, none = timedelta(hours=1), timedelta()
     assert seen == [(hour, none), (none, hour)]
 
@@ -26,7 +26,7 @@ def test_it_is_noticed_while_the_worker_that_looks_was_started_again(clock, tmp_
 def test_the_time_that_a_machine_was_off_counts_for_nobody(by, moved, paused):
     before = Reading("one boot", 1e9, 5000.0, 4000.0)
     step = step_between(before, Reading("the next", 1e9 + by, 10.0, 10.0))
-    assert (step.moved.total_seconds(), step.paused.total_seconds()) == (moved, paused)
+    assert (step.shift.total_seconds(), step.paused.total_seconds()) == (moved, paused)
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_a_step_that_could_not_be_kept_is_not_carried_again_by_the_next_start(cl
     clock.step(HOUR)
     for begin in (lambda: looks, lambda: WallClock(file, clock)):
         clock.go(1)
-        begin().follow(lambda step, now: seen.append(step.moved.total_seconds()))
+        begin().follow(lambda step, now: seen.append(step.shift.total_seconds()))
     assert seen == [HOUR]
 
 

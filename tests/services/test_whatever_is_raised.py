@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robots import bus, services
-from robots.kit.contract.errors import CameraFault, GrantOver, HardwareFault, Held, NotCalibrated, NotPermitted
+from robots.kit.contract.errors import CameraFault, GrantOver, HardwareFault, MotionHeld, NotCalibrated, NotPermitted
 from robots.kit.contract.session import Outcome, RobotState, Session
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
@@ -183,7 +183,7 @@ def test_a_driver_that_fails_in_a_command_is_held():
 
 
 @pytest.mark.parametrize(
-    "ours", [GrantOver("It is over."), Held("A stop came first."), ValueError("ours"), SystemExit(3)], ids=name
+    "ours", [GrantOver("It is over."), MotionHeld("A stop came first."), ValueError("ours"), SystemExit(3)], ids=name
 )
 @pytest.mark.parametrize("where", ["permit", "on_stage"])
 def test_what_the_owner_itself_raises_passes_as_it_is(ours, where):

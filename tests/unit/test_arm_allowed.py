@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.kit.drivers.pa10.courses import Courses
-from simulators.pa10.allowed import OFF_M, OFF_RAD, Allowed
+from simulators.pa10.position_guard import OFF_M, OFF_RAD, PositionGuard
 
 PLANNER = Courses().planner
 LIMITS, ZONES = PLANNER.limits, PLANNER.zones
@@ -26,7 +26,7 @@ class Whole:
     def _outside(q):
         return np.maximum(0.0, np.maximum(LIMITS.low - q, q - LIMITS.high))
 
-    def left(self, q):
+    def violation(self, q):
         distances = ZONES.distances(q)
         touch = ZONES.entered(distances + OFF_M, self._floor)
         if touch is not None:
@@ -39,11 +39,11 @@ class Whole:
 
 
 def agree(q, walk):
-    quick, whole = Allowed(PLANNER, q), Whole(q)
+    quick, whole = PositionGuard(PLANNER, q), Whole(q)
     for step in walk:
         q = q + step
-        said = whole.left(q)
-        assert quick.left(q) == said
+        said = whole.violation(q)
+        assert quick.violation(q) == said
         if said:
             quick.accept(PLANNER, q)
             whole = Whole(q)

@@ -78,12 +78,12 @@ def test_a_range_error_outlives_a_restart(courses, app, tmp_path):
 
 
 def test_what_was_asked_before_a_hold_does_not_begin_after_it(app):
-    asked = app.asked
+    asked = app.hold_count
     app.hold()
     with pytest.raises(Refused, match="a hold came before it could begin"):
         app.take(parse("j 30 25 75 0 80 0"), asked)
     assert not app.moving
-    assert app.take(parse("j 30 25 75 0 80 0"), app.asked).startswith("ok")
+    assert app.take(parse("j 30 25 75 0 80 0"), app.hold_count).startswith("ok")
 
 
 def moved_while_planning(monkeypatch, courses, app, line, seconds):

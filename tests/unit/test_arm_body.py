@@ -27,8 +27,8 @@ def test_a_hold_brings_it_to_rest_before_the_target():
     body.brake()
     body.advance_to(1.2)
     assert not body.moving
-    assert body.ended is not None
-    assert body.ended.braking
+    assert body.last_line is not None
+    assert body.last_line.braking
     assert -0.2 < body.setpoint.x < 0.0
 
 
@@ -39,6 +39,6 @@ def test_a_hold_before_the_first_step_ends_the_motion_where_it_began():
     body.brake()
     body.advance_to(0.1)
     assert not body.moving
-    assert body.ended is not None
-    assert body.ended.braking
+    assert body.last_line is not None
+    assert body.last_line.braking
     assert body.setpoint == start

@@ -12,11 +12,11 @@ from robots.kit.arms import segments
 from robots.kit.arms.budget import MOST, Budget
 from robots.kit.arms.chain import Chain
 from robots.kit.arms.inverse import Inverse, OutOfReach
-from robots.kit.arms.line import line_path
 from robots.kit.arms.path import Cubic, Limits, TooFast, brake_path, joint_path
 from robots.kit.arms.planner import Planner, Refused
 from robots.kit.arms.pose import EULER, RPY, matrix, numbers
 from robots.kit.arms.singular import singularity
+from robots.kit.arms.straight import line_path
 from robots.kit.arms.zones import Box, Limb, Zones
 from tests.conftest import at_length
 

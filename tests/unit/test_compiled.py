@@ -52,5 +52,5 @@ def test_a_step_on_a_large_map_takes_a_few_milliseconds_of_the_processor(stopwat
     begun = stopwatch.process_time()
     for n in range(20):
         blocks = dice.integers(0, 256, (20, 60)).astype(np.uint8).repeat(12, 0).repeat(7, 1)[:, :416]
-        assert slam.step(n, blocks, 0.1, 0.1, 0.1).made
+        assert slam.step(n, blocks, 0.1, 0.1, 0.1).is_new
     assert stopwatch.process_time() - begun < 20 * 0.03

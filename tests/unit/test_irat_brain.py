@@ -190,13 +190,13 @@ def test_a_save_beside_writes_only_what_is_new_and_one_that_is_cut_off_loses_not
         wait_for(
             lambda: not mind._saving.locked() and (tmp_path / "brain" / "map.npz").exists(), 10, "the map is saved"
         )
-        assert mind.slam.views.stored == mind.slam.views.count > 0
+        assert mind.slam.views.stored_count == mind.slam.views.count > 0
     known = mind.slam.map.count
 
     def killed(_):
         raise OSError("the disk is gone")
 
-    mind.slam.views.stored = 0  # as after a copy that nobody told of the save before
+    mind.slam.views.stored_count = 0  # as after a copy that nobody told of the save before
     monkeypatch.setattr(storage.os, "fsync", killed)
     mind.save()
     monkeypatch.undo()

@@ -3,7 +3,7 @@
 import pytest
 from msgspec import structs
 
-from robots.kit.contract.errors import GaveUp, HardwareFault, Held
+from robots.kit.contract.errors import GaveUp, HardwareFault, MotionHeld
 from robots.kit.drivers.irat.brain.messages import Clear, Feed
 from robots.kit.drivers.irat.brain.mind import Mind
 from tests.irat_trial import NARROW, Trial, begun, free, silent, until
@@ -14,9 +14,9 @@ def test_a_goal_that_charging_cuts_short_keeps_the_map_until_it_has_had_its_time
     trial.roaming._clear_s = 10.0
     trial.faults.set("charge", 0.19)
     trial.sleep(1.0)
-    with pytest.raises(Held):  # the need's hold
+    with pytest.raises(MotionHeld):  # the need's hold
         trial.roaming.goal(goal, until(trial, 0.5), silent)
-    with pytest.raises(Held):  # staff let it explore
+    with pytest.raises(MotionHeld):  # staff let it explore
         trial.roaming.explore(until(trial, 5), silent)
     assert trial.brain.mind.slam.map_number == goal["map"]
     trial.faults.set("charge", 0.98)
@@ -29,7 +29,7 @@ def test_a_goal_that_charging_cuts_short_keeps_the_map_until_it_has_had_its_time
     assert trial.brain.mind.slam.map_number == goal["map"] + 1
 
 
-@pytest.mark.parametrize(("error", "stays"), [(Held("Cancelled."), False), (HardwareFault("The radio."), True)])
+@pytest.mark.parametrize(("error", "stays"), [(MotionHeld("Cancelled."), False), (HardwareFault("The radio."), True)])
 def test_a_cancelled_goal_does_not_keep_the_map_and_one_with_a_fault_does(tmp_path, error, stays):
     trial, goal = begun(tmp_path)
     trial.roaming._clear_s = 10.0
@@ -76,7 +76,7 @@ def test_a_map_ages_while_the_robot_roams_or_rests_and_not_in_its_dock(tmp_path)
     trial.sleep(300)
     assert trial.senses.charging
     assert trial.brain.newest.age < 2.0, "it learns nothing there"
-    with pytest.raises(Held):
+    with pytest.raises(MotionHeld):
         trial.roaming.explore(until(trial, 30), silent)
     assert not trial.senses.charging
     left = trial.brain.newest.age
@@ -116,7 +116,7 @@ def test_a_slice_that_begins_after_a_rest_clears_a_map_that_is_due(tmp_path):
     trial.sleep(10)
     while trial.brain.fresh() is not None:
         trial.sleep(0.1)
-    with pytest.raises(Held):
+    with pytest.raises(MotionHeld):
         trial.roaming.explore(until(trial, 1), silent)
     assert trial.brain.mind.slam.map_number == goal["map"] + 1
 

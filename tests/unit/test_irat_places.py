@@ -13,7 +13,7 @@ from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import function, spec_of
 from robots.kit.drivers.irat.brain.messages import Aim
 from robots.kit.drivers.irat.brain.mind import Mind
-from robots.kit.drivers.irat.brain.places import CLEARED, IN_DOCK, NO_PLACE, MapCleared, check, chosen
+from robots.kit.drivers.irat.brain.places import CLEARED, IN_DOCK, NO_PLACE, MapCleared, check, goal_place
 from robots.kit.drivers.irat.composites.decoding import MapShown, with_map
 from robots.kit.drivers.irat.packets import HEAD, VERSION
 from tests.unit.test_irat_brain import packets as told_of
@@ -26,7 +26,7 @@ MAP = MapShown(4, IDS, PLACES)
 
 def why(shown, *wanted):
     try:
-        return chosen(shown, *wanted)
+        return goal_place(shown, *wanted)
     except BadRequest as error:
         return str(error)
 
@@ -53,7 +53,7 @@ def test_another_map_and_an_empty_one_have_no_place():
     assert why(MAP, 5, 0.0, 0.0, 2) == CLEARED
     assert why(MapShown(4), 4, 0.0, 0.0, 2) == NO_PLACE
     with pytest.raises(MapCleared):
-        chosen(MAP, 3, 0.0, 0.0)
+        goal_place(MAP, 3, 0.0, 0.0)
 
 
 def test_only_docking_leads_to_what_is_near_the_dock():

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from robots.kit.contract.errors import GaveUp, HardwareFault, Held
+from robots.kit.contract.errors import GaveUp, HardwareFault, MotionHeld
 from robots.kit.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.kit.drivers.irat.brain.places import MapCleared
 from robots.kit.drivers.irat.modes import Mode
@@ -47,14 +47,14 @@ def error_of(trial):
 def test_it_docks_charges_and_leaves_backwards(tmp_path):
     trial = Trial(tmp_path, pose=before_dock(0.5), charge=0.19)
     told = []
-    with pytest.raises(Held):
+    with pytest.raises(MotionHeld):
         trial.charging.charge(until(trial, 90), told.append)
     assert trial.world.charging
     assert trial.line.charger.value > 0
     assert any("docking, try 1" in getattr(said, "text", "") for said in told)
     trial.faults.set("charge", 0.98)
     trial.sleep(1.0)
-    with pytest.raises(Held):
+    with pytest.raises(MotionHeld):
         trial.roaming.explore(until(trial, 8), silent)
     assert not trial.world.charging
     assert trial.world.plant.pose[1] < DOCK[1] - 0.1
@@ -72,7 +72,7 @@ def test_bent_contacts_are_told_after_twelve_tries(tmp_path):
     tries = {said.text for said in told if "docking" in getattr(said, "text", "")}
     assert len(tries) >= 3
     trial.faults.clear()  # staff bent them straight
-    with pytest.raises(Held):
+    with pytest.raises(MotionHeld):
         trial.charging.charge(until(trial, 400), silent)
     assert trial.world.charging
 

@@ -16,7 +16,7 @@ from simulators.irat import maze, scene, scenery
 from simulators.irat.drive import Drive, End
 from simulators.irat.maze import COLUMN, DOCK, HALF_M, STROKES, WALL_M, along_corridors, off_centre, walls
 from simulators.irat.plant import TICK_S, Plant, docked
-from simulators.irat.state import Kept, keep, restore
+from simulators.irat.state import StoredState, keep, restore
 from tests.unit.irat_world import drive, rest, world
 
 MOTION = load("irat")["motion"]
@@ -255,10 +255,10 @@ def test_a_spoilt_state_starts_in_the_dock_with_a_number_of_its_own(tmp_path, te
 
 
 def test_a_state_is_kept(tmp_path):
-    kept = Kept((1.0, 0.5, 2.0), 0.4, 7)
+    kept = StoredState((1.0, 0.5, 2.0), 0.4, 7)
     keep(tmp_path / "state.json", kept)
     assert restore(tmp_path / "state.json") == kept
-    assert restore(tmp_path / "none.json") == Kept(docked(), 1.0, 0)
+    assert restore(tmp_path / "none.json") == StoredState(docked(), 1.0, 0)
     assert json.loads((tmp_path / "state.json").read_text())["boot"] == 7
 
 

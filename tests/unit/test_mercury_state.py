@@ -44,4 +44,4 @@ def test_a_place_where_the_arm_cannot_stand_is_not_believed(tmp_path, pose):
     path = tmp_path / "state.json"
     path.write_text(json.dumps({"pose": pose, "boot": 4}))
     assert restore(path).boot == 4
-    assert Workspace(load("mercury")).settled(restore(path).pose) is None
+    assert Workspace(load("mercury")).tidy_pose(restore(path).pose) is None

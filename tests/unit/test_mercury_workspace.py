@@ -25,7 +25,7 @@ def between(start, end, parts=200):
 def test_whatever_is_accepted_keeps_every_joint_inside_on_the_whole_way(asked):
     here = START
     for one in asked:
-        end = SPACE.turned(here, radians(one)) if isinstance(one, float) else SPACE.moved(here, *one)
+        end = SPACE.turn_end(here, radians(one)) if isinstance(one, float) else SPACE.line_end(here, *one)
         if end is None:
             continue
         joints = [SPACE.joints(p) for p in between(here, end)]
@@ -37,19 +37,19 @@ def test_whatever_is_accepted_keeps_every_joint_inside_on_the_whole_way(asked):
 
 @given(point)
 def test_the_whole_sand_is_reached_with_the_camera_square(to):
-    assert SPACE.moved(START, *to) is not None
+    assert SPACE.line_end(START, *to) is not None
 
 
 def test_a_way_that_would_turn_joint_4_past_its_limit_is_refused():
-    left = SPACE.moved(START, -0.23, 0.42, 0.075)
+    left = SPACE.line_end(START, -0.23, 0.42, 0.075)
     q1, q2, _, _ = SPACE.joints(left)
-    near = SPACE.turned(left, q1 + q2 + SPACE.arm.tool_angle + radians(170))
+    near = SPACE.turn_end(left, q1 + q2 + SPACE.arm.tool_angle + radians(170))
     assert abs(degrees(SPACE.joints(near)[3]) - 170) < 1e-6
-    assert SPACE.moved(near, 0.23, 0.42, 0.075) is None
-    assert SPACE.moved(near, -0.23, 0.42, 0.0) is not None
+    assert SPACE.line_end(near, 0.23, 0.42, 0.075) is None
+    assert SPACE.line_end(near, -0.23, 0.42, 0.0) is not None
 
 
 @given(st.lists(st.sampled_from([float("nan"), float("inf"), 1e308, -1e308, 0.0, 0.42, 5.0]), min_size=4, max_size=4))
 def test_a_kept_pose_that_cannot_be_is_not_taken(values):
-    taken = SPACE.settled(Pose(*values))
+    taken = SPACE.tidy_pose(Pose(*values))
     assert taken is None or SPACE.passed(taken) is None

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robots.kit.contract.objects import MOST, SIZE, Box, Placed, Told
+from robots.kit.contract.objects import MOST, SIZE, Box, KnownObjects, Placed
 
 BOX = Box((-1.5, -1.5, -0.2), (3.0, 3.0, 2.0))
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=32)
@@ -37,18 +37,18 @@ def test_an_object_takes_12_bytes_and_is_told_exactly(number, placed):
 
 @given(st.lists(OBJECTS, min_size=1, max_size=8), st.data())
 def test_deltas_lead_to_the_same_as_key_packets(states, data):
-    writer, reader = Told(BOX), Told(BOX)
+    writer, reader = KnownObjects(BOX), KnownObjects(BOX)
     for n, objects in enumerate(states):
         key = n == 0 or data.draw(st.booleans())
         packet = writer.key(objects) if key else writer.delta(objects)
         reader.take(packet, key)
-        whole = Told(BOX).take(Told(BOX).key(objects), True)
+        whole = KnownObjects(BOX).take(KnownObjects(BOX).key(objects), True)
         assert reader.objects == whole.objects
         assert writer.delta(objects) == b""
 
 
 def test_a_delta_holds_what_has_moved_or_gone_and_nothing_else():
-    told = Told(BOX)
+    told = KnownObjects(BOX)
     here = {n: Placed((n / 10, 0.0, 0.0)) for n in range(10)}
     assert len(told.key(here)) == 10 * SIZE
     assert len(told.delta({**here, 3: Placed((0.5, 0.5, 0.5))})) == SIZE
@@ -57,7 +57,7 @@ def test_a_delta_holds_what_has_moved_or_gone_and_nothing_else():
 
 @given(st.binary(max_size=60), st.booleans())
 def test_any_bytes_are_objects_or_refused_as_a_whole(data, key):
-    told = Told(BOX).take(Told(BOX).key({1: Placed((0.0, 0.0, 0.0))}), True)
+    told = KnownObjects(BOX).take(KnownObjects(BOX).key({1: Placed((0.0, 0.0, 0.0))}), True)
     before = told.objects
     try:
         told.take(data, key)

@@ -17,7 +17,7 @@ from robots.kit.recording.chart import Chart, dashes
 from robots.kit.recording.container import COMMANDS, STATE, Message
 from robots.kit.recording.film import HEIGHT, TOP, VIEW, WIDTH, Film
 from robots.kit.recording.floors import floor_of
-from robots.kit.recording.paths import JUMP_M, lines, placed, shown, simplified
+from robots.kit.recording.paths import JUMP_M, lines, placed, plot_bounds, simplified
 from robots.kit.recording.track import Track, pose_of
 
 PLACES = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
@@ -62,7 +62,7 @@ def test_a_foreseen_pose_is_placed_on_the_floor(place, start, heading):
 
 @given(st.lists(st.lists(PLACES, min_size=1, max_size=9), max_size=4), st.sampled_from([None, ROOM]))
 def test_a_plot_shows_the_whole_path_and_the_whole_room(path, floor):
-    x0, y0, x1, y1 = shown(floor, path)
+    x0, y0, x1, y1 = plot_bounds(floor, path)
     assert x1 - x0 >= 2 - 1e-9 and y1 - y0 >= 2 - 1e-9
     assert all(x0 <= x <= x1 and y0 <= y <= y1 for line in path for x, y in line)
     if floor:

@@ -173,7 +173,7 @@ def test_solids_are_seen_from_outside_on_all_sides():
     for solid in solids:
         for angle in np.arange(0, 6.28, 0.7):
             view = looking(np.array([np.cos(angle), np.sin(angle), 0.5]), np.array([0, 0, 0.1]))
-            near = drawn(solid.moved(placed(0, 0, 0, 0.3)), view=view).depth().min()
+            near = drawn(solid.in_frame(placed(0, 0, 0, 0.3)), view=view).depth().min()
             assert 0.8 < near < 1.12, "its near side hides its far side"
     assert np.isfinite(
         drawn(

@@ -41,7 +41,7 @@ class Drive:
             self.truth.append((tx, ty))
             self.dead.append((x, y))
             self.steps.append(step)
-            if step.made:
+            if step.is_new:
                 self.made[step.experience] = (tx, ty)
 
     def map_error(self):
@@ -67,7 +67,7 @@ def test_a_loop_is_closed_and_the_error_shrinks(drive):
 def test_the_second_round_makes_fewer_experiences(drive):
     """Its pictures are taken up to 2 cm beside those of the first."""
     half = len(drive.steps) // 2
-    first, second = (sum(step.made for step in part) for part in (drive.steps[:half], drive.steps[half:]))
+    first, second = (sum(step.is_new for step in part) for part in (drive.steps[:half], drive.steps[half:]))
     assert first > 80
     assert second < 0.8 * first
 
@@ -109,7 +109,7 @@ def test_a_picture_that_shows_nothing_teaches_nothing(picture, verdict):
     slam = RatSlam()
     for n in range(20):
         step = slam.step(n * DT, picture, 0.1, 0.2, DT)
-        assert (step.picture, step.experience, step.made) == (verdict, -1, False)
+        assert (step.picture, step.experience, step.is_new) == (verdict, -1, False)
     assert slam.views.count == slam.map.count == 0
     assert step.pose != slam.map.pose_of(0)  # by odometry it has moved
 

@@ -23,12 +23,12 @@ def rounds(found, scale, bend, count, dice, false=0.0, way=4.0):
         for _ in range(100):
             true = (2 * math.pi + dice.gauss(0, 0.5)) / 100
             found.correct(way / 100, (true - bend * way / 100) / scale)
-        heading = scale * found.turned + bend * found.gone + dice.gauss(0, 0.05)
+        heading = scale * found.turned + bend * found.distance + dice.gauss(0, 0.05)
         if dice.random() < false:
             heading += dice.uniform(-math.pi, math.pi)
         if before is not None:
             found.visited(before[0], before[1], math.remainder(heading - before[2], 2 * math.pi))
-        before = found.turned, found.gone, heading
+        before = found.turned, found.distance, heading
 
 
 @settings(max_examples=25, deadline=None)
@@ -60,7 +60,7 @@ def test_a_round_too_long_to_count_its_whole_turns_is_not_used_at_first():
     found.correct(12.0, 6.0)
     assert not found.visited(0.0, 0.0, 1.0) and found.scale == 1.0 and found.bend == 0.0
     found.correct(0.2, 0.1)
-    assert not found.visited(found.turned - 0.1, found.gone - 0.2, 0.1)  # too short to tell anything
+    assert not found.visited(found.turned - 0.1, found.distance - 0.2, 0.1)  # too short to tell anything
 
 
 def straight(count=20):

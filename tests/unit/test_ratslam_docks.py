@@ -27,10 +27,10 @@ def test_a_place_seen_often_from_straight_ahead_and_near_is_first():
 
 def test_a_place_without_a_dock_is_forgotten_until_it_is_seen_again():
     docks = seen((1, 4, 0.3, 0.0), (2, 1, 0.3, 0.0))
-    docks.missed(1)
-    docks.missed(77)
+    docks.forget(1)
+    docks.forget(77)
     assert docks.best() == 2
-    docks.missed(2)
+    docks.forget(2)
     assert docks.best() is None
 
 

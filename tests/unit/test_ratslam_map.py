@@ -14,7 +14,7 @@ from robots.kit.slam.pruning import contract, pruned, standing
 from robots.kit.slam.relaxing import sine_cosine
 from robots.kit.slam.routes import plan
 from robots.kit.slam.settings import MapSettings
-from robots.kit.slam.stream import Told
+from robots.kit.slam.stream import ChangeLog
 
 HERE = (0.0, 0.0, 0.0)
 poses = st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-math.pi, math.pi))
@@ -308,7 +308,7 @@ def test_that_the_robot_was_carried_takes_more_sightings_and_makes_no_link(offse
 @given(steps, st.integers(0, 40))
 def test_what_is_streamed_adds_up_to_the_map(moves, often):
     """A reader that takes only changes, at any pace, has what one has that takes everything."""
-    held, told = ExperienceMap(MapSettings()), Told(0)
+    held, told = ExperienceMap(MapSettings()), ChangeLog(0)
     have, links, last = {}, set(), -1
     held.create(0, HERE)
     told.note(held, 1)

@@ -17,7 +17,7 @@ from robots.kit.recording.budget import picture_every_s
 from robots.kit.recording.container import COMMANDS, EVENTS, STATE, Message, Tape
 from robots.kit.recording.packets import picture_of, picture_packed, state_packed, state_told
 from robots.kit.recording.reading import about, messages
-from robots.kit.recording.timeline import HEAD, SLICE_MS, needed, read_index, read_slice, slice_of
+from robots.kit.recording.timeline import HEAD, SLICE_MS, needed_slices, read_index, read_slice, slice_of
 
 NAMES, CHANNELS = ("base", "elbow"), ["charge", "x"]
 BEGAN = 1_795_000_000_000  # ms
@@ -80,7 +80,7 @@ def test_what_is_put_in_comes_out_and_other_programs_read_it(written):
         "state": "farhand.State", "commands": "farhand.Command", "events": "farhand.Event",
         "camera/0": "foxglove.CompressedImage", "camera/1": "foxglove.CompressedImage",
     }  # fmt: skip
-    picture = next(m for m in found if m.topic == "camera/1").told()
+    picture = next(m for m in found if m.topic == "camera/1").content()
     assert {"timestamp", "frame_id", "data", "format"} <= picture.keys() and picture["format"] == "jpeg"
 
 
@@ -109,7 +109,7 @@ def test_a_disk_that_refuses_leaves_a_file_that_is_readable(tmp_path):
     tape._out.flush()
     tape.abandon()
     assert (tmp_path / "c.mcap").stat().st_size == whole
-    assert [m.told()["number"] for m in messages(tmp_path / "c.mcap")] == [*range(100)]
+    assert [m.content()["number"] for m in messages(tmp_path / "c.mcap")] == [*range(100)]
 
 
 @given(
@@ -163,14 +163,14 @@ def test_pictures_become_rarer_as_the_file_grows_and_end_before_its_limit(used, 
 @given(tracks=st.lists(st.lists(st.integers(0, 59_999)), max_size=4))
 def test_a_slice_names_the_earliest_that_it_needs(tracks):
     slices = 12
-    needs = needed(tracks, slices)
+    needs = needed_slices(tracks, slices)
     for number, first in enumerate(needs):
         assert 0 <= first <= number
         for times in tracks:
             before = [at for at in times if at <= number * SLICE_MS]
             if before:  # the newest beginning lies in what is read
                 assert slice_of(max(before)) >= first
-    assert needed([], 3) == [0, 1, 2]
+    assert needed_slices([], 3) == [0, 1, 2]
 
 
 def test_the_index_and_the_slices_tell_everything_once(written):

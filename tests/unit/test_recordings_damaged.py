@@ -14,7 +14,7 @@ from robots.kit.packets import picture_packet, state_packet
 from robots.kit.recording import reading
 from robots.kit.recording.axis import LATE_NS, LONGEST_NS, Axis, words_of
 from robots.kit.recording.container import COMMANDS, EVENTS, STATE, Tape
-from robots.kit.recording.movie import cameras_of, chosen
+from robots.kit.recording.movie import cameras_of, chosen_pictures
 from robots.kit.recording.packets import picture_of, state_told
 from robots.kit.recording.reading import about, messages
 from robots.kit.recording.timeline import HEAD, read_index, read_slice, slice_of
@@ -88,7 +88,7 @@ def judged(path, whole):
         assert index.end.startswith(reading.NOTHING)
     about(path)
     plan = {"hz": 5, "files": [(str(path), BEGAN)]}
-    pictures = list(chosen(plan, cameras_of(plan)))
+    pictures = list(chosen_pictures(plan, cameras_of(plan)))
     assert len(pictures) == sum(m.topic.startswith("camera/") for m in found)
     return found, original, index
 
@@ -166,7 +166,7 @@ def test_a_recording_of_an_older_or_another_format_replays_what_is_understood(tm
     assert len(list(messages(path))) == len(told)
     replayed(path)
     plan = {"hz": 5, "files": [(str(path), BEGAN)]}
-    list(chosen(plan, cameras_of(plan)))
+    list(chosen_pictures(plan, cameras_of(plan)))
 
 
 @pytest.mark.parametrize("by", [DAY, -DAY, 3 * 3600_000, -60_000])
@@ -180,16 +180,16 @@ def test_where_the_time_of_day_was_set_the_player_goes_on_and_says_so(tmp_path, 
     assert said["text"] == words_of(by * 10**6) and said["after_ms"] == 9500
     assert ("ahead" if by > 0 else "back") in said["text"]
     plan = {"hz": 5, "files": [(str(path), BEGAN)]}
-    shown = [at for at, _, _ in chosen(plan, cameras_of(plan))]
+    shown = [at for at, _, _ in chosen_pictures(plan, cameras_of(plan))]
     assert shown == sorted(shown) and shown[-1] == 19_000
     lapse = plan | {"hz": 12, "every_s": 5}
-    assert len(list(chosen(lapse, [0, 1]))) == 4
+    assert len(list(chosen_pictures(lapse, [0, 1]))) == 4
 
 
 def test_a_time_lapse_goes_on_where_the_time_of_day_was_set_back_between_two_recordings(tmp_path):
     first, second = (write(tmp_path / f"{n}.mcap", range(0, 20_000, 500)) for n in (1, 2))
     plan = {"hz": 12, "every_s": 5, "files": [(str(first), BEGAN), (str(second), BEGAN - 10_000)]}
-    assert len(list(chosen(plan, [0]))) == 8
+    assert len(list(chosen_pictures(plan, [0]))) == 8
 
 
 @given(times=st.lists(st.integers(0, 2**63), max_size=50), cut=st.integers(0, 49))

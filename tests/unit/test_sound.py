@@ -24,7 +24,7 @@ def test_sound_is_packed_as_the_browser_reads_it(one):
     packet = SoundPacket(one["number"], one["at_ms"], one["ms"], data, one["run"])
     assert pack(packet).hex() == one["hex"]
     assert unpack(pack(packet)) == packet
-    assert packet.said == one["said"]
+    assert packet.text == one["said"]
 
 
 @pytest.mark.parametrize("one", VECTORS["refused"], ids=lambda one: one["what"])
@@ -50,7 +50,7 @@ def test_rubbish_is_refused_or_read_as_what_packs_to_the_same(data):
         return
     assert len(data) > HEAD.size
     assert pack(packet)[4:] == data[4:]
-    assert isinstance(packet.said, str)
+    assert isinstance(packet.text, str)
 
 
 @pytest.mark.parametrize("packet", [
@@ -63,7 +63,7 @@ def test_what_cannot_be_read_is_not_packed(packet):
 
 @given(st.text(min_size=1, max_size=3000))
 def test_a_sentence_that_is_too_long_is_cut_between_two_letters(text):
-    said = unpack(pack(sentence(text, 5))).said
+    said = unpack(pack(sentence(text, 5))).text
     assert text.startswith(said)
     assert len(text.encode()) - len(said.encode()) <= max(0, len(text.encode()) - LARGEST + 3)
 

@@ -80,7 +80,7 @@ def test_the_sonar_sees_what_infrared_misses_before_the_end_of_the_line():
 def test_a_dead_encoder_takes_what_was_known_away():
     where = Whereabouts()
     where.take(REST)
-    where.found((5.0, 4.0, 1.0), 0.05, REST)
+    where.take_scan((5.0, 4.0, 1.0), 0.05, REST)
     where.take(replace(REST, dead_encoders=2))
     assert not where.is_known
 
@@ -91,7 +91,7 @@ def test_it_gets_less_sure_with_each_metre_and_each_turn(steps):
     where, status, way = Whereabouts(), REST, 0.0
     where.take(status)
     assert not where.is_known, "nobody has looked"
-    where.found((5.0, 4.0, 1.0), 0.05, status)
+    where.take_scan((5.0, 4.0, 1.0), 0.05, status)
     before, x, y, bent = where.spread, 5.0, 4.0, 1.0
     for ahead, turn in steps:
         heading = remainder(status.heading + turn, tau)
@@ -114,7 +114,7 @@ def test_what_is_known_outlives_the_owner_and_not_the_rover(tmp_path):
     file = tmp_path / "whereabouts.json"
     first = Whereabouts(file)
     first.take(REST)
-    first.found((5.0, 4.0, 1.0), 0.05, REST)
+    first.take_scan((5.0, 4.0, 1.0), 0.05, REST)
     for status, most in ((REST, 0.051), (replace(REST, motion=7, x=1.5), 0.3)):
         again = Whereabouts(file)
         again.take(status)
@@ -140,7 +140,7 @@ def test_odometry_that_jumps_is_no_way():
     """It has begun anew: the place is not known any more."""
     where = Whereabouts()
     where.take(REST)
-    where.found((5.0, 4.0, 1.0), 0.05, REST)
+    where.take_scan((5.0, 4.0, 1.0), 0.05, REST)
     where.take(replace(REST, x=9.0))
     assert (where.driven, where.is_known) == (0.0, False)
 
@@ -183,7 +183,7 @@ def test_a_round_turns_back_before_what_stands_in_its_way():
 def placed(status=REST, spread=0.05):
     where = Whereabouts()
     where.take(status)
-    where.found((1.0, 1.0, 0.0), spread, status)
+    where.take_scan((1.0, 1.0, 0.0), spread, status)
     return where
 
 
@@ -219,7 +219,7 @@ def test_beside_a_wall_each_metre_costs_more():
     def driven(y):
         where = Whereabouts()
         where.take(REST)
-        where.found((1.0, y, 0.0), 0.05, REST)
+        where.take_scan((1.0, y, 0.0), 0.05, REST)
         for number in range(1, 101):
             where.take(replace(REST, x=1.0 + 0.04 * number, uptime_ms=1000 + 100 * number))
         return where.spread

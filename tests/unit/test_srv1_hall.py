@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robots.kit.description import load
 from robots.kit.drivers.srv1.hall import hall, read
 from simulators.srv1.plant import TICK_S, Plant
-from simulators.srv1.state import Kept, keep, restore, restore_flash
+from simulators.srv1.state import StoredState, keep, restore, restore_flash
 from tests.unit.srv1_world import drive, poses, rest, world
 
 HALL = hall()
@@ -157,7 +157,7 @@ def test_a_showcase_that_was_moved_is_met_where_it_stands_now():
     assert plant.ray((0.0, 0.0, 0.1), 0.0) == (pytest.approx(1.0), "Ammonites")
     plant.move("Ammonites", 0.4, 0.0)
     assert plant.ray((0.0, 0.0, 0.1), 0.0) == (pytest.approx(1.4), "Ammonites")
-    assert plant.moved("Ammonites") == pytest.approx((0.4, 0.0))
+    assert plant.offset("Ammonites") == pytest.approx((0.4, 0.0))
     rolled(plant, 5.0, 0.4, 0.4)
     assert plant.contacts == ("Ammonites",)
     assert plant.pose[0] == pytest.approx(2.46, abs=0.02)
@@ -225,22 +225,22 @@ def test_a_showcase_is_moved_and_put_back():
     one = world()
     one.faults.set("moved_case", 1)
     one.tick()
-    assert one.moved == {"Ammonites": pytest.approx((0.6, 0.0))}
+    assert one.offsets == {"Ammonites": pytest.approx((0.6, 0.0))}
     one.faults.set("moved_case", 4)
     one.tick()
-    assert one.moved == {"Minerals": pytest.approx((-0.6, 0.0))}
+    assert one.offsets == {"Minerals": pytest.approx((-0.6, 0.0))}
     one.faults.clear()
     one.tick()
-    assert one.moved == {}
+    assert one.offsets == {}
 
 
 def test_a_showcase_is_not_put_on_the_rover():
     one = world((4.1, 2.6, 0.0))
     one.faults.set("moved_case", 1)
     one.tick()
-    assert one.moved == {}
+    assert one.offsets == {}
     drive(one, 3.0, 0.3)
-    assert one.moved == {"Ammonites": pytest.approx((0.6, 0.0))}
+    assert one.offsets == {"Ammonites": pytest.approx((0.6, 0.0))}
     assert one.plant.contacts == ()
 
 
@@ -279,7 +279,7 @@ def test_a_pose_outside_of_the_hall_is_not_believed(tmp_path, pose):
 
 def test_pose_charge_and_boot_number_are_kept(tmp_path):
     path = tmp_path / "state.json"
-    kept = Kept((4.5, 4.0, -1.0), 0.7, 12)
+    kept = StoredState((4.5, 4.0, -1.0), 0.7, 12)
     keep(path, kept)
     assert restore(path) == kept
     assert restore_flash(tmp_path / "none") == b""

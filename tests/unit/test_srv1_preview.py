@@ -5,9 +5,9 @@ from math import degrees, pi, remainder, tau
 
 import pytest
 
+from robots.kit.drivers.srv1.checks import MOST, foresee
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.missions import judge, parse
-from robots.kit.drivers.srv1.preview import MOST, foresee
 
 HERE = (1.0, 1.0, 2.5)
 

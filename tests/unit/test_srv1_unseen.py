@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.kit.drivers.srv1.areas import SMALLEST_M, area_of, will_be_inside
+from robots.kit.drivers.srv1.alone import SMALLEST_M, area_of, will_be_inside
 from robots.kit.drivers.srv1.journal import Entries, Entry, Event
 from robots.kit.drivers.srv1.unseen import GAP_MS, Unseen, packet
 from tests.unit.test_srv1_following import REST
@@ -51,14 +51,14 @@ class Line:
 def test_only_what_was_missed_is_read():
     line, told = Line([Event.ALONE] * 4 + [Event.ALONE, Event.WAY, Event.WAY, Event.REST]), []
     unseen = Unseen(line, told.append)
-    unseen.heard(replace(REST, journal=4, uptime_ms=1000))
+    unseen.take_status(replace(REST, journal=4, uptime_ms=1000))
     unseen.catch_up(place)  # of an owner before
     told.clear()
-    unseen.heard(replace(REST, journal=4, uptime_ms=2000))
+    unseen.take_status(replace(REST, journal=4, uptime_ms=2000))
     unseen.catch_up(place)
     assert told == [], "nothing was missed"
-    unseen.heard(replace(REST, journal=8, uptime_ms=2001 + GAP_MS))
-    unseen.heard(replace(REST, journal=8, uptime_ms=2101 + GAP_MS))
+    unseen.take_status(replace(REST, journal=8, uptime_ms=2001 + GAP_MS))
+    unseen.take_status(replace(REST, journal=8, uptime_ms=2101 + GAP_MS))
     unseen.catch_up(place)
     assert [event for _, event, *_ in json.loads(told[0])["events"]] == ["alone", "way", "way", "rest"]
     asked = line.asked

@@ -62,7 +62,7 @@ def test_a_still_is_never_thinned_out(tmp_path):
         one.picture(0, n * S // 100, picture_packet(n, n, still, (), JPEG))
     one.picture(0, S, b"\x02")
     assert ended(one).whole
-    told = [m.told() for m in messages(tmp_path / "s.mcap") if m.topic == "camera/0"]
+    told = [m.content() for m in messages(tmp_path / "s.mcap") if m.topic == "camera/0"]
     assert [(t["number"], t["still"]) for t in told] == [(0, 0), (2, 41), (5, 42)]
 
 
@@ -99,7 +99,7 @@ def test_a_recording_ends_at_its_greatest_size_and_says_so(tmp_path):
     end = ended(one)
     assert not end.whole and "greatest size" in end.reason
     assert (tmp_path / "c.mcap").stat().st_size < 1_300_000
-    told = [m.told()["text"] for m in messages(tmp_path / "c.mcap") if m.topic == "events"]
+    told = [m.content()["text"] for m in messages(tmp_path / "c.mcap") if m.topic == "events"]
     assert any("Pictures from now on" in text for text in told)
 
 
@@ -134,7 +134,7 @@ def test_what_a_killed_recorder_left_is_gone_on_with(tmp_path):
     one = taping(tmp_path / "f.mcap")
     one.state(60 * S, state(60))
     assert "interrupted" in ended(one).reason
-    assert [m.told().get("number", "gap") for m in messages(tmp_path / "f.mcap")] == [*range(50), "gap", 60]
+    assert [m.content().get("number", "gap") for m in messages(tmp_path / "f.mcap")] == [*range(50), "gap", 60]
     assert [p.name for p in tmp_path.iterdir()] == ["f.mcap"]
 
 
@@ -145,5 +145,5 @@ def test_a_recorder_that_is_killed_while_it_goes_on_loses_nothing(tmp_path):
     tape.close()
     (tmp_path / "g.tape").write_bytes(b"a copy that was cut off")
     ended(taping(tmp_path / "g.mcap"))
-    assert [m.told().get("number", "gap") for m in messages(tmp_path / "g.mcap")] == [*range(5), "gap"]
+    assert [m.content().get("number", "gap") for m in messages(tmp_path / "g.mcap")] == [*range(5), "gap"]
     assert [p.name for p in tmp_path.iterdir()] == ["g.mcap"]

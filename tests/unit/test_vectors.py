@@ -11,7 +11,7 @@ from robots.kit.arms.pose import matrix, numbers
 from robots.kit.contract.channels import Scalar
 from robots.kit.contract.compact import Layout
 from robots.kit.contract.errors import OutOfWorkspace
-from robots.kit.contract.objects import Box, Placed, Told
+from robots.kit.contract.objects import Box, KnownObjects, Placed
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.streams import Chain, StreamPacket, pack, unpack
 from robots.kit.contract.video import Group, VideoPacket
@@ -195,7 +195,7 @@ def test_video_is_packed_and_followed_as_the_browser_reads_it(one):
 
 def test_objects_are_packed_as_the_browser_reads_them():
     vectors = read("object_packets")
-    writer, reader = (Told(Box(**{k: tuple(v) for k, v in vectors["box"].items()})) for _ in range(2))
+    writer, reader = (KnownObjects(Box(**{k: tuple(v) for k, v in vectors["box"].items()})) for _ in range(2))
     for one in vectors["packets"]:
         objects = {int(n): Placed(tuple(told[:3]), tuple(told[3:])) for n, told in one["objects"].items()}
         data = writer.key(objects) if one["key"] else writer.delta(objects)

@@ -57,7 +57,7 @@ def test_seven_pixels_suffice():
     seen = 0
     for _ in range(24):
         found = FINDER.find(shot(1.6, dice.uniform(-0.3, 0.3), dice.uniform(-0.3, 0.3), dice))
-        seen += any(marker.number < 2 and marker.seen.z == pytest.approx(1.55, abs=0.15) for marker in found)
+        seen += any(marker.number < 2 and marker.sighting.z == pytest.approx(1.55, abs=0.15) for marker in found)
     assert seen >= 18
 
 
@@ -67,9 +67,9 @@ def test_a_marker_is_placed(distance):
     for _ in range(8):
         angle, turned = dice.uniform(-0.2, 0.2), dice.uniform(-0.2, 0.2)
         outer = next(m for m in FINDER.find(shot(distance, angle, turned, dice)) if m.number < 2)
-        assert outer.seen.z == pytest.approx(distance * math.cos(turned), rel=0.04)
-        assert outer.seen.x == pytest.approx(math.tan(turned) / math.tan(FIELD / 2), abs=0.02)
-        off.append(outer.seen.theta - angle)
+        assert outer.sighting.z == pytest.approx(distance * math.cos(turned), rel=0.04)
+        assert outer.sighting.x == pytest.approx(math.tan(turned) / math.tan(FIELD / 2), abs=0.02)
+        off.append(outer.sighting.theta - angle)
         angles.append(angle)
     assert np.median(np.abs(off)) < math.radians(8)
     assert distance > 0.3 or np.corrcoef(angles, np.array(off) + angles)[0, 1] > 0.8  # left of the axis is positive

@@ -3,7 +3,7 @@
 import pytest
 
 from robots.kit.clock import Limit, poll
-from robots.kit.contract.errors import HardwareFault, Held
+from robots.kit.contract.errors import HardwareFault, MotionHeld
 from robots.kit.contract.session import RobotState
 from robots.kit.drivers.permits import unless_held
 from robots.kit.drivers.waiting import until_at_rest
@@ -13,11 +13,11 @@ REST, MOTION = (RobotState(0.0, (), (), moving, True) for moving in (False, True
 
 def test_a_limit_is_over_after_its_seconds_and_not_at_them(clock):
     limit = Limit(clock, 2.0)
-    assert (limit.left, limit.over) == (2.0, False)
+    assert (limit.remaining, limit.over) == (2.0, False)
     clock.go(2.0)
-    assert (limit.left, limit.over) == (0.0, False)
+    assert (limit.remaining, limit.over) == (0.0, False)
     clock.go(0.5)
-    assert (limit.left, limit.over) == (-0.5, True)
+    assert (limit.remaining, limit.over) == (-0.5, True)
 
 
 def test_something_is_looked_for_until_it_is_so_or_the_limit_is_over(clock):
@@ -60,6 +60,6 @@ def test_a_hold_from_now_on_ends_it_and_one_of_before_does_not():
     free = unless_held(lambda: holds[0], "A stop came first.")
     free()
     holds[0] += 1
-    with pytest.raises(Held, match="A stop came first"):
+    with pytest.raises(MotionHeld, match="A stop came first"):
         free()
     unless_held(lambda: holds[0])()

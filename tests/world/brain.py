@@ -48,7 +48,7 @@ class Brain:
         if not self._left:
             self._asked.append(message)
 
-    def said(self) -> Iterator[FromBrain]:
+    def answers(self) -> Iterator[FromBrain]:
         while self._world.park(math.inf, lambda: self._said or self.process.killed) and self._said:
             yield self._said.popleft()
 

@@ -109,7 +109,7 @@ class IratRig:
                 self._end = ""
             told(record)
 
-        self.sim.journal.told = noted
+        self.sim.journal.listener = noted
 
     @property
     def stalled_s(self) -> float:

@@ -79,7 +79,7 @@ class MercuryRig:
 
     def tell(self, told) -> None:
         """Have each of the simulator's notes told, at the moment at which it is written."""
-        self.sim.journal.told = told
+        self.sim.journal.listener = told
 
     @property
     def stalled_s(self) -> float:

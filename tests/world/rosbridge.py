@@ -73,7 +73,7 @@ class Network:
             self.world.park(math.inf, self._some)
             for line in list(self.lines):
                 while line.to_robot:
-                    line.peer.heard = self.world.monotonic()
+                    line.peer.heard_at = self.world.monotonic()
                     self.radio.take(line.peer, line.to_robot.popleft())
                 if line.ended:
                     self.lines.remove(line)

@@ -94,7 +94,7 @@ class RoverRig:
                 self._end = ""
             told(record)
 
-        self.sim.journal.told = noted
+        self.sim.journal.listener = noted
 
     @property
     def stalled_s(self) -> float:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.kit.contract.errors import Held
+from robots.kit.contract.errors import MotionHeld
 from robots.kit.drivers.srv1.rules import crc_of, paper
 from tests.world.srv1 import RoverRig
 from tests.world.world import World
@@ -83,7 +83,7 @@ def test_a_patrol_goes_on_by_its_permit_takes_other_rules_and_heeds_a_hold(make)
     assert far.world.monotonic() - at <= ONE_WAY_S + BRAKING_S
     far.world.until(lambda: held and ended, 10, "both ends")
     assert not held[0].moving
-    assert isinstance(ended[0], Held)
+    assert isinstance(ended[0], MotionHeld)
     begun = far.rig.count("motion")
     far.world.sleep(5)
     assert far.rig.count("motion") == begun

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.kit.contract.errors import Held
-from robots.kit.contract.session import Noted
+from robots.kit.contract.errors import MotionHeld
+from robots.kit.contract.session import Observation
 from robots.kit.drivers.srv1.pictures import NONE
 from robots.kit.drivers.srv1.protocol import SIZES
 from tests.world.srv1 import RoverRig
@@ -71,7 +71,7 @@ def test_by_radio_a_look_around_takes_no_pictures_and_says_so(driven):
     def look(rig, session):
         told = []
         session.execute("mission", {"text": "look around\nphotograph"}, lambda: None, told.append)
-        return [one for one in told if isinstance(one, Noted)], rig.sim.pictures
+        return [one for one in told if isinstance(one, Observation)], rig.sim.pictures
 
     noted, pictures = driven(look, link="radio")
     assert [one.text for one in noted[:2]] == [f"looks around {NONE}", "look 1 of 18"]
@@ -88,13 +88,13 @@ def test_a_hold_while_a_picture_of_a_look_around_is_taken_ends_it(driven):
 
         def on_stage(stage):
             told.append(stage)
-            if isinstance(stage, Noted):
+            if isinstance(stage, Observation):
                 session.hold()
 
         try:
             session.execute("look", {}, lambda: None, on_stage)
-        except Held:
-            return sum(isinstance(one, Noted) for one in told), session.state().moving
+        except MotionHeld:
+            return sum(isinstance(one, Observation) for one in told), session.state().moving
         return None
 
     assert driven(held) == (1, False)

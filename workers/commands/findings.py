@@ -17,7 +17,7 @@ from robots import bus
 from robots.kit.contract.channels import MOST as MOST_VALUES
 from robots.kit.contract.channels import finite, whole
 from robots.kit.contract.errors import CameraFault
-from robots.kit.contract.session import Noted, RobotState
+from robots.kit.contract.session import Observation, RobotState
 from robots.kit.files import replaced
 from robots.kit.packets import Changed
 from robots.kit.plain import one_line
@@ -44,7 +44,7 @@ class Findings:
         self._again_at = 0.0
         self._waits = True  # files may be there: an earlier owner may have left some
 
-    def note(self, command: Command, noted: Noted) -> None:
+    def note(self, command: Command, noted: Observation) -> None:
         """Store what a command has found, with a picture where it asks for one. What fails ends no motion."""
         if command.pk != self._command:
             self._command, self._number = command.pk, 0
@@ -55,7 +55,7 @@ class Findings:
             self._left_out += 1
             if self._noted[noted.photograph] > most + 1:
                 return
-            noted = Noted(spent)
+            noted = Observation(spent)
         self._number += 1
         state = self._owned.driver.latest() or RobotState(0.0, (), (), False, False)
         text, frame = noted.text, None

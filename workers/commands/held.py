@@ -6,7 +6,7 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.kit.contract.errors import ControlsReleased, Held, Replaced
+from robots.kit.contract.errors import ControlsReleased, MotionHeld, MotionReplaced
 from robots.kit.contract.session import OnStage, Outcome, Permit
 from robots.kit.contract.values import check
 from robots.models import Command
@@ -21,7 +21,7 @@ UNHEARD = "Nothing was heard from your controls while this motion waited, so it 
 
 
 def replaceable(owned: OwnedRobot, lane: Lane, claimed: Permit) -> Permit:
-    """Return a permit that raises Replaced once a newer target waits. It looks for one after each wake-up."""
+    """Return a permit that raises MotionReplaced once a newer target waits. It looks for one after each wake-up."""
     kinds = [c.kind for c in owned.robot.spec().commands if c.replaceable]
     looked = lane.wakes
 
@@ -38,7 +38,7 @@ def replaceable(owned: OwnedRobot, lane: Lane, claimed: Permit) -> Permit:
             close_old_connections()
             return
         if first is not None and first.kind in kinds:
-            raise Replaced("Replaced: a newer target took its place.")
+            raise MotionReplaced("Replaced: a newer target took its place.")
 
     return permit
 
@@ -61,8 +61,8 @@ def held_motion(
 ) -> tuple[Outcome, str]:
     """Run a held motion. Return its outcome and why it ended: `released`, `long`, or `edge` if the robot ended it.
 
-    It does not begin if its controls were not heard a moment ago, or were released while it waited. Raises Held if the
-    keep-alives ended, and the reason of the gate if that ended the motion.
+    It does not begin if its controls were not heard a moment ago, or were released while it waited. Raises MotionHeld
+    if the keep-alives ended, and the reason of the gate if that ended the motion.
     """
 
     def permit() -> None:
@@ -75,11 +75,11 @@ def held_motion(
         permit()  # a driver may do more than ask before it moves
         begun = True
         return owned.driver.execute(command.kind, command.args, permit, on_stage), "edge"
-    except (ControlsReleased, Held):
+    except (ControlsReleased, MotionHeld):
         claimed()  # if a stop or a lost grant ended it, that is the reason
         why = deadman.end_reason
         if why in ("", "lost"):
-            raise Held(LOST if begun else UNHEARD) from None
+            raise MotionHeld(LOST if begun else UNHEARD) from None
         return Outcome({}, owned.driver.state()), why
     finally:
         deadman.end()

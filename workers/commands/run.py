@@ -14,7 +14,7 @@ from robots.kit.contract.errors import (
     CameraFault,
     GaveUp,
     HardwareFault,
-    Held,
+    MotionHeld,
     NotCalibrated,
     NotPermitted,
     OutOfWorkspace,
@@ -22,7 +22,7 @@ from robots.kit.contract.errors import (
     TooLate,
 )
 from robots.kit.contract.procedures import CALIBRATE, RESET, procedure
-from robots.kit.contract.session import Noted, Permit, Progress
+from robots.kit.contract.session import Observation, Permit, Progress
 from robots.kit.contract.spec import CommandKind
 from robots.models import Command
 from robots.states import CommandState
@@ -92,8 +92,8 @@ class Runner:
         except NotPermitted as error:
             begun = self._said == command.pk
             self._end(command, CommandState.CANCELLED if begun else CommandState.REJECTED, str(error))
-        except (Held, CameraFault, NotCalibrated) as error:
-            held = isinstance(error, Held)
+        except (MotionHeld, CameraFault, NotCalibrated) as error:
+            held = isinstance(error, MotionHeld)
             self._end(command, CommandState.CANCELLED if held else CommandState.FAILED, str(error))
         except HardwareFault as error:
             self._end(command, CommandState.FAILED, str(error))
@@ -163,13 +163,13 @@ class Runner:
         """Return whether the lease ran out after the command was claimed."""
         return not self._lease.valid or self._lease.epoch != command.epoch
 
-    def _stage(self, command: Command, stage: str | Progress | Noted) -> None:
+    def _stage(self, command: Command, stage: str | Progress | Observation) -> None:
         """Store a stage; if the database is away, a motion that has begun goes on."""
         if isinstance(stage, Progress):
             self._packages.reached(command, stage.text)
             self._progress.report(command, stage)
             return
-        if isinstance(stage, Noted):
+        if isinstance(stage, Observation):
             self._findings.note(command, stage)
             return
         self._said, now = command.pk, self._owned.now()
@@ -196,7 +196,7 @@ class Runner:
             if not self._moves:
                 raise HardwareFault(NOT_HEARD) from error
             self._owned.driver.hold()
-            raise Held(UNHEARD) from error
+            raise MotionHeld(UNHEARD) from error
         finally:
             self._lane.gate.note_begun()
 
@@ -212,7 +212,7 @@ class Runner:
         if spec.moves:
             self._pictures.still_id = 0
 
-        def on_stage(stage: str | Progress | Noted) -> None:
+        def on_stage(stage: str | Progress | Observation) -> None:
             self._stage(command, stage)
 
         why = package = ""

@@ -28,7 +28,7 @@ from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import ArmModel, Composite
 from robots.kit.contract.compact import Layout
-from robots.kit.contract.procedures import offered
+from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.people import is_person
@@ -115,7 +115,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "video": description.coding(described),
-        "labels": {c.kind: c.label for c in (*spec.commands, *offered(robot.driver))},
+        "labels": {c.kind: c.label for c in (*spec.commands, *offered_procedures(robot.driver))},
         "set": {s.name: robot.settings[s.name] for s in spec.settings() if s.shown and s.name in robot.settings},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],
         "commands": [

@@ -12,7 +12,7 @@ from typing import Any
 
 from robots.kit.contract.floor import Box, Floor
 from robots.kit.recording.floors import floor_of
-from robots.kit.recording.paths import IN_PLANE, POINTS, Line, Place, is_place, shown
+from robots.kit.recording.paths import IN_PLANE, POINTS, Line, Place, is_place, plot_bounds
 from robots.models import Finding, Recording, Robot
 
 WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
@@ -88,7 +88,7 @@ def _lines(told: Any) -> list[Line]:
 
 def figure(floor: Floor | None, run: Run) -> Figure:
     """Return the drawing of a run."""
-    box = shown(floor, [*run.driven, *run.plan, [place for _, place in run.pictures]])
+    box = plot_bounds(floor, [*run.driven, *run.plan, [place for _, place in run.pictures]])
     wide, tall = box[2] - box[0], box[3] - box[1]
     scale = min((WIDTH - 2 * MARGIN) / wide, (TALLEST - 2 * MARGIN) / tall)  # px a m
 

@@ -17,12 +17,12 @@ class TooMuch(ValueError):
 class Budget:
     """The rest of the work for a request, in units of about 10 microseconds."""
 
-    left: float
+    remaining: float
 
     def spend(self, units: float) -> None:
         """Use so much of it. Raises TooMuch."""
-        self.left -= units
-        if self.left < 0:
+        self.remaining -= units
+        if self.remaining < 0:
             raise TooMuch(
                 "this is more than may be planned at once: about 10 m of straight lines, or 150 motions that differ"
             )

@@ -1,4 +1,4 @@
-"""An arm from its files: `model.urdf`, and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`."""
+"""Builds an arm from its files: `model.urdf`, and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any

@@ -81,7 +81,7 @@ class Inverse:
         already, that is `near` itself.
 
         Raises:
-            OutOfReach: as `inside`. TooMuch: a singular pose too many for the budget.
+            OutOfReach: as `inside`. TooMuch: more singular poses than the budget allows.
 
         """
         asked, values = self._asked(pose)
@@ -185,7 +185,7 @@ class Inverse:
         """Yield answers at a singular pose, where a branch is only one of many, each the nearest to `near` of its kind.
 
         Raises:
-            TooMuch: a singular pose too many for the budget.
+            TooMuch: more singular poses than the budget allows.
         """
         asked, _ = self._asked(pose)
         answers = np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))

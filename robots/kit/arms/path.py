@@ -1,4 +1,4 @@
-"""Paths of an arm: third-order polynomials; `robots.kit.arms.line` has the straight line of the tool.
+"""Paths of an arm: third-order polynomials; `robots.kit.arms.straight` has the straight line of the tool.
 
 After Dziemian et al. 2004 (section "Path planning"; Craig 1986, section 7.3): the target is given, position and
 velocity are sampled at that moment, the velocity at the target is zero, and the motion time follows from a scaling

@@ -13,9 +13,9 @@ import numpy as np
 from robots.kit.arms.budget import MOST, MOTION, Budget, TooMuch
 from robots.kit.arms.chain import Chain, Joints, Matrix
 from robots.kit.arms.inverse import Inverse, OutOfReach
-from robots.kit.arms.line import line_path
 from robots.kit.arms.path import Limits, Path, TooFast, brake_path, joint_path
 from robots.kit.arms.singular import singularity
+from robots.kit.arms.straight import line_path
 from robots.kit.arms.zones import Zones
 
 
@@ -49,13 +49,13 @@ class Plan:
 class Planner:
     """Plans motions of one arm among its boxes.
 
-    `zones` are what the arm itself must not enter. Planned motions keep `clearance` (m) away from them, because an arm
-    follows its reference with an error.
+    `zones` are the boxes that the arm itself must not enter. Planned motions keep `clearance` (m) away from them,
+    because an arm follows its reference with an error.
     """
 
     def __init__(self, chain: Chain, zones: Zones, limits: Limits, clearance: float = 0.0) -> None:
         self.chain, self.zones, self.limits = chain, zones, limits
-        self.kept = zones.widened(clearance)
+        self.widened_zones = zones.widened(clearance)
         self.inverse = Inverse(chain)
 
     def reach(self, pose: Matrix, near: Joints, budget: Budget | None = None) -> Joints:
@@ -68,15 +68,15 @@ class Planner:
         broken = self.chain.broken_limit(target)
         if broken:
             raise Refused("range", broken)
-        if self.kept.clear(target):
+        if self.widened_zones.clear(target):
             return
         if q is None:
-            distances = self.kept.distances(target)
+            distances = self.widened_zones.distances(target)
             floor = np.zeros_like(distances)
         else:
-            distances, here = self.kept.distances(np.array([target, q]))
-            floor = self.kept.floor(here)
-        touch = self.kept.entered(distances, floor)
+            distances, here = self.widened_zones.distances(np.array([target, q]))
+            floor = self.widened_zones.floor(here)
+        touch = self.widened_zones.entered(distances, floor)
         if touch is not None:
             raise Refused("box", f"there {touch}")
 
@@ -105,7 +105,7 @@ class Planner:
             return self._swept(Plan(target, path), budget)
 
     def _swept(self, plan: Plan, budget: Budget) -> Plan:
-        found = self.kept.swept(plan.path, budget)
+        found = self.widened_zones.swept(plan.path, budget)
         if found is not None:
             raise Refused("box", f"on the way there, after {found[0]:.1f} s, {found[1]}")
         return plan

@@ -1,8 +1,8 @@
 """Poses as people write them: a position and three angles.
 
 RPY: roll, pitch, yaw about the fixed axes x, y, z in that order (Craig 1986, section 2.8,
-"X-Y-Z fixed angles"). Euler: Z-Y-Z, each about the axis as turned so far (ibid.). The paper
-names both and gives neither convention.
+"X-Y-Z fixed angles"). Euler: Z-Y-Z, each about the axis as turned so far (ibid.). The paper (Dziemian et al. 2004)
+names both and gives no convention for either.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Checks of what goes on beside motions: settings, byte streams, pictures; and of the end."""
+"""Checks of settings, byte streams and pictures beside motions; and of the end."""
 
 import threading
 import urllib.request
@@ -10,7 +10,7 @@ from PIL import Image
 
 from robots.kit.conformance.motions import longest
 from robots.kit.conformance.report import NotApplicable
-from robots.kit.conformance.runs import ACKNOWLEDGED, Run, said, shown
+from robots.kit.conformance.runs import ACKNOWLEDGED, Run, command_text, error_text
 from robots.kit.conformance.trial import Trial, children
 from robots.kit.conformance.values import good
 from robots.kit.contract.errors import RobotError
@@ -29,7 +29,7 @@ def lanes(trial: Trial) -> Iterator[str]:
     kinds = [c for c in trial.spec.commands if c.lane == "config"]
     if not kinds:
         raise NotApplicable("no kind has the lane config")
-    trial.opened()
+    trial.ready_session()
     listed = longest(trial)
     for command in kinds:
         values: list[JSON] = [*good(trial, command)[:1], *([dict(command.default)] if command.default else [])]
@@ -42,27 +42,24 @@ def lanes(trial: Trial) -> Iterator[str]:
 
 def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> Iterator[str]:
     """Change a setting while the motion's `acknowledged` is told, so that the motion cannot end before."""
-    session, setting, what = trial.opened_session(), list[Run](), shown(kind, args)
+    session, setting, what = trial.opened_session(), list[Run](), command_text(kind, args)
 
     def change() -> None:
         setting.append(Run(session, trial.clock, kind, args))
         setting[0].ends(trial.limits.answer_s)
 
     run = trial.run(*motion, at={ACKNOWLEDGED: change})
-    if (
-        not trial.poll(lambda: run.acknowledged.is_set() or run.ended.is_set(), 2 * trial.limits.answer_s)
-        or not setting
-    ):
+    if not trial.poll(lambda: run.acknowledged.is_set() or run.over.is_set(), 2 * trial.limits.answer_s) or not setting:
         return
     beside = setting[0]
     if beside.late:
         yield f"{what} waits for the motion that runs; it must need no lock that a motion or a hold needs."
     elif beside.error is not None and not isinstance(beside.error, RobotError):
-        yield f"{what} beside a motion ended with {said(beside.error)}."
+        yield f"{what} beside a motion ended with {error_text(beside.error)}."
     elif beside.error is not None:
-        yield f"{what} was refused beside a motion: {said(beside.error)}."
-    if run.ended.is_set() and run.error is not None:
-        yield f"The motion ended with {said(run.error)} when {what} was carried out beside it."
+        yield f"{what} was refused beside a motion: {error_text(beside.error)}."
+    if run.over.is_set() and run.error is not None:
+        yield f"The motion ended with {error_text(run.error)} when {what} was carried out beside it."
 
 
 def _shown(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
@@ -87,7 +84,7 @@ def _shown(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
 def streams(trial: Trial) -> Iterator[str]:
     """Byte streams begin with key packets, send one again when asked, and stay within 1 MiB; over the whole suite."""
     yield from trial.recorder.wrong()
-    heard = trial.recorder.heard
+    heard = trial.recorder.counts
     if not heard:
         raise NotApplicable("the spec declares no byte stream")
     if not any(one.packets for one in heard.values()):
@@ -100,7 +97,7 @@ def pictures(trial: Trial) -> Iterator[str]:
     addresses = trial.pictures()
     if camera is None or not (camera.get("by_driver") or addresses):
         raise NotApplicable("the robot has no camera over its own wire, and no address of a camera is known")
-    session = trial.opened()
+    session = trial.ready_session()
     for view in listed:
         if camera.get("by_driver"):
             call = trial.call(partial(session.picture, view, PICTURE_S), "picture")
@@ -108,7 +105,7 @@ def pictures(trial: Trial) -> Iterator[str]:
                 yield f"picture({view!r}, {PICTURE_S:g}) did not return; wait for so many seconds, not longer."
                 continue
             if call.error is not None:
-                yield f"picture({view!r}) raised {said(call.error)}; return None where there is no picture."
+                yield f"picture({view!r}) raised {error_text(call.error)}; return None where there is no picture."
                 continue
             data = call.value
         else:
@@ -134,7 +131,7 @@ def _wrong_in(data: object, camera: JSON) -> Iterator[str]:
             picture.load()
             size = picture.size
     except Exception as error:  # noqa: BLE001 - of bytes of somebody else
-        yield f"gave {len(data)} bytes that are no JPEG or PNG: {said(error)}."
+        yield f"gave {len(data)} bytes that are no JPEG or PNG: {error_text(error)}."
         return
     wide, high = camera.get("width"), camera.get("height")
     if isinstance(wide, int) and isinstance(high, int) and not (size[0] <= wide and size[0] * high == size[1] * wide):
@@ -143,18 +140,18 @@ def _wrong_in(data: object, camera: JSON) -> Iterator[str]:
 
 def end(trial: Trial) -> Iterator[str]:
     """`close` never raises, can be called again and before `connect`, and leaves no thread and no process."""
-    session = trial.opened()
+    session = trial.ready_session()
     for when in ("", " a second time"):
         call = trial.call(session.close, "close")
         if not call.ends(trial.limits.answer_s):
             yield f"close(){when} did not return."
         elif call.error is not None:
-            yield f"close(){when} raised {said(call.error)}; it never raises."
+            yield f"close(){when} raised {error_text(call.error)}; it never raises."
     trial.session = None
     unopened = trial.opening()
     call = trial.call(unopened.close, "close")
     if not call.ends(trial.limits.answer_s) or call.error is not None:
-        yield f"close() before connect() raised {said(call.error)}; it never raises."
+        yield f"close() before connect() raised {error_text(call.error)}; it never raises."
     if not trial.poll(lambda: not _left(trial), trial.limits.answer_s):
         yield f"After close() these threads are left: {', '.join(_left(trial))}; end them in close()."
     if not trial.poll(lambda: children() <= trial.children, trial.limits.answer_s):

@@ -6,9 +6,9 @@ from functools import partial
 from robots.kit.conformance.commands import STILL
 from robots.kit.conformance.motions import TRIES, Motions, longest, motions_of, underway
 from robots.kit.conformance.report import NotApplicable, Note
-from robots.kit.conformance.runs import ACKNOWLEDGED, SENT, Call, Run, denial, said, shown
+from robots.kit.conformance.runs import ACKNOWLEDGED, SENT, Call, Run, command_text, denial, error_text
 from robots.kit.conformance.trial import Trial, apart
-from robots.kit.contract.errors import Held, Replaced
+from robots.kit.contract.errors import MotionHeld, MotionReplaced
 from robots.kit.contract.session import RobotState
 
 INSTANTS = (1, 3, 8)  # states in which the robot was seen moving, before it is held
@@ -17,7 +17,7 @@ REST_LOOKS, REST_S = 4, 0.1
 
 def hold(trial: Trial) -> Iterator[str]:
     """Before, during and after a motion; while a stage is told; twice; from two threads at once."""
-    session, listed = trial.opened(), longest(trial)
+    session, listed = trial.ready_session(), longest(trial)
     moments: tuple[Callable[[], Iterator[str]], ...] = (
         lambda: _held(trial, trial.call(session.hold, "hold"), "at rest"),
         *(partial(_at_stage, trial, listed, stage) for stage in (SENT, ACKNOWLEDGED)),
@@ -39,14 +39,14 @@ def _of_held_kinds(trial: Trial) -> list[Motions]:
 
 
 def _after(trial: Trial, when: str) -> Iterator[str]:
-    yield from _held(trial, trial.call(trial.opened().hold, "hold"), when)
+    yield from _held(trial, trial.call(trial.ready_session().hold, "hold"), when)
 
 
 def _not_in_force(trial: Trial, listed: Motions) -> Iterator[str]:
     """Begin a motion after a hold."""
     run = trial.run(*listed[0])
-    if not trial.poll(run.begun, trial.limits.answer_s) or (run.error and not run.acknowledged.is_set()):
-        yield f"A motion after a hold ended with {said(run.error)}; a hold must not stay in force."
+    if not trial.poll(run.has_begun, trial.limits.answer_s) or (run.error and not run.acknowledged.is_set()):
+        yield f"A motion after a hold ended with {error_text(run.error)}; a hold must not stay in force."
 
 
 def _at_stage(trial: Trial, listed: Motions, stage: str) -> Iterator[str]:
@@ -93,25 +93,25 @@ def _judged(trial: Trial, begin: Callable[[], Run | None], calls: list[Call], wo
         wrong = [sentence for call in calls for sentence in _held(trial, call, words)]
         yield from wrong
         if not run.ends(trial.limits.answer_s):
-            yield f"execute goes on after hold() {words}; end it with Held."
+            yield f"execute goes on after hold() {words}; end it with MotionHeld."
             return
-        if wrong or isinstance(run.error, Held):
+        if wrong or isinstance(run.error, MotionHeld):
             yield from _rests(trial, words) if not wrong else ()
             return
         if run.error is not None:
-            yield f"execute ended with {said(run.error)} after hold() {words}; raise Held."
+            yield f"execute ended with {error_text(run.error)} after hold() {words}; raise MotionHeld."
             return
     if run is None:
         yield Note(f"No motion lasts so long that it can be held {words}.")
     else:
-        yield f"execute returned as if nothing had happened after hold() {words}; raise Held."
+        yield f"execute returned as if nothing had happened after hold() {words}; raise MotionHeld."
 
 
 def _held(trial: Trial, call: Call, words: str) -> Iterator[str]:
     if not call.ends(trial.limits.answer_s) or call.late:
         yield f"hold() {words} did not return; it must not wait for the command, nor for a lock that execute holds."
     elif call.error is not None:
-        yield f"hold() {words} raised {said(call.error)}."
+        yield f"hold() {words} raised {error_text(call.error)}."
     elif not isinstance(call.value, RobotState):
         yield f"hold() {words} returned {type(call.value).__name__} instead of a RobotState."
     elif call.value.moving:
@@ -120,7 +120,7 @@ def _held(trial: Trial, call: Call, words: str) -> Iterator[str]:
 
 def _rests(trial: Trial, words: str) -> Iterator[str]:
     """Look some more: a robot that was held does not go on."""
-    session, counted = trial.opened_session(), trial.counted()
+    session, counted = trial.opened_session(), trial.motion_count()
     first = session.state()
     for _ in range(REST_LOOKS):
         trial.clock.sleep(REST_S)
@@ -134,7 +134,7 @@ def _rests(trial: Trial, words: str) -> Iterator[str]:
 
 def held_kinds(trial: Trial) -> Iterator[str]:
     """A motion with held controls asks for its permit again and again, and ends with what that raises."""
-    trial.opened()
+    trial.ready_session()
     kinds = [c for c in trial.motions() if c.held and motions_of(trial, c)]
     if not kinds:
         raise NotApplicable("no kind of command is held")
@@ -144,7 +144,7 @@ def held_kinds(trial: Trial) -> Iterator[str]:
         if run is None:
             yield Note(f"The held motion {command.kind!r} was not seen moving.")
             continue
-        what, asked = shown(run.kind, run.args), run.permits
+        what, asked = command_text(run.kind, run.args), run.permits
         trial.poll(partial(_goes_on, run, asked), trial.limits.answer_s)
         if not run.permits_on_way:
             yield f"{what} does not call permit() while it moves; call it again and again."
@@ -152,18 +152,20 @@ def held_kinds(trial: Trial) -> Iterator[str]:
         if not run.ends(trial.limits.answer_s):
             yield f"{what} goes on after its controls were released."
         elif run.error is not run.refuse and run.refused.is_set():
-            yield f"{what} ended with {said(run.error)} after permit() raised on its way; let it through as it is."
+            yield (
+                f"{what} ended with {error_text(run.error)} after permit() raised on its way; let it through as it is."
+            )
         if not trial.poll(lambda: not trial.opened_session().state().moving, trial.limits.answer_s):
             yield f"The robot does not come to rest after the controls of {what} were released."
 
 
 def _goes_on(run: Run, asked: int) -> bool:
-    return run.permits > asked or run.ended.is_set()
+    return run.permits > asked or run.over.is_set()
 
 
 def replaced(trial: Trial) -> Iterator[str]:
     """A replaceable motion asks on its way and leaves the robot to the next target."""
-    trial.opened()
+    trial.ready_session()
     kinds = [c for c in trial.motions() if c.replaceable and len(motions_of(trial, c)) > 1]
     if not kinds:
         raise NotApplicable("no kind of command is replaceable and has two places to go to")
@@ -174,16 +176,16 @@ def replaced(trial: Trial) -> Iterator[str]:
         if run is None:
             yield Note(f"No motion of the kind {command.kind!r} lasts so long that it can be replaced.")
             continue
-        what, run.refuse = shown(run.kind, run.args), Replaced("A newer target takes its place.")
+        what, run.refuse = command_text(run.kind, run.args), MotionReplaced("A newer target takes its place.")
         if not run.ends(trial.limit_of(command.kind)):
-            yield f"{what} goes on after permit() raised Replaced."
+            yield f"{what} goes on after permit() raised MotionReplaced."
             continue
         if not run.refused.is_set():
             yield f"{what} did not call permit() on its way, so nothing can replace it; call it while the robot moves."
         elif run.error is not run.refuse:
-            yield f"{what} ended with {said(run.error)} after permit() raised Replaced; let it through."
+            yield f"{what} ended with {error_text(run.error)} after permit() raised MotionReplaced; let it through."
         after = trial.run(*listed[0])
-        if not trial.poll(after.begun, trial.limits.answer_s):
+        if not trial.poll(after.has_begun, trial.limits.answer_s):
             yield f"No target can follow {what} after it was replaced."
-        elif after.ended.is_set() and after.error is not None:
-            yield f"The target that replaced {what} ended with {said(after.error)}."
+        elif after.over.is_set() and after.error is not None:
+            yield f"The target that replaced {what} ended with {error_text(after.error)}."

@@ -1,4 +1,4 @@
-"""What the suite found: for each check whether it passed, in sentences for whoever wrote the driver."""
+"""The report of the suite: the result of each check, in sentences for the author of the driver."""
 
 import json
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ WIDE = 16  # characters of a check's name
 
 
 class Verdict(StrEnum):
-    """Of one check."""
+    """The verdict of one check."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -18,7 +18,7 @@ class Verdict(StrEnum):
 
 
 class Note(str):
-    """A remark of a check, which is no fault: what it could not look at."""
+    """A remark of a check about a part that it could not look at; it is no fault."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""Checks of a robot that goes on without a word: how long it may (`time_left`), when it rests (`rests_within`)."""
+"""Checks of a robot that goes on without a word: for how long (`time_left`), and when it rests (`rests_within`)."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -6,14 +6,14 @@ from math import isfinite
 from robots.kit.conformance.lines import SILENT, board_of
 from robots.kit.conformance.motions import Motions, longest, motions_of, underway
 from robots.kit.conformance.report import NotApplicable, Note
-from robots.kit.conformance.runs import Run, said, shown
+from robots.kit.conformance.runs import Run, command_text, error_text
 from robots.kit.conformance.trial import PAUSE_S, Trial
 from robots.kit.contract.spec import CommandKind
 
 
 def time_left(trial: Trial) -> Iterator[str]:
     """A motion that may go on without a word ends before its owner lets no command move any more."""
-    trial.opened()
+    trial.ready_session()
     kinds = [(c, listed) for c in trial.motions() if c.policies.on_link_lost and (listed := motions_of(trial, c))]
     if not kinds:
         raise NotApplicable("no kind goes on where the link is lost")
@@ -40,8 +40,8 @@ def _within(trial: Trial, command: CommandKind, listed: Motions, left: float) ->
         alone = alone or within is not None
         if within is not None and within > max(left, trial.spec.rest_s or 0.0):
             yield (
-                f"{shown(run.kind, run.args)} may move for {left:g} s more, and without a word the robot would rest "
-                f"within {within:.1f} s only; let what it goes on by end before time_left() does."
+                f"{command_text(run.kind, run.args)} may move for {left:g} s more, and without a word the robot would "
+                f"rest within {within:.1f} s only; let what it goes on by end before time_left() does."
             )
             return
     if not alone:
@@ -49,13 +49,13 @@ def _within(trial: Trial, command: CommandKind, listed: Motions, left: float) ->
 
 
 def rests_within(trial: Trial) -> Iterator[str]:
-    """A robot that no word reaches rests within the time that is told, in motion and at rest."""
+    """A robot that no message reaches rests within the time that `rests_within` returned, in motion and at rest."""
     board = board_of(trial)
     if board.moving() is None:
         raise NotApplicable("the simulator does not tell whether its robot moves")
     if trial.spec.rest_s is None:
         raise NotApplicable("the spec does not say within how many seconds the robot rests by itself (rest_s)")
-    trial.opened()
+    trial.ready_session()
     alone = [motions_of(trial, c) for c in trial.motions() if c.policies.on_link_lost]
     for listed in (longest(trial), *filter(None, alone)):
         trial.settle()
@@ -70,15 +70,15 @@ def rests_within(trial: Trial) -> Iterator[str]:
 
 def _rests(trial: Trial, run: Run, rest_s: float) -> Iterator[str]:
     """Cut the line of a motion, and wait until its simulator says that the robot rests."""
-    board, session, what = board_of(trial), trial.opened_session(), shown(run.kind, run.args)
+    board, session, what = board_of(trial), trial.opened_session(), command_text(run.kind, run.args)
     found = trial.spec.command(run.kind)
     if found is not None and found.policies.on_link_lost:
-        trial.poll(lambda: session.rests_within() is not None or run.ended.is_set(), trial.limits.watch_s)
+        trial.poll(lambda: session.rests_within() is not None or run.over.is_set(), trial.limits.watch_s)
     if not any([board.set(verb) for verb in SILENT]):
         raise NotApplicable(f"no fault of the simulator makes it silent ({', '.join(SILENT)})")
     call = trial.call(session.rests_within, "rests_within")
     if not call.ends(trial.limits.answer_s) or call.error is not None:
-        yield f"rests_within() in {what} answers {said(call.error)} on a silent line; it asks memory only."
+        yield f"rests_within() in {what} answers {error_text(call.error)} on a silent line; it asks memory only."
         return
     told = rest_s if call.value is None else call.value
     most = trial.spec.rests_within(run.kind, session.settings) or rest_s

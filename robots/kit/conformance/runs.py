@@ -6,19 +6,19 @@ from typing import TypeVar
 
 from robots.kit.clock import Timer
 from robots.kit.contract.errors import NotPermitted, Stopped
-from robots.kit.contract.session import JSON, Noted, Outcome, Progress, Session
+from robots.kit.contract.session import JSON, Observation, Outcome, Progress, Session
 
 T = TypeVar("T")
 SENT, ACKNOWLEDGED = "sent", "acknowledged"
 
 
 class Call:
-    """A function that is called in a thread of its own; `ended` is set once it has returned or raised."""
+    """A function that is called in a thread of its own; `over` is set once it has returned or raised."""
 
     def __init__(self, clock: Timer, function: Callable[[], object], name: str) -> None:
         self._clock, self._function = clock, function
-        self.ended = threading.Event()
-        self.late = False  # it was waited for in vain
+        self.over = threading.Event()
+        self.late = False  # it did not end in the time that was given
         self.value: object = None
         self.error: BaseException | None = None
         clock.spawn(self._run, f"conformance {name}")
@@ -29,11 +29,11 @@ class Call:
         except BaseException as error:  # noqa: BLE001 - whatever it is, the suite judges it
             self.error = error
         finally:
-            self.ended.set()
+            self.over.set()
 
     def ends(self, seconds: float) -> bool:
         """Wait until it has ended, for at most so many seconds of the clock; tell whether it has."""
-        ended = self._clock.wait(self.ended, seconds)
+        ended = self._clock.wait(self.over, seconds)
         self.late = self.late or not ended
         return ended
 
@@ -50,7 +50,7 @@ class Run(Call):
         at: Mapping[str, Callable[[], object]] | None = None,
     ) -> None:  # fmt: skip
         self.kind, self.args, self.refuse, self._at = kind, args, refuse, dict(at or {})
-        self.stages: list[str | Progress | Noted] = []
+        self.stages: list[str | Progress | Observation] = []
         self.permits = self.permits_at_sent = self.permits_on_way = 0
         self.refused = threading.Event()  # the permit has raised
         self.acknowledged = threading.Event()
@@ -63,7 +63,7 @@ class Run(Call):
             self.refused.set()
             raise self.refuse
 
-    def _told(self, stage: str | Progress | Noted) -> None:
+    def _told(self, stage: str | Progress | Observation) -> None:
         if stage == SENT and SENT not in self.stages:
             self.permits_at_sent = self.permits
         self.stages.append(stage)
@@ -73,16 +73,16 @@ class Run(Call):
         if stage == ACKNOWLEDGED:
             self.acknowledged.set()
 
-    def begun(self) -> bool:
+    def has_begun(self) -> bool:
         """Tell whether the robot has understood it, or it has ended."""
-        return self.acknowledged.is_set() or self.ended.is_set()
+        return self.acknowledged.is_set() or self.over.is_set()
 
     @property
     def outcome(self) -> Outcome | None:
         """Return what the driver returned, if it is an outcome."""
         return self.value if isinstance(self.value, Outcome) else None
 
-    def told(self) -> list[str]:
+    def named_stages(self) -> list[str]:
         """Return the stages without the progress."""
         return [stage for stage in self.stages if isinstance(stage, str)]
 
@@ -92,7 +92,7 @@ def denial() -> NotPermitted:
     return Stopped("The conformance suite gives no permit.")
 
 
-def shown(kind: str, args: Mapping[str, object]) -> str:
+def command_text(kind: str, args: Mapping[str, object]) -> str:
     """Return a command in words, as `turn(angle=1.0)`."""
     return f"{kind}({', '.join(f'{name}={_short(value)}' for name, value in args.items())})"
 
@@ -102,6 +102,6 @@ def _short(value: object) -> str:
     return text if len(text) <= 24 else f"{text[:20]}..."
 
 
-def said(error: BaseException | None) -> str:
+def error_text(error: BaseException | None) -> str:
     """Return an error in words."""
     return "no error" if error is None else f"{type(error).__name__} ({str(error)[:120]})"

@@ -21,7 +21,7 @@ ANSWER_S = 20.0
 
 
 class NotStarted(Exception):
-    """The simulator did not start; the text says what it said."""
+    """The simulator did not start; the text is its output."""
 
 
 class Board:

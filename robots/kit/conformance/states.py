@@ -1,4 +1,4 @@
-"""Checks of the spec, of `connect` and of what states tell."""
+"""Checks of the spec, of `connect`, and of the content of states."""
 
 import os
 import subprocess
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from math import isfinite
 
 from robots.kit.conformance.report import NotApplicable, Note
-from robots.kit.conformance.runs import said
+from robots.kit.conformance.runs import error_text
 from robots.kit.conformance.trial import Broken, Trial
 from robots.kit.contract import capabilities as can
 from robots.kit.contract.errors import HardwareFault
@@ -33,7 +33,7 @@ CHILD_S = 120.0  # real time: a process that imports
 
 
 def spec(trial: Trial) -> Iterator[str]:
-    """The spec is read without its driver, a wire and Django, twice the same, and what it names exists."""
+    """The spec is read without its driver, a wire and Django, twice the same, and everything that it names exists."""
     for command in trial.spec.commands:
         if not command.label.strip():
             yield f"The command {command.kind!r} has no label; people see it on a button."
@@ -53,7 +53,7 @@ def _found(capability: object) -> Iterator[str]:
         try:
             function(path)
         except Exception as error:  # noqa: BLE001 - of a package of somebody else
-            yield f"{type(capability).__name__} names {path!r}, which cannot be imported: {said(error)}."
+            yield f"{type(capability).__name__} names {path!r}, which cannot be imported: {error_text(error)}."
 
 
 def _read_apart(name: str) -> Iterator[str]:
@@ -76,9 +76,9 @@ def _read_apart(name: str) -> Iterator[str]:
 
 
 def connect(trial: Trial) -> Iterator[str]:
-    """`connect` opens the line and returns a state; where nothing is, it raises HardwareFault with a sentence."""
+    """`connect` opens the line and returns a state; without a robot it raises HardwareFault with a sentence."""
     try:
-        trial.opened()
+        trial.ready_session()
     except Broken as error:
         yield f"{error} {'' if trial.faults is None else 'The simulator has no fault.'}".strip()
         return
@@ -89,16 +89,19 @@ def connect(trial: Trial) -> Iterator[str]:
     if not call.ends(trial.limits.answer_s + trial.limits.beyond_s):
         yield "connect() to an address where nothing is does not end."
     elif not isinstance(call.error, HardwareFault) or not str(call.error).strip():
-        yield f"connect() to an address where nothing is answers {said(call.error)}; raise LineGone with a sentence."
+        yield (
+            f"connect() to an address where nothing is answers {error_text(call.error)}; "
+            "raise LineGone with a sentence."
+        )
     shut = trial.call(lost.close, "close")
     if not shut.ends(trial.limits.answer_s) or shut.error is not None:
-        yield f"close() after a connect that failed raised {said(shut.error)}; it never raises."
+        yield f"close() after a connect that failed raised {error_text(shut.error)}; it never raises."
 
 
 def state(trial: Trial) -> Iterator[str]:
     """States are finite, complete, fresh on the session's clock and kept; also those seen in motions."""
-    session = trial.opened()
-    seen = [("state()", trial.asked(session.state, "state")), ("hold()", trial.asked(session.hold, "hold"))]
+    session = trial.ready_session()
+    seen = [("state()", trial.state_from(session.state, "state")), ("hold()", trial.state_from(session.hold, "hold"))]
     for words, one in (*seen, *((f"In motion ({kind}) state()", one) for kind, one in trial.states.items())):
         yield from (f"{words} {wrong}" for wrong in wrong_in(trial, one))
     if trial.spec.pose and not any(one.pose for one in (*trial.states.values(), *(one for _, one in seen))):
@@ -113,7 +116,7 @@ def state(trial: Trial) -> Iterator[str]:
 def _stamped(trial: Trial, ask: Callable[[], RobotState], words: str) -> Iterator[str]:
     """Say when a state was heard at a time that cannot be."""
     before = trial.clock.monotonic()
-    told = trial.asked(ask, words.rstrip("()")).at
+    told = trial.state_from(ask, words.rstrip("()")).at
     after = trial.clock.monotonic()
     if not before - trial.limits.age_s <= told <= after:
         shown = f"{before:.1f} to {after:.1f}"
@@ -154,7 +157,7 @@ def _inside(trial: Trial, name: str, number: float) -> bool:
 
 
 def policies(trial: Trial) -> Iterator[str]:
-    """What a policy bounds is told by the states of that motion."""
+    """The states of a motion tell every value that its policy bounds."""
     kinds = [(c, b) for c in trial.motions() for b in (c.policies.on_link_lost, c.policies.on_grant_end) if b]
     if not kinds:
         raise NotApplicable("every kind is held where its grant ends or the link is lost")

@@ -5,7 +5,7 @@ from functools import partial
 
 from robots.kit.conformance.motions import Motions, motions_of, underway
 from robots.kit.conformance.report import NotApplicable, Note
-from robots.kit.conformance.runs import denial, said, shown
+from robots.kit.conformance.runs import command_text, denial, error_text
 from robots.kit.conformance.trial import Trial
 from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.spec import CommandKind
@@ -16,7 +16,7 @@ SLOWER = 0.5  # share of a velocity along what it was before: less of it, and th
 
 def steered(trial: Trial) -> Iterator[str]:
     """A steered motion asks for the newest values again and again, and follows them."""
-    trial.opened()
+    trial.ready_session()
     kinds = [(c, listed) for c in trial.motions() if c.steered and len(listed := motions_of(trial, c)) > 1]
     if not kinds:
         raise NotApplicable("no kind of command is steered")
@@ -42,21 +42,24 @@ def _steered(
     if run is None:
         yield Note(f"The steered motion {command.kind!r} was not seen moving.")
         return
-    what, session = shown(run.kind, run.args), trial.opened_session()
+    what, session = command_text(run.kind, run.args), trial.opened_session()
     before = _velocities(session.state())
     newest.update(max((args for _, args in listed), key=partial(_difference, run.args)))
     count, permits = len(asked), run.permits
     trial.poll(
-        lambda: len(asked) > count or run.permits > permits + PERMITS or run.ended.is_set(), trial.limits.answer_s
+        lambda: len(asked) > count or run.permits > permits + PERMITS or run.over.is_set(), trial.limits.answer_s
     )
     if len(asked) == count:
         yield f"{what} does not call steered() while it moves; ask for the newest values again and again."
     elif not any(before):
         yield Note(f"The states of {command.kind!r} tell no velocity; whether it follows newer values was not seen.")
-    elif not trial.poll(lambda: run.ended.is_set() or _is_other(before, session.state()), trial.limits.answer_s):
-        yield f"{what} goes on as it began after newer values had come ({shown(run.kind, newest)}); follow the newest."
-    elif run.ended.is_set():
-        yield f"{what} ended with {said(run.error)} when newer values came; follow them."
+    elif not trial.poll(lambda: run.over.is_set() or _is_other(before, session.state()), trial.limits.answer_s):
+        yield (
+            f"{what} goes on as it began after newer values had come ({command_text(run.kind, newest)}); "
+            "follow the newest."
+        )
+    elif run.over.is_set():
+        yield f"{what} ended with {error_text(run.error)} when newer values came; follow them."
     run.refuse = denial()
     run.ends(trial.limits.answer_s)
 

@@ -12,8 +12,8 @@ ON_THE_WAY = 50  # packets that may still come after that
 
 
 @dataclass
-class Heard:
-    """What one stream has told: packets, deltas since its key packet, those since a key packet was asked for."""
+class StreamCount:
+    """The count of one stream: packets, deltas since its key packet, and those since a key packet was asked for."""
 
     packets: int = 0
     deltas: int = 0
@@ -25,14 +25,14 @@ class Recorder:
     """Takes packets from any thread. It tells what was wrong as sentences, each once."""
 
     def __init__(self, spec: Spec) -> None:
-        self.heard = {stream.name: Heard() for stream in spec.streams}
+        self.counts = {stream.name: StreamCount() for stream in spec.streams}
         self._wrong: dict[str, None] = {}
         self._lock = threading.Lock()
 
     def take(self, name: str, data: bytes, key: bool) -> bool:
         """Take a packet; True if the next one has to be a key packet. Raises ValueError, as the owner's."""
         with self._lock:
-            if name not in self.heard:
+            if name not in self.counts:
                 raise self._refused(f"It sends the stream {name!r}; declare it in the spec's streams.")
             if not isinstance(data, bytes | bytearray | memoryview):
                 raise self._refused(f"A packet of the stream {name!r} is {type(data).__name__}; send bytes.")
@@ -40,13 +40,13 @@ class Recorder:
                 raise self._refused(
                     f"A packet of the stream {name!r} has {len(data)} bytes; send at most {LONGEST} (1 MiB)."
                 )
-            return self._take(self.heard[name], name, key)
+            return self._take(self.counts[name], name, key)
 
     def _refused(self, words: str) -> ValueError:
         self._wrong[words] = None
         return ValueError(words)
 
-    def _take(self, heard: Heard, name: str, key: bool) -> bool:
+    def _take(self, heard: StreamCount, name: str, key: bool) -> bool:
         heard.packets += 1
         if heard.first and not key:
             self._wrong[f"The stream {name!r} begins with a delta; send a key packet first."] = None
@@ -58,9 +58,9 @@ class Recorder:
         return heard.deltas >= ASKS
 
     def again(self) -> None:
-        """Expect a key packet next: a new session knows nothing of what the last one told."""
+        """Expect a key packet next: a new session does not know the packets of the last one."""
         with self._lock:
-            for heard in self.heard.values():
+            for heard in self.counts.values():
                 heard.first, heard.deltas = True, 0
 
     def wrong(self) -> Iterator[str]:

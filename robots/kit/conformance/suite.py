@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from robots.kit.clock import Timer
 from robots.kit.conformance import beside, commands, holds, lines, resting, states, steering
 from robots.kit.conformance.report import NotApplicable, Note, Report, Result, Verdict
-from robots.kit.conformance.runs import said
+from robots.kit.conformance.runs import error_text
 from robots.kit.conformance.trial import Broken, Faults, Limits, Opening, Trial
 from robots.kit.contract.session import JSON
 from robots.kit.contract.spec import Spec
@@ -39,7 +39,7 @@ CHECKS: dict[str, Check] = {
     "streams": beside.streams,
     "end": beside.end,
 }
-HEARD = ("streams",)  # judged by what was heard before, whatever became of the robot
+HEARD = ("streams",)  # judged by earlier packets, also if the robot is lost by now
 
 
 def conform(
@@ -54,8 +54,8 @@ def conform(
     `opening` makes a session that is not connected; `clock` is the one that the session reads (`Session.clock`).
     `name` is the driver's, where it is installed. `description` is its robot.toml, `examples` are values with which
     kinds can be carried out, `faults` returns the board of its simulator, `nowhere` makes a session whose address leads
-    nowhere, `pictures` returns the addresses of cameras by view. `only` are names of `CHECKS`; `told` hears each
-    result at once.
+    nowhere, `pictures` returns the addresses of cameras by view. `only` are names of `CHECKS`; `told` is called with
+    each result at once.
     """
     trial = Trial(
         opening, spec, clock, limits or Limits(), name, dict(description or {}), dict(examples or {}), faults, nowhere,
@@ -86,7 +86,7 @@ def _made(trial: Trial, check: str, function: Check, broken: str) -> Result:
     except Broken as error:
         wrong.append(str(error))
     except Exception as error:  # noqa: BLE001 - of the driver, which the check called
-        wrong.append(f"The driver raised {said(error)}; errors are those of robots/kit/contract/errors.py.")
+        wrong.append(f"The driver raised {error_text(error)}; errors are those of robots/kit/contract/errors.py.")
     faults = [word for word in wrong if not isinstance(word, Note)]
     notes = [word for word in wrong if isinstance(word, Note)]
     return Result(check, Verdict.FAILED if faults else Verdict.PASSED, (*faults, *notes))
@@ -101,5 +101,5 @@ def _out_of_order(trial: Trial, check: str) -> str:
     except Broken as error:
         return f"The robot is not in order after the check {check!r}: {error}"
     except Exception as error:  # noqa: BLE001 - of the driver
-        return f"The robot is not in order after the check {check!r}: {said(error)}."
+        return f"The robot is not in order after the check {check!r}: {error_text(error)}."
     return ""

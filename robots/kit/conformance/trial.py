@@ -1,4 +1,4 @@
-"""What all checks share: the session under test, its clock, the limits, and what was seen so far."""
+"""The state that all checks share: the session under test, its clock, the limits, and the observations so far."""
 
 import math
 import threading
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from robots.kit.clock import Limit, Timer, poll
-from robots.kit.conformance.runs import Call, Run, said
+from robots.kit.conformance.runs import Call, Run, error_text
 from robots.kit.conformance.streams import Recorder
 from robots.kit.contract.errors import HardwareFault, LineSilent, RobotError
 from robots.kit.contract.session import JSON, RobotState, Session
@@ -22,7 +22,7 @@ ENDLESS = 1e6  # s, counts as the length of a motion that does not end by itself
 
 @dataclass(frozen=True)
 class Limits:
-    """How long the suite waits, in seconds of the session's clock; none of them judges how fast a robot is.
+    """The longest waits of the suite, in seconds of the session's clock; none of them judges how fast a robot is.
 
     `answer_s`: a call that moves nothing, and a hold. `opens_s`: `connect` is called again so long after a fault, as
     the owner does: the controller may boot. `watch_s`: a motion is watched so long, then held, so that a
@@ -101,18 +101,18 @@ class Trial:
         """Return the kinds that move the robot."""
         return tuple(c for c in self.spec.commands if c.lane == "motion" and c.moves)
 
-    def opened(self) -> Session:
+    def ready_session(self) -> Session:
         """Return a session that is connected and whose robot is ready. Raises Broken."""
         if self.session is None:
             self.session = self.opening()
             self.recorder.again()
             self.session.on_packet = self.recorder.take
             self.connected(self.session)
-        state = self.asked(self.session.state, "state")
+        state = self.state_from(self.session.state, "state")
         if state.moving:
-            self.asked(self.session.hold, "hold")
+            self.state_from(self.session.hold, "hold")
         if not state.ready or state.fault:
-            state = self.asked(lambda: self.opened_session().recover(lambda: None), "recover")
+            state = self.state_from(lambda: self.opened_session().recover(lambda: None), "recover")
         if not state.ready:
             raise Broken(f"The robot is not ready after recover(): {state.fault or 'it does not say why'}.")
         return self.session
@@ -123,7 +123,7 @@ class Trial:
         while True:
             call = Call(self.clock, session.connect, "connect")
             if not call.ends(self.limits.answer_s) or not isinstance(call.error, HardwareFault) or limit.over:
-                return self.told(call, "connect")
+                return self.state_of(call, "connect")
             if not isinstance(call.error, LineSilent):
                 session.close()
             self.clock.sleep(AGAIN_S)
@@ -134,16 +134,16 @@ class Trial:
             raise Broken("There is no session.")
         return self.session
 
-    def asked(self, function: Callable[[], object], name: str) -> RobotState:
+    def state_from(self, function: Callable[[], object], name: str) -> RobotState:
         """Return the state that a method of the session returns. Raises Broken for anything else."""
-        return self.told(Call(self.clock, function, name), name)
+        return self.state_of(Call(self.clock, function, name), name)
 
-    def told(self, call: Call, name: str) -> RobotState:
+    def state_of(self, call: Call, name: str) -> RobotState:
         """Return the state that a call returns. Raises Broken for anything else."""
         if not call.ends(self.limits.answer_s + self.limits.beyond_s):
             raise Broken(f"{name}() did not return.")
         if call.error is not None:
-            raise Broken(f"{name}() raised {said(call.error)}.")
+            raise Broken(f"{name}() raised {error_text(call.error)}.")
         if not isinstance(call.value, RobotState):
             raise Broken(f"{name}() returned {type(call.value).__name__} instead of a RobotState.")
         return call.value
@@ -152,7 +152,7 @@ class Trial:
         """End what still runs and bring the robot to rest, on a new session if this one is lost. Raises Broken."""
         if self.faults is not None:
             self.faults.clear()
-        going = [run for run in self.runs if not run.ended.is_set()]
+        going = [run for run in self.runs if not run.over.is_set()]
         for run in going:
             run.refuse = run.refuse or HardwareFault("The conformance suite is over.")
             if self.session is not None:
@@ -161,10 +161,10 @@ class Trial:
                 raise Broken(f"execute({run.kind!r}) did not end after a hold, and its permit was refused.")
         self.runs.clear()
         try:
-            self.opened()
+            self.ready_session()
         except Broken:
             self.close()
-            self.opened()
+            self.ready_session()
 
     def close(self) -> None:
         """Close the session, if there is one."""
@@ -193,7 +193,7 @@ class Trial:
         """Yield states while a command runs, for at most so many seconds; nothing of a robot that does not answer."""
         session, until, again = self.opened_session(), self.clock.monotonic() + seconds, True
         while again:  # at least once, however long the machine stalls
-            again = not run.ended.is_set() and self.clock.monotonic() < until
+            again = not run.over.is_set() and self.clock.monotonic() < until
             try:
                 state = session.state()
             except RobotError:
@@ -204,14 +204,14 @@ class Trial:
             yield state
             self.clock.sleep(PAUSE_S)
 
-    def counted(self) -> int | None:
+    def motion_count(self) -> int | None:
         """Return how many motions the simulator has counted; None where nothing counts them."""
         board = self.faults
         return None if board is None else board.motions()
 
     def counted_since(self, counted: int | None) -> bool:
         """Tell whether the simulator has counted another motion since."""
-        return counted is not None and self.counted() not in (None, counted)
+        return counted is not None and self.motion_count() not in (None, counted)
 
     def limit_of(self, kind: str) -> float:
         """Return after how many seconds a command of that kind counts as never ending."""

@@ -1,4 +1,4 @@
-"""Values of commands: good ones inside what the spec declares, and those that a driver has to refuse."""
+"""Values of commands: good ones inside the ranges of the spec, and those that a driver has to refuse."""
 
 import math
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from robots.kit.contract.errors import RobotError
 from robots.kit.contract.find import function
 from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.spec import Argument, CommandKind
-from robots.kit.contract.values import known, within
+from robots.kit.contract.values import known_command, within
 
 SHARES = (1.0, 0.0, 0.9, 0.1, 0.75, 0.25, 0.5)  # of a range; neighbours lie far apart, so that a motion is long
 WILD: tuple[Any, ...] = (math.nan, math.inf, -math.inf, 1e308, -1e308, 10**400)
@@ -23,7 +23,7 @@ def refusal(trial: Trial, kind: str, args: JSON, state: RobotState | None) -> Ba
     own, settings = trial.spec.capability(Check), trial.opened_session().settings
     try:
         if own is None:
-            within(known(trial.spec, kind, args), args)
+            within(known_command(trial.spec, kind, args), args)
         else:
             function(own.function)(kind, args, settings, state)
     except Exception as error:  # noqa: BLE001 - of a package of somebody else

@@ -1,7 +1,7 @@
-"""What a robot may be able to do beside its commands; each is declared in its spec or is not offered.
+"""Capabilities of a robot beside its commands; only those that its spec declares are offered.
 
 Functions are named by import path (`package.module:name`), so that reading a spec loads nothing heavy.
-They are pure: no wire, no Django. They are called with what people sent, so each takes at most 0.2 s of a
+They are pure: no wire, no Django. They are called with values that people sent, so each takes at most 0.2 s of a
 processor and 50 MB whatever the values are, and raises nothing but errors of `robots.kit.contract.errors`.
 """
 
@@ -59,11 +59,11 @@ class JobCheck:
 
 @dataclass(frozen=True)
 class JobChoices:
-    """What people can ask for as a job of that `kind` now, in words, by what the byte stream `stream` has shown.
+    """The jobs of that `kind` that people can ask for now, in words, by what the byte stream `stream` has shown.
 
     Forms offer these in place of a field for each argument. `function(packets)` gets what a `JobCheck` gets and
-    returns pairs of words and arguments, in the order in which they are listed. `label` is what is chosen, `nothing`
-    a sentence for when there is no choice yet.
+    returns pairs of words and arguments, in the order in which they are listed. `label` names the choice, `nothing` is
+    a sentence for the case that there is none yet.
     """
 
     kind: str
@@ -75,11 +75,11 @@ class JobChoices:
 
 @dataclass(frozen=True)
 class Preview:
-    """Where a command would lead, shown before it is given.
+    """A preview of where a command would lead, shown before it is given.
 
     `function(kind, args, joints, settings)` returns a `Foreseen` for the joints (rad, m) to begin with; a robot that
-    has none is asked with its pose (m, rad), or with nothing where that is not known, and answers in its own frame.
-    `prepare(settings)` makes what takes long and is kept; it is called before, outside the bounds of time and memory.
+    has none gets its pose (m, rad) instead, or nothing where that is not known, and answers in its own frame.
+    `prepare(settings)` fills caches in advance, outside the bounds of time and memory.
     """
 
     function: str
@@ -88,7 +88,7 @@ class Preview:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What is to say of a step before anything moves: at which time of the program (s); `refuses`: it will not run."""
+    """A warning about a step before anything moves, with the time in the program (s); `refuses`: it will not run."""
 
     step: int
     at_s: float
@@ -111,8 +111,8 @@ class Foreseen:
     `steps`: the step of the program to which each point of `path` belongs, counted from 1; 0 at the start.
     `poses`: the body's poses along the motion in the robot's own frame: from where it is now, the origin, x ahead, y to
     its left, angles to the left; each with the coordinates of the spec's pose (m, rad). `times`: when it is at each
-    of them (s), not falling. At most 2000. `judgements`: what is to say of its steps, in their order; after one that
-    refuses nothing is foreseen.
+    of them (s), not falling. At most 2000. `judgements`: of its steps, in their order; the path ends at
+    one that refuses.
     """
 
     joints: tuple[float, ...] = ()
@@ -171,7 +171,7 @@ class Calibration:
 
     `procedure(session, settle, permit)` returns the result as JSON; `settle()` returns a stable picture with its
     verdict (`robots.kit.vision.stability.Verdict`). Raises NotCalibrated and what `Session.execute` raises.
-    `rows` are what staff are shown of the result.
+    `rows` are the values of the result that staff are shown.
     """
 
     procedure: str
@@ -179,10 +179,12 @@ class Calibration:
     limit_s: float = 180.0
     rows: tuple[ResultRow, ...] = ()
 
-    def told(self, result: Mapping[str, Any]) -> tuple[tuple[str, Any, str], ...]:
+    def result_rows(self, result: Mapping[str, Any]) -> tuple[tuple[str, Any, str], ...]:
         """Return label, value and unit of each row that the result has."""
         found = ((row.label, row.value(result), row.unit) for row in self.rows)
         return tuple((label, value, unit) for label, value, unit in found if value is not None)
+
+    told = result_rows  # its name in 0.1, until 1.0
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,7 @@ class Reset:
 
 @dataclass(frozen=True)
 class Stills:
-    """How pictures at rest are taken: pairs at `settle_exposure_s` until two differ by less than `threshold`.
+    """The way pictures at rest are taken: pairs at `settle_exposure_s` until two differ by less than `threshold`.
 
     `threshold` is in grey levels, `tries` the most pairs. The delivered picture is exposed for `exposure_s`, within
     `exposure_range_s` (s). `brightness` names a class whose `correct(picture)` returns (picture, next corrector).
@@ -244,7 +246,7 @@ class Programs:
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """How the floor looks from above: movies and pages of jobs draw the robot's path over it.
+    """The floor seen from above: movies and pages of jobs draw the robot's path over it.
 
     `function(settings)` returns a `Floor` (`robots.kit.contract.floor`) in the frame of the pose. Without it the path
     is drawn alone.
@@ -255,7 +257,7 @@ class FloorPlan:
 
 @dataclass(frozen=True)
 class JobMovies:
-    """Of each finished job of these kinds that was recorded a movie is made by itself, as of each program."""
+    """A movie is made of each finished and recorded job of these kinds, as of each program."""
 
     kinds: tuple[str, ...]
 
@@ -297,7 +299,7 @@ class GoodWhile:
     """A waiting job of that kind is good while its `argument` equals the value of `channel`, if it was given.
 
     Once the robot tells another value, such jobs end as failed, uncharged, with `text` as the reason; statistics count
-    them by `code`, as they do what the driver refuses with it. Of a job that runs the driver judges itself.
+    them by `code`, as jobs that the driver refuses with it. A job that runs is judged by its driver.
     """
 
     kind: str
@@ -351,7 +353,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What the page of a robot's statistics tells beside its jobs, which every robot that takes jobs has there.
+    """The content of a robot's page of statistics beside its jobs, which every robot that takes jobs has there.
 
     The owner stores the values of the named channels with each motion, at its beginning and at its end. `ends`: codes
     of the errors with which the driver refuses a job for a reason of its own, and the label of the row in which such

@@ -23,7 +23,7 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Scale:
-    """How finely compact states tell a number: in whole steps from `low` to `high`, in the unit of the number.
+    """The resolution of a number in compact states: whole steps from `low` to `high`, in the unit of the number.
 
     Raises ValueError where this is no range of 1 to 2^32 - 2 steps.
     """
@@ -33,7 +33,7 @@ class Scale:
     step: float
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be packed."""
+        """Refuse a scale that cannot be packed."""
         if not (isfinite(self.low) and isfinite(self.high) and isfinite(self.step)):
             raise ValueError("A scale is finite.")
         if not (self.low < self.high and self.step > 0 and (self.high - self.low) / self.step < 2**32 - 2):
@@ -68,7 +68,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the robot's tool or body is: the coordinates of `RobotState.pose`, in this order.
+    """The coordinates of `RobotState.pose`, the place of the robot's tool or body, in this order.
 
     `x`, `y` and `z` are in m, all others in rad. `packed`: state packets carry it too; where a console can work it
     out from the joints they need not.

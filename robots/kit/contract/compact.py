@@ -23,7 +23,7 @@ HEAD_BITS = 8 + 16 + 2
 
 @dataclass(frozen=True)
 class Layout:
-    """What a compact state holds: a scale for each joint and for each packed value by name, and the known words."""
+    """The content of a compact state: a scale for each joint and for each packed value by name, and the known words."""
 
     joints: tuple[Scale, ...]
     values: tuple[tuple[str, Scale], ...]

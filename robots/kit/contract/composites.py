@@ -1,4 +1,4 @@
-"""What draws a composite (see `capabilities.Composite`): takes byte streams, a picture and a state, returns pixels."""
+"""The scene of a composite (see `capabilities.Composite`): takes streams, a picture and a state, returns pixels."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
@@ -12,7 +12,7 @@ Pixels = NDArray[np.uint8]
 
 
 class Scene(Protocol):
-    """One composite of one robot. Not for several threads; nothing that it is given may take it long."""
+    """One composite of one robot. Not for several threads; none of its methods may take long."""
 
     def take(self, stream: str, data: bytes, key: bool) -> None:
         """Take the next packet of a byte stream. Raises ValueError for one that cannot be read."""

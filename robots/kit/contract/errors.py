@@ -71,16 +71,19 @@ class ControlsReleased(NotPermitted):
     code = "controls_released"
 
 
-class Held(RobotError):
+class MotionHeld(RobotError):
     """A hold cut the motion short."""
 
     code = "held"
 
 
-class Replaced(Held):
+class MotionReplaced(MotionHeld):
     """A newer target replaced this one while the robot moved."""
 
     code = "replaced"
+
+
+Held, Replaced = MotionHeld, MotionReplaced  # their names in 0.1, until 1.0
 
 
 class GaveUp(RobotError):

@@ -15,7 +15,7 @@ from robots.kit.installed import driver_path, package
 
 @cache
 def spec_of(name: str) -> Spec:
-    """Return what the robot of that driver says of itself; its driver is not loaded.
+    """Return the spec of the robot of that driver; its driver is not loaded.
 
     Raises:
         LookupError: no such driver is installed, or its package is broken.

@@ -10,7 +10,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Floor:
-    """What a plot shows beside the path, in the frame of the robot's pose.
+    """The surroundings that a plot shows beside the path, in the frame of the robot's pose.
 
     `room`: its walls, and `rectangles`: what stands in it, each by two corners (x0, y0, x1, y1) with x0 < x1, y0 < y1;
     `circles`: by middle and radius (x, y, r). At most 500 together. Raises ValueError for anything else.
@@ -21,7 +21,7 @@ class Floor:
     circles: tuple[tuple[float, float, float], ...] = field(default=())
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be drawn. Raises ValueError."""
+        """Refuse a floor that cannot be drawn. Raises ValueError."""
         wrong = next(self._wrong(), "")
         if wrong:
             raise ValueError(f"{wrong} is no part of a floor.")

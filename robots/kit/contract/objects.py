@@ -1,4 +1,4 @@
-"""Where things lie around a robot, for a byte stream: 12 bytes an object, and in deltas only those that have moved.
+"""Places of objects around a robot, for a byte stream: 12 bytes an object, and in deltas only those that have moved.
 
 An object is one big-endian number of 96 bits: its number (7 bits); x, y, z, each in steps of a 65534th of the box
 (16 bits, x all ones: the object is gone); which of the quaternion's components x, y, z, w is the largest (2 bits), then
@@ -83,8 +83,8 @@ def _three(number: int, rotation: tuple[float, float, float, float]) -> tuple[in
     return largest, [one / length for n, one in enumerate(scaled) if n != largest]
 
 
-class Told:
-    """What was told of a robot's objects so far, by whoever writes a stream or whoever reads it."""
+class KnownObjects:
+    """The objects of a robot that its stream has told so far, for the writer and for the reader of the stream."""
 
     def __init__(self, box: Box) -> None:
         self._box = box
@@ -120,3 +120,6 @@ class Told:
         """Return where the objects are, by number."""
         known = (self._box.decode(data) for data in self._told.values())
         return {number: placed for number, placed in known if placed is not None}
+
+
+Told = KnownObjects  # its name in 0.1, until 1.0

@@ -1,7 +1,7 @@
-"""What a motion may go on with when others are held: pure data, which the owner's gate (`workers/authority`) judges.
+"""Bounds inside which a motion may go on when others are held: pure data, applied by the owner's gate.
 
-A robot is held when its grant ends and when the connection is lost. A kind of command may say otherwise, inside
-a `Bound`; whatever it says, nothing moves past the end of the open grant.
+A robot is held when its grant ends and when the connection is lost. A kind of command may go on inside a `Bound`; but
+nothing moves past the end of the open grant.
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Bound:
-    """For how long (s), where, and how fast at most a robot may go on.
+    """The bound of a motion that goes on: for how long (s), where, and how fast at most.
 
     `area` are ranges of what its state tells; `speed` is the greatest velocity of any joint (rad/s, m/s) and of the
     body (m/s), `turn` the greatest rate at which the body turns (rad/s). What the state does not tell counts as
@@ -36,7 +36,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Policies:
-    """What a kind of command may do instead of being held at once; None is to be held.
+    """The bounds of a kind of command in two events; None: it is held at once.
 
     `on_link_lost`: it goes on inside the bound for at most its seconds after the connection was lost.
     `on_grant_end`: in the last seconds before its grant ends it goes on inside the bound only, so that the hold at

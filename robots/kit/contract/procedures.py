@@ -1,4 +1,4 @@
-"""What staff may ask of a robot beside its own commands: the portal carries these out.
+"""Procedures that staff may ask for beside a robot's own commands; the portal carries them out.
 
 Their kinds (`soft_reset`, `calibrate`, `still`) are the portal's own words, the same for every robot, and stand in its
 history. Each is offered only where the robot has what it needs: a reset and a calibration that its spec declares, and a
@@ -26,11 +26,14 @@ def procedures(spec: Spec, cameras: int = 0) -> tuple[CommandKind, ...]:
     return (*own, PICTURE) if cameras else own
 
 
-def offered(driver: str) -> tuple[CommandKind, ...]:
+def offered_procedures(driver: str) -> tuple[CommandKind, ...]:
     """Return the procedures that robots of this driver offer to staff. Raises LookupError."""
     return procedures(spec_of(driver), len(views(load(driver))))
 
 
+offered = offered_procedures  # its name in 0.1, until 1.0
+
+
 def procedure(driver: str, kind: str) -> CommandKind | None:
     """Return the procedure of that kind, or None if robots of this driver have none."""
-    return next((p for p in offered(driver) if p.kind == kind), None)
+    return next((p for p in offered_procedures(driver) if p.kind == kind), None)

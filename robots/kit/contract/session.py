@@ -1,4 +1,4 @@
-"""What a robot's driver does: one robot behind one wire. All units are SI."""
+"""The session of a robot's driver: one robot behind one wire. All units are SI."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -15,17 +15,17 @@ Trace = Callable[[str, bytes, str], None]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a long command is: a few words, and the share that is done (0 to 1) where it is known."""
+    """The progress of a long command: a few words, and the share that is done (0 to 1) where it is known."""
 
     text: str
     share: float | None = None
 
 
 @dataclass(frozen=True)
-class Noted:
-    """What a long command has found on its way: words, values in the units of the spec's channels, by name.
+class Observation:
+    """A result of a long command on its way: words, and values by name in the units of the spec's channels.
 
-    With `photograph` a picture of the first camera is kept beside them, taken now; telling it waits for that.
+    With `photograph` a picture of the first camera is taken now and stored with them; `on_stage` waits for it.
     """
 
     text: str
@@ -33,13 +33,14 @@ class Noted:
     photograph: bool = False
 
 
-OnStage = Callable[[str | Progress | Noted], None]
+Noted = Observation  # its name in 0.1, until 1.0
+OnStage = Callable[[str | Progress | Observation], None]
 OnPacket = Callable[[str, bytes, bool], bool]
 
 
 @dataclass(frozen=True)
 class RobotState:
-    """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad, empty where there is none.
+    """A state as the hardware told it. Joints in rad and m; pose (x, y, z, angles...) in m and rad, or empty.
 
     A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
     and its controller's own word for what it is doing. `twist` is the body's velocity along and about its own axes, one
@@ -64,7 +65,7 @@ class RobotState:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was really sent and where the robot is now."""
+    """The values that were really sent, and the state of the robot now."""
 
     sent: JSON = field(default_factory=dict)
     state: RobotState | None = None
@@ -103,16 +104,16 @@ class Session(ABC):
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Carry out a command and wait for its end; `permit` is called right before every actuation.
 
-        `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then
-        on the deadline to begin is kept. Telling may take as long as a store takes, so no lock
-        that `hold` needs may be held meanwhile; `permit` asks memory only until then. A long command
-        tells it a `Progress` after that, as often as it likes: what comes too often is left out.
+        `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then on the deadline to begin
+        is kept. `on_stage` may take as long as a store takes, so no lock that `hold` needs may be held meanwhile;
+        `permit` asks memory only until then. A long command tells it a `Progress` after that, as often as it likes:
+        some are left out if they come too often.
 
-        Where a command is replaceable, `permit` is called on its way too, and raises Replaced
+        Where a command is replaceable, `permit` is called on its way too, and raises MotionReplaced
         when the robot is to be left in motion for the target that comes next. A hold that
-        another thread asks for meanwhile ends it for good with Held, whatever `permit` says.
+        another thread asks for meanwhile ends it for good with MotionHeld, whatever `permit` says.
 
-        Raises whatever `permit` raises, Held, BadRequest, OutOfWorkspace, HardwareFault.
+        Raises whatever `permit` raises, MotionHeld, BadRequest, OutOfWorkspace, HardwareFault.
         """
 
     @abstractmethod
@@ -132,8 +133,8 @@ class Session(ABC):
     def time_left(self) -> float:
         """Return for how long (s) the running command may still move, as far as its owner knows now; `inf`: no end.
 
-        That is until its grant ends, or sooner where the live link is lost. Whoever lets a robot move without being
-        told to again and again (a permit, a trajectory) lets that end sooner, with the time in which it brakes.
+        That is until its grant ends, or sooner where the live link is lost. A driver whose robot goes on without
+        repeated messages (a permit, a trajectory) lets that end sooner, by the time that braking takes.
         """
         return inf if self.on_time_left is None else self.on_time_left()
 
@@ -170,9 +171,9 @@ class Session(ABC):
     def stream(self, name: str, data: bytes, key: bool = True) -> bool:
         """Tell the next packet of a byte stream that the spec declares; any thread may, and it never waits.
 
-        A key packet holds everything, a delta (`key` false) what changed since the packet before; what both mean
-        is between driver and console. Returns True if the next one has to be a key packet: nobody takes deltas
-        yet, or enough of them stand behind the last key packet.
+        A key packet holds everything, a delta (`key` false) what changed since the packet before; driver and console
+        agree on the meaning of both. Returns True if the next one has to be a key packet: nobody takes deltas yet, or
+        enough of them stand behind the last key packet.
 
         Raises ValueError where no such stream is declared or the packet is over 1 MiB.
         """

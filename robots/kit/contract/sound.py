@@ -29,9 +29,11 @@ class SoundPacket:
     run: int = 0
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """Return the sentence; empty for sound."""
         return "" if self.ms else self.data.decode()
+
+    said = text  # its name in 0.1, until 1.0
 
 
 def sentence(text: str, at_ms: int, number: int = 0, run: int = 0) -> SoundPacket:

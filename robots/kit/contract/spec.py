@@ -1,4 +1,4 @@
-"""What a robot says of itself: pure data, readable without its driver, a wire or Django."""
+"""The spec of a robot: pure data, readable without its driver, a wire or Django."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -67,8 +67,8 @@ class Argument:
 class CommandKind:
     """A command that a robot understands.
 
-    `level` is the clearance that it needs. `asked_by` says who may ask for it: whoever has the turn
-    (`turn`), everybody whose clearance suffices, as a job that waits (`anyone`), staff (`staff`).
+    `level` is the clearance that it needs. `asked_by` says who may ask for it: the person whose turn it is
+    (`turn`), everybody with enough clearance, as a job that waits (`anyone`), staff (`staff`).
     `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
     `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and
     `default` holds the arguments that handover restores after a turn. `shown` names, by argument, the channel that
@@ -98,7 +98,7 @@ class CommandKind:
 
 @dataclass(frozen=True)
 class Spec:
-    """What the robot can do and what it tells.
+    """The commands, values and capabilities of a robot.
 
     `handover` names the commands that put it in order between two turns, `channels` the values that it tells
     beside its joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s`
@@ -120,7 +120,7 @@ class Spec:
     modes: tuple[str, ...] = ("",)
 
     def __post_init__(self) -> None:
-        """Refuse at once what would otherwise fail when somebody uses it. Raises ValueError."""
+        """Refuse a spec that contradicts itself, before anybody uses it. Raises ValueError."""
         wrong = next(_contradictions(self), "")
         if wrong:
             raise ValueError(f"The spec of {self.name!r} {wrong}.")
@@ -210,8 +210,8 @@ class Spec:
     def rests_within(self, kind: str, kept: Mapping[str, Any] | None) -> float | None:
         """Return within how many seconds it rests without a word if that kind of command ran; None: nobody knows.
 
-        `kept` are the robot's settings; None: whatever staff may set, because a motion keeps what it began with. A
-        motion that may go on without the live link may do so without its owner.
+        `kept` are the robot's settings; None: the highest that staff may set, because a motion keeps the values with
+        which it began. A motion that may go on without the live link may do so without its owner.
         """
         if kept is None:
             kept = {setting.name: setting.high for setting in self.all_of(Setting)}

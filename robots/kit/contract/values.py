@@ -27,7 +27,7 @@ def check(name: str, kind: str, args: JSON, settings: JSON, state: RobotState | 
     spec = spec_of(name)
     own = spec.capability(Check)
     if own is None:
-        within(known(spec, kind, args), args)
+        within(known_command(spec, kind, args), args)
     else:
         function(own.function)(kind, args, settings, state)
 
@@ -77,7 +77,7 @@ def number_for(argument: Argument, value: Any) -> float:
     return float(function(argument.number)(value) if argument.text else value)
 
 
-def known(spec: Spec, kind: str, args: dict[str, Any]) -> CommandKind:
+def known_command(spec: Spec, kind: str, args: dict[str, Any]) -> CommandKind:
     """Return the command of that kind whose values have the right names.
 
     Raises:
@@ -103,6 +103,9 @@ def known(spec: Spec, kind: str, args: dict[str, Any]) -> CommandKind:
         elif argument.required or argument.name in args:
             number(args, argument.name)
     return found
+
+
+known = known_command  # its name in 0.1, until 1.0
 
 
 def within(command: CommandKind, args: dict[str, Any]) -> None:

@@ -179,7 +179,7 @@ class LeRobotDriver(Session):
                 on_stage("acknowledged")
             if k % 3 == 0:
                 self.state()
-            self.clock.sleep(step.left)
+            self.clock.sleep(step.remaining)
         return sent
 
     def _at_rest(self, check: Callable[[], None]) -> RobotState | None:

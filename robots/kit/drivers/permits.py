@@ -2,23 +2,23 @@
 
 from collections.abc import Callable
 
-from robots.kit.contract.errors import Held
+from robots.kit.contract.errors import MotionHeld
 from robots.kit.contract.session import Permit
 
 
 def unless_held(holds: Callable[[], int], words: str = "The motion was stopped on its way.") -> Permit:
-    """Return a check that raises Held, with `words`, once `holds` has counted another hold from now on."""
+    """Return a check that raises MotionHeld, with `words`, once `holds` has counted another hold from now on."""
     before = holds()
 
     def check() -> None:
         if holds() != before:
-            raise Held(words)
+            raise MotionHeld(words)
 
     return check
 
 
 def until_held(permit: Permit, holds: Callable[[], int]) -> Permit:
-    """Return `permit`, which from now on also raises Held once `holds` has counted another hold.
+    """Return `permit`, which from now on also raises MotionHeld once `holds` has counted another hold.
 
     A hold by another thread ends a command for good, whatever the permit says afterwards.
     """

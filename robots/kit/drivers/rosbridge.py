@@ -1,7 +1,8 @@
 """The rosbridge v2 protocol: JSON objects over WebSocket, each with an `op`. Both ends of a wire use this file.
 
 Only what a robot needs is spoken: topics and services, JSON, one message a frame. Fragments, PNG and CBOR compression
-are refused with a sentence, as is everything that cannot be read; a call is done all the same, and answered plainly.
+are refused with a sentence, as is every frame that cannot be read; but a call is done, and answered without
+compression.
 """
 
 import json
@@ -38,7 +39,7 @@ class Operation:
     """One frame. `name`: of the topic or service; `body`: the message or the service's arguments.
 
     `id` is as it was sent: any value in a call, a text or a number elsewhere. `args`: a call's arguments without names.
-    `missing` says what the client asks for and does not get.
+    `warning` says what the client asks for and does not get.
     """
 
     op: str
@@ -48,7 +49,7 @@ class Operation:
     body: Message = field(default_factory=dict)
     throttle_s: float = 0.0
     args: tuple[Any, ...] = ()
-    missing: str = ""
+    warning: str = ""
 
     def named(self, *names: str) -> Message:
         """Return a call's arguments by name; those without names have these, in this order."""
@@ -81,10 +82,10 @@ def operation(found: Message) -> Operation:
     if not isinstance(body, dict):
         raise Malformed("the message must be an object with named values")
     throttle = numeral(found, "throttle_rate", 0, SLOWEST_MS, "ms")
-    kind, missing = plain_type(_text(found, "type", "")), ""
+    kind, warning = plain_type(_text(found, "type", "")), ""
     if op == "subscribe" and found.get("fragment_size") is not None:
-        missing = "fragments are not sent here; a message is one frame"
-    return Operation(op, name, ident, kind, body, throttle / 1000, missing=missing)
+        warning = "fragments are not sent here; a message is one frame"
+    return Operation(op, name, ident, kind, body, throttle / 1000, warning=warning)
 
 
 def _call(found: Message) -> Operation:
@@ -92,11 +93,11 @@ def _call(found: Message) -> Operation:
 
     By the protocol arguments are an object, a list in the order of the request's fields, or nothing.
     """
-    args, missing = found.get("args"), ""
+    args, warning = found.get("args"), ""
     if found.get("compression", "none") != "none" or any(key in found for key in ("png", "fragment_size")):
-        missing = "compression is not spoken here and fragments are not sent; the answer is plain JSON in one frame"
+        warning = "compression is not spoken here and fragments are not sent; the answer is plain JSON in one frame"
     return Operation(
-        "call_service", _name(found, "call_service"), found.get("id"), missing=missing,
+        "call_service", _name(found, "call_service"), found.get("id"), warning=warning,
         body=args if isinstance(args, dict) else {}, args=tuple(args) if isinstance(args, list) else (),
     )  # fmt: skip
 

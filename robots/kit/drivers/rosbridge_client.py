@@ -44,7 +44,7 @@ class Connection(Protocol):
         """Yield what arrives, until the connection has ended."""
 
     def close(self) -> None:
-        """End it; whoever waits for a frame is told."""
+        """End it; a thread that waits for a frame is woken with an error."""
 
 
 OpenConnection = Callable[[str], Connection]
@@ -219,7 +219,7 @@ class Bridge:
             self.complaint = str(found.get("msg", ""))[:300]
 
     def _lost(self, line: Connection) -> None:
-        """Forget a connection that has ended; whoever waits for an answer is told at once."""
+        """Forget a connection that has ended; threads that wait for an answer get an error at once."""
         if self._line is line:
             self._line = None
             for call in list(self._calls.values()):

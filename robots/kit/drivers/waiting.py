@@ -1,4 +1,4 @@
-"""How drivers wait until the robot rests."""
+"""Waits until the robot rests."""
 
 from collections.abc import Callable
 

@@ -1,7 +1,7 @@
 """The player's time: it never goes back, also where the time of day was set while a robot was recorded. No Django."""
 
-LONGEST_NS = 3600 * 10**9  # longer than nothing is heard while a robot is recorded: else the time of day was set ahead
-LATE_NS = 15 * 10**9  # a message may be noted so late: by more, the time of day was set back
+LONGEST_NS = 3600 * 10**9  # a recorded robot is never silent for longer: then the time of day was set ahead
+LATE_NS = 15 * 10**9  # a message may be recorded so late: if it is later, the time of day was set back
 SET = "The time of day was set {} by {} here."
 
 

@@ -1,4 +1,4 @@
-"""How many pictures a recording may still take: fewer as its file nears the greatest size, then none."""
+"""The rate of pictures in a recording: lower as its file nears the greatest size, then none."""
 
 from math import inf
 

@@ -1,4 +1,4 @@
-"""The words below a movie: when, which step, and what was measured last. Pure. No Django."""
+"""The words below a movie: the time, the step, and the newest readings. Pure. No Django."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -27,9 +27,9 @@ class Captions:
         self._step = ""
 
     def take(self, message: Message) -> None:
-        """Take a stage of a command; what cannot be read says nothing."""
+        """Take a stage of a command; one that cannot be read changes nothing."""
         try:
-            told = nameless(message).told()
+            told = nameless(message).content()
         except ValueError:
             return
         words, state, kind = _progress(told), str(told.get("state")), str(told.get("kind"))

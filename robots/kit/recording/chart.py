@@ -77,12 +77,12 @@ class Chart:
             cv2.circle(self._picture, self.at((x, y)), size, QUIET, self._scale, cv2.LINE_AA)
         cv2.rectangle(self._picture, self.at(floor.room[:2]), self.at(floor.room[2:]), WALL, 2 * self._scale)
 
-    def planned(self, line: Line) -> None:
+    def draw_planned(self, line: Line) -> None:
         """Draw a path that is planned, in dashes."""
         for a, b in dashes([self.at(place) for place in line], DASH * self._scale, GAP * self._scale):
             cv2.line(self._picture, a, b, PLANNED, 5 * self._scale, cv2.LINE_AA)
 
-    def driven(self, place: Place) -> None:
+    def draw_driven(self, place: Place) -> None:
         """Draw the next piece of the path driven; none where it jumps."""
         if self._last is not None and dist(self._last, place) < JUMP_M:
             cv2.line(self._picture, self.at(self._last), self.at(place), DRIVEN, 2 * self._scale, cv2.LINE_AA)

@@ -34,7 +34,7 @@ class Message:
     sent_ns: int
     data: bytes
 
-    def told(self) -> dict[str, Any]:
+    def content(self) -> dict[str, Any]:
         """Return the object of a JSON channel. Raises ValueError."""
         try:
             found = json.loads(self.data)
@@ -50,7 +50,7 @@ def nameless(message: Message) -> Message:
     if message.topic != COMMANDS or b'"by"' not in message.data:
         return message
     try:
-        told = message.told()
+        told = message.content()
     except ValueError:
         return message
     told.pop("by", None)
@@ -90,7 +90,7 @@ def taken_ms(told: Mapping[str, Any]) -> int:
 
 
 class Tape:
-    """Writes one file. After an OSError nothing more is written; what was flushed before stays readable."""
+    """Writes one file. After an OSError nothing more is written; everything that was flushed before stays readable."""
 
     def __init__(self, path: Path, about: Mapping[str, str]) -> None:
         self._out: IO[bytes] = path.open("wb")

@@ -14,7 +14,7 @@ from robots.kit.contract.floor import Floor
 from robots.kit.recording.captions import Captions, wrapped
 from robots.kit.recording.chart import Chart, Picture, text, width_of
 from robots.kit.recording.container import COMMANDS, STATE, Message
-from robots.kit.recording.paths import shown
+from robots.kit.recording.paths import plot_bounds
 from robots.kit.recording.track import Pose, Track, pose_of
 
 WIDTH, HEIGHT = 640, 360
@@ -33,7 +33,7 @@ class Film:
         notes = [(one["at_ms"], one["text"]) for one in plot["findings"]]
         self._captions = Captions(notes, plot["labels"])
         self._taken = [(f["at_ms"], f["number"], tuple(f["place"])) for f in plot["findings"] if f["place"]]
-        self._planned = list(track.planned)
+        self._planned = list(track.plans)
         self._pose: Pose | None = None
         self._now_ms = 0
         self._chart: Chart | None = None
@@ -53,9 +53,9 @@ class Film:
         """Return a picture with plot and captions as they are now; all of one film have one size."""
         chart = self._chart or self._begun(picture)
         while self._planned and self._planned[0][0] <= self._now_ms:
-            chart.planned(self._planned.pop(0)[1])
+            chart.draw_planned(self._planned.pop(0)[1])
         for pose in self._waits:
-            chart.driven(pose[:2])
+            chart.draw_driven(pose[:2])
         self._waits.clear()
         scale = self._scale
         width, top = VIEW[0] * scale, TOP * scale
@@ -68,9 +68,9 @@ class Film:
 
     def _begun(self, picture: Picture) -> Chart:
         self._scale = 2 if picture.shape[1] > 1.5 * VIEW[0] else 1
-        path = [*self._track.driven(), *(line for _, line in self._track.planned)]
+        path = [*self._track.driven(), *(line for _, line in self._track.plans)]
         size = (WIDTH - VIEW[0]) * self._scale, VIEW[1] * self._scale
-        self._chart = Chart(shown(self._floor, path), *size, self._scale)
+        self._chart = Chart(plot_bounds(self._floor, path), *size, self._scale)
         self._chart.floor(self._floor)
         return self._chart
 

@@ -96,10 +96,10 @@ def _of_file(
             if camera is None or camera not in cameras:
                 continue
             with contextlib.suppress(ValueError):
-                yield part.offset / size, at_ms, camera, jpeg_of(message.told())
+                yield part.offset / size, at_ms, camera, jpeg_of(message.content())
 
 
-def chosen(
+def chosen_pictures(
     plan: dict[str, Any], cameras: Sequence[int], tell: Callable[[float], None] = lambda _: None,
     follow: Callable[[Message], None] | None = None,
 ) -> Iterator[tuple[int, int, bytes]]:  # fmt: skip
@@ -124,7 +124,7 @@ def chosen(
             yield at, camera, jpeg
 
 
-class Told:
+class ProgressPrinter:
     """Prints how far it is, each percent once."""
 
     def __init__(self) -> None:
@@ -176,7 +176,7 @@ def _film(plan: dict[str, Any]) -> Film | None:
     if not plot:
         return None
     track = track_of(Path(plan["files"][0][0]), plot)
-    sys.stdout.write(json.dumps(track.told()) + "\n")
+    sys.stdout.write(json.dumps(track.plot_paths()) + "\n")
     sys.stdout.flush()
     return Film(plot, track, floor_of(plot["driver"], plot["settings"])) if track.poses else None
 
@@ -189,7 +189,7 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
     with av.open(str(out), "w", format=kind, options=FRAGMENTS.get(kind, {})) as movie:
         writer, sheet, together, last_ms = Writer(movie, kind), Sheet(cameras), None, 0
         decoder: Any = av.CodecContext.create("mjpeg", "r")
-        for at, camera, jpeg in chosen(plan, cameras, Told(), film.follow if film else None):
+        for at, camera, jpeg in chosen_pictures(plan, cameras, ProgressPrinter(), film.follow if film else None):
             if jpeg:
                 try:
                     for picture in decoder.decode(av.Packet(jpeg)):

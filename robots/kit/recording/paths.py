@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Sequence
 from math import cos, dist, isfinite, sin
 
+from robots.kit.contract import channels
 from robots.kit.contract.floor import FARTHEST, Box, Floor
 
 Place = tuple[float, float]
 Line = list[Place]
-IN_PLANE = ("x", "y", "heading")  # the pose of a robot whose path is drawn
+IN_PLANE = channels.IN_PLANE.coordinates  # the pose of a robot whose path is drawn
 PREVIEWS = 10  # of the commands of a recording
 POINTS = 400  # of a path on a page
 LEAST_M = 0.01  # between two points of a path
@@ -21,7 +22,7 @@ def is_place(pose: Sequence[float]) -> bool:
 
 
 def lines(poses: Iterable[Sequence[float]]) -> list[Line]:
-    """Return the path through poses, in pieces where it jumps; what is no place is left out."""
+    """Return the path through poses, in pieces where it jumps; poses without a place are left out."""
     found: list[Line] = []
     for pose in poses:
         if not is_place(pose):
@@ -61,7 +62,7 @@ def placed(poses: Iterable[Sequence[float]], start: Sequence[float]) -> Line:
     return [place for place in found if is_place(place)]
 
 
-def shown(floor: Floor | None, path: Iterable[Line]) -> Box:
+def plot_bounds(floor: Floor | None, path: Iterable[Line]) -> Box:
     """Return what a plot shows (x0, y0, x1, y1): the floor's room and all of the path, at least 2 m each way."""
     places = [place for line in path for place in line]
     margin = MARGIN_M if floor is None else 0.0

@@ -1,4 +1,4 @@
-"""What a recording contains and when: an index, and slices of a few seconds that can be replayed one by one.
+"""The content of a recording over time: an index, and slices of a few seconds that can be replayed one by one.
 
 A slice holds the packets of the live path, so that a console decodes them as it always does. No Django.
 """
@@ -51,7 +51,7 @@ def slice_of(at_ms: int) -> int:
     return max(0, at_ms) // SLICE_MS
 
 
-def needed(starts: Iterable[Sequence[int]], slices: int) -> list[int]:
+def needed_slices(starts: Iterable[Sequence[int]], slices: int) -> list[int]:
     """Return the earliest slice that each slice needs. `starts`: of each channel, when something begins anew (ms)."""
     tracks = [sorted(times) for times in starts]
     found = []
@@ -93,7 +93,7 @@ def _ended(index: Index, starts: dict[str, list[int]], at_ms: int, end: str) -> 
     index.end = end if index.places else f"{reading.NOTHING} {end}".strip()
     index.cameras = sorted(camera for topic in starts if (camera := camera_of(topic)) is not None)
     index.pictures = sum(len(times) for topic, times in starts.items() if topic.startswith(CAMERA))
-    index.needs = needed(starts.values(), len(index.places))
+    index.needs = needed_slices(starts.values(), len(index.places))
     return index
 
 
@@ -105,11 +105,11 @@ def _note(index: Index, message: Message, at_ms: int) -> None:
     """Take a command or an event in, if it is one that a page can tell."""
     try:
         if message.topic == COMMANDS:
-            told = nameless(message).told()
+            told = nameless(message).content()
             if isinstance(told["id"], int) and {"kind", "state"} <= told.keys():
                 index.commands.append({"reason": "", "result": {}, **told, "after_ms": at_ms})
         elif message.topic == EVENTS:
-            told = message.told()
+            told = message.content()
             index.events.append({"what": "", "level": "info", **told, "text": str(told["text"]), "after_ms": at_ms})
     except (ValueError, KeyError):
         return
@@ -149,9 +149,9 @@ def _packet(message: Message, joints: Sequence[str], channels: Sequence[str]) ->
     camera = camera_of(message.topic)
     try:
         if message.topic == STATE:
-            return state_packed(message.told(), joints, channels)
+            return state_packed(message.content(), joints, channels)
         if camera is not None:
-            return picture_packed(message.told(), camera)
+            return picture_packed(message.content(), camera)
     except ValueError:
         return b""
     return message.data if message.topic.startswith(STREAM) else b""

@@ -1,4 +1,4 @@
-"""Where a robot that rolls has been while it was recorded, and where it was to go. No Django."""
+"""The path of a robot that rolls while it was recorded, and the paths that were planned. No Django."""
 
 import subprocess
 import sys
@@ -28,21 +28,21 @@ class Track:
     """The path: poses with the time of each (ms since 1970), and each path that was planned, with its begin."""
 
     poses: tuple[tuple[int, Pose], ...] = ()
-    planned: tuple[tuple[int, Line], ...] = ()
+    plans: tuple[tuple[int, Line], ...] = ()
 
     def driven(self) -> list[Line]:
         """Return the path driven, in pieces where it jumps."""
         return lines(pose for _, pose in self.poses)
 
-    def told(self) -> dict[str, list[Line]]:
+    def plot_paths(self) -> dict[str, list[Line]]:
         """Return it for a page: at most some hundred points of each."""
-        return {"driven": simplified(self.driven()), "planned": simplified([line for _, line in self.planned])}
+        return {"driven": simplified(self.driven()), "planned": simplified([line for _, line in self.plans])}
 
 
 def pose_of(message: Message) -> Pose | None:
     """Return where a state says that the robot is, None where it does not."""
     try:
-        values = message.told().get("values")
+        values = message.content().get("values")
         told = values if isinstance(values, Mapping) else {}
         x, y, heading = (nan if told.get(name) is None else float(told[name]) for name in IN_PLANE)
     except (ValueError, TypeError):

@@ -1,6 +1,6 @@
-"""Docking by sight of the dock's two markers: the law of section 3.5, and what to do when it fails.
+"""Docking by sight of the dock's two markers: the law of section 3.5, and its answer to failures.
 
-Pure: what it must remember goes in and comes out. Angles in rad, speeds in m/s and rad/s, left positive.
+Pure: its memory is an argument and a result. Angles in rad, speeds in m/s and rad/s, left positive.
 """
 
 import math
@@ -56,7 +56,7 @@ class Docking:
 
 @dataclass(frozen=True)
 class Velocity:
-    """What the wheels shall do."""
+    """The command for the wheels."""
 
     v: float
     w: float

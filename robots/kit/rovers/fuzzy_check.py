@@ -1,4 +1,4 @@
-"""Whether a rover may drive by a rule set: it has the readings, and can stop before what its infrared sensor sees."""
+"""Checks a rule set: the rover has the readings, and can stop before what its infrared sensor sees."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from robots.kit.rovers.fuzzy import TERMS, RuleSet, rule_name
 
 @dataclass(frozen=True)
 class Braking:
-    """How the rover stops (SI units).
+    """Figures of the rover's braking (SI units).
 
     deceleration: the least with which it slows down; reaction_s: until it does; margin: what a distance read by the
     infrared sensor may be too long, and how far the sensor is from the front; stop: the distance of the reflex;

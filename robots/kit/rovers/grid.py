@@ -36,8 +36,8 @@ class Fix:
 def locate(belief: Belief, scan: Scan, beacon: Beacon | None = None) -> Fix:
     """Return where a rover is that has just scanned, as of the last reading; `belief` is what it knew before.
 
-    Where the map explains the scan in no place that is the beacon's, the hall has changed: the place is the beacon's,
-    the heading the compass's. A beacon that has the rover outside the map is wrong, and tells nothing.
+    If the map explains the scan in no place that agrees with the beacon, the hall has changed: the place is the
+    beacon's, the heading the compass's. A beacon that has the rover outside the map is wrong, and tells nothing.
     """
     if beacon is not None and not belief.ranges.plan.holds(*beacon.place):
         beacon = None

@@ -1,6 +1,6 @@
 """Local navigation: the six states of section 3.4, from three ranges and a waypoint to a velocity.
 
-Pure: what it must remember goes in and comes out. Angles in rad, left positive; speeds in m/s and rad/s.
+Pure: its memory is an argument and a result. Angles in rad, left positive; speeds in m/s and rad/s.
 """
 
 import math
@@ -102,7 +102,7 @@ def _wander(sensed: Sensed, memory: Memory, dt: float, dice: float, kept: Limits
 
 
 def _stalling(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> Memory:
-    """Count how long the wheels have not done what they were told."""
+    """Count for how long the wheels have not followed their command."""
     pushes = abs(memory.v) > 0.02 and abs(sensed.v) < kept.stalled_below * abs(memory.v)
     twists = abs(memory.w) > 0.3 and abs(sensed.w) < kept.stalled_below * abs(memory.w)
     stands = (pushes and (abs(memory.w) < 0.3 or twists)) or (twists and abs(memory.v) < 0.02)

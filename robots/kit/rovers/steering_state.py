@@ -1,4 +1,4 @@
-"""What local navigation is told, remembers and answers. Angles in rad, left positive; speeds in m/s and rad/s."""
+"""Inputs, memory and output of local navigation. Angles in rad, left positive; speeds in m/s and rad/s."""
 
 import math
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Memory:
-    """What was decided before. `troubled_s`: how long nothing but stalls and obstacles."""
+    """The decisions before. `troubled_s`: for how long there were only stalls and obstacles."""
 
     v: float = 0.0
     w: float = 0.0

@@ -21,7 +21,7 @@ PATIENCE = 5  # disagreements, less agreements, after which what was learnt is g
 class Calibration:
     """turning = scale * measured + bend * distance. `a`, `b`, `c`: variances of scale and bend, and their covariance.
 
-    `turned` (rad, as measured) and `gone` (m; backwards counts against it): since the robot was switched on.
+    `turned` (rad, as measured) and `distance` (m; backwards counts against it): since the robot was switched on.
     """
 
     scale: float = 1.0
@@ -30,15 +30,15 @@ class Calibration:
     b: float = BEND_SD**2
     c: float = 0.0
     turned: float = 0.0
-    gone: float = 0.0
-    used: int = 0
+    distance: float = 0.0
+    uses: int = 0
     used_at: float = 0.0
     doubted: int = 0
 
     def correct(self, distance: float, turn: float) -> float:
         """Count a step of odometry (m, rad) and return by how much the robot turned (rad)."""
         self.turned += turn
-        self.gone += distance
+        self.distance += distance
         return self.scale * turn + self.bend * distance
 
     def visited(self, turned: float, gone: float, facing: float) -> bool:
@@ -47,8 +47,8 @@ class Calibration:
         turned, gone: what was counted at the last visit; facing: how much more the robot is turned against the
         experience than then (rad).
         """
-        w, s = self.turned - turned, self.gone - gone
-        if s < LEAST_M or self.gone - self.used_at < LEAST_M:
+        w, s = self.turned - turned, self.distance - gone
+        if s < LEAST_M or self.distance - self.used_at < LEAST_M:
             return False
         spread = w * w * self.a + 2.0 * w * s * self.c + s * s * self.b + SEEN_SD**2
         off = math.remainder(facing - (self.scale * w + self.bend * s), 2.0 * math.pi)
@@ -65,7 +65,7 @@ class Calibration:
         self.a += DRIFT_SD[0] ** 2 - by_w * by_w / spread
         self.b += DRIFT_SD[1] ** 2 - by_s * by_s / spread
         self.c -= by_w * by_s / spread
-        self.used, self.used_at, self.doubted = self.used + 1, self.gone, max(0, self.doubted - 1)
+        self.uses, self.used_at, self.doubted = self.uses + 1, self.distance, max(0, self.doubted - 1)
         return True
 
     def _forget(self) -> None:

@@ -1,4 +1,4 @@
-"""Where on the map the dock was seen from (section 3.5): learnt while roaming, tried in turn when needed."""
+"""Places of the map from where the dock was seen (section 3.5): learnt while roaming, tried in turn when needed."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -43,7 +43,7 @@ class DockPlaces:
         else:
             self.places[experience] = replace(known, times=known.times + 1)
 
-    def missed(self, experience: int) -> None:
+    def forget(self, experience: int) -> None:
         """Forget a place where the dock was looked for and not seen."""
         self.places.pop(experience, None)
 

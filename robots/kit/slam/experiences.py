@@ -39,13 +39,13 @@ LINKS: Columns = (
 class Doubt:
     """Sightings in turn that do not fit the map, but each other.
 
-    moved: the pose by which the robot would have to be moved on the map. since: the next id at the first of them.
-    gone: the odometer then (m). times: how many they are.
+    offset: the pose by which the robot would have to be moved on the map. since: the next id at the first of them.
+    distance: by the odometer then (m). times: how many they are.
     """
 
-    moved: Pose
+    offset: Pose
     since: int
-    gone: float
+    distance: float
     times: int = 0
 
 
@@ -172,13 +172,13 @@ class ExperienceMap:
         kept = self.settings
         for doubt, one in agreed:
             enough = kept.wrong_after if self.linkable(*one) else kept.carried_after
-            if doubt.times >= enough and abs(gone - doubt.gone) >= kept.wrong_m:
+            if doubt.times >= enough and abs(gone - doubt.distance) >= kept.wrong_m:
                 return one
         return None
 
     def _agrees(self, doubt: Doubt, index: int, offset: Pose) -> bool:
         x, y, facing = composed(self.pose_of(index), offset)
-        there = composed(doubt.moved, self.pose())
+        there = composed(doubt.offset, self.pose())
         apart, turned = math.dist(there[:2], (x, y)), abs(wrapped(there[2] - facing))
         return apart <= self.settings.sure_m and turned <= self.settings.sure_rad
 

@@ -156,7 +156,7 @@ def _merge(links: Links, gone: int, heir: int, apart: Pose, pace: float) -> None
 
 
 def contract(held: ExperienceMap, stand: Numbers) -> None:
-    """Remove each experience that another stands for; who was linked with it is linked with that one."""
+    """Remove each experience that another stands for; its links lead to that one then."""
     links, stays, pace = _links(held), stand == np.arange(held.count), _pace(held)
     gone = np.flatnonzero(~stays).tolist()
     apart, same = {}, same_place(held, stand)

@@ -32,7 +32,7 @@ class Route:
 
 @dataclass(frozen=True)
 class Guidance:
-    """Where to steer. bearing (rad, left positive) and distance (m) of the waypoint from the robot."""
+    """The next waypoint: its bearing (rad, left positive) and distance (m) from the robot."""
 
     reached: bool
     bearing: float

@@ -14,7 +14,7 @@ from robots.kit.slam.docks import DockPlaces
 from robots.kit.slam.experiences import ExperienceMap, Pose, ring
 from robots.kit.slam.pruning import pruned
 from robots.kit.slam.settings import Settings
-from robots.kit.slam.stream import Changes, Told
+from robots.kit.slam.stream import ChangeLog, Changes
 from robots.kit.slam.views import Grey, Views
 
 MOST_HEIRS = 20_000  # pruned experiences that are remembered
@@ -24,10 +24,10 @@ MOST_TIRED = 10.0  # else a view before which the robot rested for an hour would
 
 @dataclass(frozen=True)
 class Step:
-    """What a step found. pose: x, y (m), facing (rad) on the map; experience: id, -1 before the first.
+    """The result of a step. pose: x, y (m), facing (rad) on the map; experience: id, -1 before the first.
 
     picture: "seen", "none", "frozen", "black", "flat", or "full" if the map can hold no more; only "seen" teaches.
-    made: a new experience; met: an older experience was linked for the first time, as when a loop closes.
+    is_new: the experience is new; met: an older experience was linked for the first time, as when a loop closes.
     """
 
     at_s: float
@@ -36,7 +36,7 @@ class Step:
     pose: Pose
     experience: int
     picture: str
-    made: bool
+    is_new: bool
     met: bool
 
 
@@ -56,7 +56,7 @@ class RatSlam:
     def _begin(self) -> None:
         self.views, self.cells = Views(self.settings.views), PoseCells(self.settings.cells)
         self.map = ExperienceMap(self.settings.map)
-        self.told, self.docks = Told(self.sequence), DockPlaces()
+        self.change_log, self.docks = ChangeLog(self.sequence), DockPlaces()
         self.view, self.last, self.pruned_at = -1, b"", 0
         self.heirs: dict[int, int] = {}  # pruned ids, and the ids of those that stayed where they were
 
@@ -160,12 +160,12 @@ class RatSlam:
         for index, offset in found:
             if held.fits(index, offset, math.sqrt(self.odometry.b)):
                 return index, offset, True
-        believed = held.refuse(found, self.odometry.gone) if found else None
+        believed = held.refuse(found, self.odometry.distance) if found else None
         return (*believed, held.linkable(*believed)) if believed else (-1, (0.0, 0.0, 0.0), False)
 
     def _counted(self, facing: float) -> None:
         """Note at the current experience what the odometry has counted, for the next visit."""
-        self.map.odometer[self.map.current] = self.odometry.turned, self.odometry.gone, facing
+        self.map.odometer[self.map.current] = self.odometry.turned, self.odometry.distance, facing
 
     def _offset(self, place: NDArray[np.float64]) -> Pose:
         """Return where the pose cells say that the robot is, as seen from an experience at that place."""
@@ -185,7 +185,7 @@ class RatSlam:
         if kept.pruning and self.map.next_id - self.pruned_at >= kept.map.prune_each:
             self.pruned_at = self.map.next_id
             self.prune()
-        self.told.note(self.map, self.sequence)
+        self.change_log.note(self.map, self.sequence)
 
     def prune(self) -> int:
         """Keep one experience a square and heading, and all of `keep`; return how many went."""
@@ -193,7 +193,7 @@ class RatSlam:
         heirs, numbers = pruned(self.map, self.keep, self.views.keep, frozenset(self.docks.places))
         self.docks.inherit(heirs)
         self.view = numbers.get(self.view, -1)
-        self.told = Told(self.sequence)
+        self.change_log = ChangeLog(self.sequence)
         self.heirs |= heirs
         for old in list(self.heirs)[:-MOST_HEIRS]:
             del self.heirs[old]
@@ -206,10 +206,10 @@ class RatSlam:
         return experience
 
     def skip_ids(self) -> None:
-        """Leave out as many ids as may have been given after the map was saved; what had one is not on this map."""
+        """Leave out as many ids as may have been given after the map was saved; this map has none of them."""
         self.map.next_id += MOST_LOST
         self.pruned_at += MOST_LOST
 
     def since(self, sequence: int) -> Changes:
         """Return what changed on the map after a sequence number; -1 asks for everything."""
-        return self.told.since(self.map, self.map_number, self.sequence, sequence)
+        return self.change_log.since(self.map, self.map_number, self.sequence, sequence)

@@ -35,7 +35,7 @@ class BadMap(ValueError):
 
 def save(slam: RatSlam, path: Path) -> None:
     """Replace the file by the map, at once or not at all. Raises OSError."""
-    held, views, told = slam.map, slam.views, slam.told
+    held, views, told = slam.map, slam.views, slam.change_log
     _append(slam, _beside(path, views.mark))
     arrays: dict[str, Any] = {"cells": slam.cells.cells}
     arrays |= {f"view_{name}": getattr(views, name)[: views.count] for name in VIEWS}
@@ -76,7 +76,7 @@ def _beside(path: Path, mark: str) -> Path:
 def _append(slam: RatSlam, path: Path) -> None:
     """Write the templates that the file does not have yet."""
     views = slam.views
-    begin = views.stored if path.exists() else 0
+    begin = views.stored_count if path.exists() else 0
     if path.exists() and begin == views.count:
         return
     with path.open("r+b" if path.exists() else "wb") as out:
@@ -85,7 +85,7 @@ def _append(slam: RatSlam, path: Path) -> None:
         out.truncate()  # what a crash left behind; not earlier, because the map's file counts on what is there
         out.flush()
         os.fsync(out.fileno())
-    views.stored = views.count
+    views.stored_count = views.count
 
 
 def load(path: Path, settings: Settings | None = None) -> RatSlam:
@@ -120,7 +120,7 @@ def _read_templates(slam: RatSlam, path: Path, count: int, named: dict[str, Any]
 
 
 def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
-    held, views, told = slam.map, slam.views, slam.told
+    held, views, told = slam.map, slam.views, slam.change_log
     held.count, held.linked = len(arrays["node_ids"]), len(arrays["link_sources"])
     arrays.setdefault("link_taken", np.ones(held.linked, np.bool_))  # older maps have none
     for owner, prefix, names, count in (
@@ -158,7 +158,9 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     if (
         cells.min() < 0
         or not 0.99 < cells.sum() < 2.0
-        or not np.isfinite([held.seconds, held.still, *(d.gone for d in held.doubts), *astuple(slam.odometry)]).all()
+        or not np.isfinite(
+            [held.seconds, held.still, *(d.distance for d in held.doubts), *astuple(slam.odometry)]
+        ).all()
     ):
         raise ValueError("its numbers are no map's")
     pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""What changed on the map since somebody last looked, so that only this is sent."""
+"""The changes of the map since a reader last looked, so that only these are sent."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ class Changes:
     links: NDArray[np.int64]
 
 
-class Told:
+class ChangeLog:
     """When each experience and link last changed, in sequence numbers."""
 
     def __init__(self, sequence: int) -> None:

@@ -1,4 +1,4 @@
-"""View templates: what the robot has seen, small and grey."""
+"""View templates: pictures that the robot has seen, small and grey."""
 
 from secrets import token_hex
 
@@ -32,7 +32,7 @@ class Views:
 
     def __init__(self, settings: ViewSettings) -> None:
         self.settings, self.count = settings, 0
-        self.mark, self.stored = token_hex(8), 0
+        self.mark, self.stored_count = token_hex(8), 0
         self._room(64)
 
     def _room(self, many: int) -> None:
@@ -93,11 +93,11 @@ class Views:
         for held in (self.templates, self.rows, self.totals, self.decay, self.places):
             held[: len(numbers)] = held[numbers]
         self.count = len(numbers)
-        self.mark, self.stored = token_hex(8), 0
+        self.mark, self.stored_count = token_hex(8), 0
 
     def restore(self, templates: Grey, mark: str) -> None:
         """Hold these templates, which the file of that name has; decay and places are the caller's to fill."""
-        self.count, self.mark, self.stored = 0, mark, len(templates)
+        self.count, self.mark, self.stored_count = 0, mark, len(templates)
         self._room(max(64, len(templates)))
         for template in templates:
             self.add(template, (0.0, 0.0, 0.0), 0.0)

@@ -24,7 +24,7 @@ class Marker:
 
     number: int
     corners: NDArray[np.float64]
-    seen: Sighting
+    sighting: Sighting
 
 
 class Markers:

@@ -1,4 +1,4 @@
-"""The iRat's driver: everybody's goals, exploring and charging, by the map of a brain in a process of its own."""
+"""The iRat's driver: goals of people, exploring and charging, by the map of a brain in a process of its own."""
 
 import contextlib
 from collections.abc import Callable
@@ -51,7 +51,7 @@ class Driver(Session):
 
         Raises HardwareFault; also where the battery is almost flat.
         """
-        since = self.clock.monotonic()  # what was heard over the connection before counts no more
+        since = self.clock.monotonic()  # earlier messages over this connection do not count any more
         self.line.open()
         for newest in (self.line.status, self.line.odometry, self.line.battery, self.line.charger, self.line.ranges):
             newest.wait(HEARD_S, since)

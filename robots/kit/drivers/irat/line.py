@@ -116,7 +116,7 @@ class IratLine:
         """Send a velocity, which the robot forgets after 0.25 s; `permit` is called last. Raises LineGone, LineSilent.
 
         It bears the epoch, so that the robot knows whose it is without knowing connections, and the stamp of the
-        newest odometry, so that the robot refuses what a network has kept back for long.
+        newest odometry, so that the robot refuses a velocity that a network has delayed for long.
         """
         if not self.bridge.is_open:
             raise LineGone("The robot's rosbridge is not connected.")

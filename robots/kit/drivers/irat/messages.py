@@ -1,4 +1,4 @@
-"""What the iRat publishes, as values with SI units and as ROS messages.
+"""Messages that the iRat publishes, as values with SI units and as ROS messages.
 
 Read are the messages of ROS 1 and ROS 2 as rosbridge_server writes them: it makes `null` of NaN and of both infinities,
 and floats of 32 bits are a little more than one where one is meant.
@@ -25,7 +25,7 @@ def stamp_of(message: Message) -> float:
 
 @dataclass(frozen=True)
 class Odometry:
-    """Where the robot believes it is since it was switched on (m, rad), and its velocity."""
+    """The pose since the robot was switched on, by its odometry (m, rad), and its velocity."""
 
     x: float
     y: float
@@ -131,8 +131,8 @@ class BatteryState:
     def decode(cls, message: Message) -> "BatteryState":
         """Return the battery's state in a message. Raises Malformed.
 
-        What is not measured is NaN there: no current counts as 0 A, and the share is then the charge by the capacity,
-        or else what the voltage says between an empty and a full battery.
+        A quantity that is not measured is NaN there: no current counts as 0 A, and the share is then the charge
+        by the capacity, or else what the voltage says between an empty and a full battery.
         """
         voltage, status = numeral(message, "voltage", 0, 100, "V"), int(numeral(message, "power_supply_status", 0, 4))
         share = _measured(message, "percentage", -ROUNDED, 1 + ROUNDED)

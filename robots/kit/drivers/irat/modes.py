@@ -4,7 +4,7 @@ from enum import StrEnum
 
 
 class Mode(StrEnum):
-    """What the robot does; `RobotState.mode` tells it."""
+    """The present activity of the robot; `RobotState.mode` tells it."""
 
     RESTING = "resting"
     EXPLORING = "exploring"

@@ -1,4 +1,4 @@
-"""The figures of the byte streams' format, for who writes them and who reads them."""
+"""Figures of the byte streams' format, for their writer and their readers."""
 
 import struct
 from enum import IntEnum

@@ -81,7 +81,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Status:
-    """What the robot says of itself: the values of topic `STATE` and of service `STATUS`.
+    """The state that the robot tells: the values of topic `STATE` and of service `STATUS`.
 
     `boot` counts its starts, `motion` its motions since; `end` is how the newest motion ended: none, done, silence,
     held, lost, replaced. `epoch` is the commander's, 0 while there is none.

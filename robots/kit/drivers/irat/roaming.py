@@ -82,7 +82,7 @@ class Roaming:
     def _cut_short(self, error: RobotError) -> None:
         """Keep the map for a goal that waits again: the robot has to charge, or had a fault.
 
-        Who cancels a goal, or stops the robot, has it held in the same way as a need; but then no need is there.
+        A cancel or a stop holds the robot in the same way as a need does; `low` tells them apart.
         """
         if self._senses.low:
             self._kept_until = self._clock.monotonic() + CHARGES_S

@@ -1,4 +1,4 @@
-"""What the robot tells, put together: feeds the brain with odometry and pictures, and gives the robot's state."""
+"""Collects the robot's messages: feeds the brain with odometry and pictures, and gives the robot's state."""
 
 import contextlib
 import threading

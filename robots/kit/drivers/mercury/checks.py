@@ -6,7 +6,7 @@ from typing import Any
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
-from robots.kit.contract.values import known, number, within
+from robots.kit.contract.values import known_command, number, within
 from robots.kit.description import load
 from robots.kit.drivers.mercury.limits import check_target
 
@@ -20,7 +20,7 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
         BadRequest, OutOfWorkspace.
 
     """
-    command = known(spec_of("mercury"), kind, args)
+    command = known_command(spec_of("mercury"), kind, args)
     if kind != "move":  # its values are checked as a position
         within(command, args)
     if kind == "move":

@@ -5,7 +5,7 @@ from math import degrees, hypot, radians
 from typing import Any
 
 from robots.kit.clock import Limit
-from robots.kit.contract.errors import HardwareFault, Held, RobotError
+from robots.kit.contract.errors import HardwareFault, MotionHeld, RobotError
 from robots.kit.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
@@ -157,7 +157,7 @@ class Driver(Session):
                 if end is not None:
                     return Outcome(sent, self._ended(end))
                 if self.line.holds != before:
-                    raise Held(STOPPED)
+                    raise MotionHeld(STOPPED)
                 return Outcome(sent, state)
             if limit.over:
                 self.line.instruct(lambda s: Frame(Instruction.HOLD, s), None)
@@ -168,7 +168,7 @@ class Driver(Session):
         if end.id == Reply.HELD:
             if self.line.holds == 0:
                 raise HardwareFault("The controller held the motion by itself.")
-            raise Held(STOPPED)
+            raise MotionHeld(STOPPED)
         return state
 
     def hold(self) -> RobotState:

@@ -16,11 +16,17 @@ from typing import TypeVar
 import serial
 
 from robots.kit.clock import TIMER, Limit, Timer, Until
-from robots.kit.contract.errors import ControllerRefused, ControllerRestarted, Held, LineBusy, LineGone, LineSilent
+from robots.kit.contract.errors import (
+    ControllerRefused,
+    ControllerRestarted,
+    LineBusy,
+    LineGone,
+    LineSilent,
+    MotionHeld,
+)
 from robots.kit.contract.session import Permit, Trace
 from robots.kit.drivers.mercury import protocol as wire
 from robots.kit.drivers.mercury.protocol import Error, Frame, Instruction, Reply
-from robots.kit.drivers.mercury.spelling import spell
 from robots.kit.opening import is_in_use, why_not
 
 log = logging.getLogger(__name__)
@@ -132,7 +138,7 @@ class HostLine:
         return self._holds
 
     def _read(self) -> None:
-        """Receive until the line is lost; whatever ends this thread loses it, so that nobody waits for an answer."""
+        """Receive until the line is lost; the end of this thread marks it as lost, so that no thread waits on."""
         receiver = wire.Receiver(wire.REPLIES)
         try:
             while self._gone is None and (port := self._port) is not None:
@@ -226,7 +232,7 @@ class HostLine:
                         return answer
                     if self._gone is not None:
                         raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
-                    left = limit.left
+                    left = limit.remaining
                     if left <= 0 or frame.seq in self._spoilt:
                         break
                     self._await_news(left)
@@ -241,7 +247,7 @@ class HostLine:
         """Send an instruction until it is acknowledged; return its sequence number.
 
         Raises:
-            Held: a hold was requested before the acknowledgement.
+            MotionHeld: a hold was requested before the acknowledgement.
             ControllerRefused, ControllerRestarted, LineSilent, LineGone: see errors.
         """
         with self._news:
@@ -257,7 +263,7 @@ class HostLine:
 
         def allowed() -> None:
             if not hold and self._holds != before:
-                raise Held("A stop came first.")
+                raise MotionHeld("A stop came first.")
             if permit is not None:
                 permit()
 
@@ -295,10 +301,28 @@ class HostLine:
         limit = Limit(self._clock, wait_s)
         with self._news:
             while seq not in self._ends:
-                left = limit.left
+                left = limit.remaining
                 if left <= 0:
                     return None
                 if self._gone is not None:
                     raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
                 self._await_news(left)
             return self._ends[seq]
+
+
+def spell(frame: Frame) -> str:
+    """Return a frame of a known id as text; impossible numbers are left out."""
+    names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
+    name = names(frame.id).name
+    with contextlib.suppress(ValueError):
+        if frame.id == Instruction.MOVE_XYZ:
+            x, y, z = wire.numbers(frame)
+            return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
+        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
+            return f"{name} #{frame.seq} {wire.numbers(frame)[0]:.3f}"
+        if frame.id == Reply.STATE:
+            state = wire.unpack_state(frame.payload)
+            return f"{name} #{frame.seq} {state.mode.name} boot={state.boot}"
+        if frame.id == Reply.NAK:
+            return f"{name} #{frame.seq} {Error(wire.unpack_nak(frame.payload)[1]).name}"
+    return f"{name} #{frame.seq}"

@@ -75,7 +75,7 @@ ERROR_TEXT = {
 
 
 class Mode(IntEnum):
-    """What the controller is doing."""
+    """The activity of the controller."""
 
     IDLE = 0
     MOVING = 1

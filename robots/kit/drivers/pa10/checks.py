@@ -1,43 +1,24 @@
-"""Checks a command of the museum arm before anything is sent; pure functions."""
+"""Checks and previews of a command of the museum arm before anything is sent; pure functions."""
 
-from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
-from robots.kit.arms.chain import Joints
-from robots.kit.arms.described import boxes, chain, posture
-from robots.kit.arms.planner import Refused
-from robots.kit.arms.pose import Six, matrix
-from robots.kit.arms.zones import Box
-from robots.kit.contract.errors import BadRequest, OutOfWorkspace
+from robots.kit.arms.commands import TARGETS, check_target, motion_of, motion_planner
+from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.preview import foresee as foresee_motions
+from robots.kit.contract.capabilities import Foreseen
+from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
-from robots.kit.contract.values import known, number, within
-from robots.kit.description import load
-from robots.kit.drivers.pa10.courses import Courses
+from robots.kit.contract.values import known_command, within
+from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S
 from robots.kit.drivers.pa10.protocol import Malformed, Request
 from robots.kit.drivers.pa10.protocol import program as parse_program
-from robots.kit.drivers.pa10.spec import PLACE
-from robots.kit.drivers.pa10.units import joint_request, pose_request
-
-PLACES = ("pose", "line", "joints")  # commands that name a position
+from robots.kit.drivers.pa10.units import motion_request, step_of
 
 
-def added_boxes(settings: dict[str, Any]) -> tuple[Box, ...]:
-    """Return the forbidden boxes that staff have added to the arm's own (m)."""
-    return boxes({"box": settings.get("boxes", ())})
-
-
-@lru_cache(16)
-def _courses(extra: tuple[Box, ...]) -> Courses:
-    """Return a planner among the arm's own boxes and these; cached, because creating one is slow."""
-    return Courses(extra)
-
-
-def courses(settings: dict[str, Any]) -> Courses:
+def planner_for(settings: dict[str, Any]) -> MotionPlanner:
     """Return the planner for the arm with these settings."""
-    return _courses(added_boxes(settings))
+    return motion_planner("pa10", LONGEST_PROGRAM_S, settings)
 
 
 def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: RobotState | None) -> None:
@@ -50,22 +31,21 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
     bounded(kind, args)
     if kind == "program":
         steps_of(args)
-    if kind in PLACES:
-        planner = courses(settings).planner
-        try:
-            if kind == "joints":
-                planner.stand(np.array([number(args, name) for name in chain("pa10").names]))
-            else:
-                near = np.array(state.joints[:-1]) if state else posture(load("pa10"), "ready")
-                planner.stand(planner.reach(matrix(_six(args)), near))
-        except Refused as error:
-            raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error
+    if kind in TARGETS:
+        check_target(planner_for(settings), kind, args, state)
 
 
 def bounded(kind: str, args: dict[str, Any]) -> None:
     """Refuse unknown kinds and values outside their range; the planner names joint limits."""
-    command = known(spec_of("pa10"), kind, args)
+    command = known_command(spec_of("pa10"), kind, args)
     within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
+
+
+def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any]) -> Foreseen:
+    """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
+    bounded(kind, args)
+    program = [step_of(request) for request in steps_of(args)] if kind == "program" else None
+    return foresee_motions(planner_for(settings), kind, args, joints, program)
 
 
 def steps_of(args: dict[str, Any]) -> list[Request]:
@@ -83,17 +63,6 @@ def steps_of(args: dict[str, Any]) -> list[Request]:
     return steps
 
 
-def _six(args: dict[str, Any]) -> Six:
-    x, y, z, roll, pitch, yaw = (number(args, name) for name in PLACE)
-    return x, y, z, roll, pitch, yaw
-
-
 def request_of(kind: str, args: dict[str, Any]) -> Request:
     """Return the controller's request for a command that leads to a position."""
-    scale = number(args, "speed") if "speed" in args else None
-    if kind in ("pose", "line"):
-        return pose_request("k" if kind == "pose" else "l", _six(args), scale)
-    if kind == "joints":
-        return joint_request("j", tuple(number(args, name) for name in chain("pa10").names), scale)
-    target: Joints = posture(load("pa10"), kind)
-    return joint_request("j", tuple(target), scale)
+    return motion_request(motion_of("pa10", kind, args))

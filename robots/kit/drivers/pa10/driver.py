@@ -6,19 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from robots.kit.arms.boxes import added_boxes
 from robots.kit.arms.chain import Joints
+from robots.kit.arms.commands import PLACE
 from robots.kit.arms.described import chain, posture
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import TIMER, Limit, Timer
-from robots.kit.contract.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
+from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
 from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
-from robots.kit.drivers.pa10.checks import added_boxes, check, courses, request_of, steps_of
+from robots.kit.drivers.pa10.checks import check, planner_for, request_of, steps_of
 from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.kit.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.kit.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
-from robots.kit.drivers.pa10.spec import PLACE
 from robots.kit.drivers.pa10.units import joint_request
 from robots.kit.drivers.permits import until_held
 from robots.kit.drivers.stream import open_stream
@@ -68,7 +69,7 @@ class Driver(Session):
 
     def connect(self) -> RobotState:
         """Open the line and ask for the state."""
-        courses(self.settings)  # the planner is created before the first command, because that is slow
+        planner_for(self.settings)  # the planner is created before the first command, because that is slow
         self._open()
         return self.state()
 
@@ -144,7 +145,7 @@ class Driver(Session):
         if state.fault:
             raise HardwareFault(state.fault)
         if (request.letter in MOTIONS and arm.end == End.HELD) or (request.letter == "p" and arm.note):
-            raise Held(" ".join(("The motion was stopped on its way.", *_sentence(arm.note))))
+            raise MotionHeld(" ".join(("The motion was stopped on its way.", *_sentence(arm.note))))
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
 

@@ -163,7 +163,7 @@ class ArmLine:
         while b"\n" not in self._rest:
             if len(self._rest) > LONGEST_ANSWER:
                 raise ConnectionResetError("the controller's answer has no end")
-            left = limit.left  # asked once: a negative one would wait for ever
+            left = limit.remaining  # asked once: a negative one would wait for ever
             if left <= 0:
                 raise TimeoutError
             data = line.receive(4096, left)

@@ -35,7 +35,7 @@ class Mode(StrEnum):
 
 
 class End(StrEnum):
-    """How the newest motion ended."""
+    """The end of the newest motion."""
 
     NONE = "none"
     DONE = "done"
@@ -176,7 +176,7 @@ class ArmState:
 
 
 def _within(text: str, most: float) -> float:
-    """Return a number of a controller's answer. Raises ValueError where it is none, not finite, or beyond belief."""
+    """Return a number of a controller's answer. Raises ValueError where it is none, not finite, or too large."""
     if not NUMERAL.fullmatch(text) or not -most <= float(text) <= most:
         raise ValueError(f"{text[:20]} cannot be meant")
     return float(text)
@@ -194,7 +194,7 @@ def _list(values: tuple[float, ...], convert: Callable[[float], float], digits: 
 
 
 def lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a program that say something, with their numbers and without comments.
+    """Yield the lines of a program that are not empty, with their numbers and without comments.
 
     A line ends at a line feed alone, as on the page (console/program_text.ts).
     """
@@ -204,7 +204,7 @@ def lines(text: str) -> Iterator[tuple[int, str]]:
 
 
 def program(text: str) -> list[Request]:
-    """Return a program's steps with repetitions expanded, at most 500, of at most 500 lines that say something.
+    """Return a program's steps with repetitions expanded, at most 500, of at most 500 lines that are not empty.
 
     Raises:
         Malformed: names the line.

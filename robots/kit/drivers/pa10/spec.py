@@ -1,8 +1,9 @@
 """The spec of the museum arm; readable without its driver."""
 
+from robots.kit.arms.boxes import MORE_BOXES
 from robots.kit.arms.described import chain
-from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs, Reset, Setting
-from robots.kit.contract.channels import Pose, Scale
+from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs, Reset
+from robots.kit.contract.channels import IN_SPACE, Pose, Scale
 from robots.kit.contract.spec import Argument, CommandKind, Spec
 from robots.kit.description import load
 from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
@@ -13,12 +14,7 @@ HERE = "robots.kit.drivers.pa10"
 JOG_LONGEST_S = 20.0
 GRIPPER = "gripper"  # the last joint of the state: the opening of each finger, m
 FINE, COARSE = 1.2e-5, 3e-5  # rad; together at most 0.03 mm at the tool
-PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
-
-MORE_BOXES = Setting(
-    "boxes", "Forbidden boxes", kind="list", check=f"{HERE}.boxes:checked", editor="boxes", shown=True,
-    help="Beside the arm's own, in its base's frame: name, two corners in m.",
-)  # fmt: skip
+PLACE = IN_SPACE.coordinates
 
 
 def spec() -> Spec:
@@ -57,7 +53,7 @@ def spec() -> Spec:
             ArmModel(),
             Reset(),
             Check(f"{HERE}.checks:check"),
-            Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),
+            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for"),
             Programs("program", "the lines of the arm's own wire"),
             stills(description["camera"]),
             MORE_BOXES,

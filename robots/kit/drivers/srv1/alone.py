@@ -1,18 +1,17 @@
 """The permit by which the rover drives on where its line is lost: renewed on the way, it ends before the grant does.
 
-Only the firmware's patrol can go on by itself. What the driver leads (to a place, in place, by hand) rests as soon as
-the rover is not told to move any more.
+Only the firmware's patrol can go on by itself. Motions that the driver leads (to a place, in place, by hand) end as
+soon as it sends no velocity any more.
 """
 
 from collections.abc import Callable
-from math import inf
+from math import cos, inf, remainder, sin, tau
 
 from robots.kit.clock import Timer
 from robots.kit.contract.session import Permit
 from robots.kit.description import load
 from robots.kit.drivers.srv1 import extension
 from robots.kit.drivers.srv1.answers import Status
-from robots.kit.drivers.srv1.areas import Area, Pose, area_of, will_be_inside
 from robots.kit.drivers.srv1.line import RoverLine
 
 MARGIN_S = 1.0  # before the end of the grant; the rover brakes in it
@@ -21,6 +20,10 @@ LOST_S = 0.25  # without an answer for so long it is lost
 AGAIN_SHARE = 0.1  # of a permit has passed when it is renewed
 SAME_S = 0.05
 NOWHERE = (0.0, 0.0, 0.0, 0.0)
+SMALLEST_M = 0.5  # of half an area's side
+AHEAD_M = 0.3  # this near to the edge of its area the rover gets no permit, so that a late message stops nothing
+Area = tuple[float, float, float, float]  # x0, y0, x1, y1 in m, by the rover's odometry
+Pose = tuple[float, float, float]  # m, m, rad
 
 
 class Alone:
@@ -35,7 +38,7 @@ class Alone:
         self._until = -inf  # at the latest the permit ends then, by this clock
 
     @property
-    def left(self) -> float:
+    def remaining_s(self) -> float:
         """Return for how many seconds more the rover may drive without a word; 0 if it may not."""
         return max(0.0, self._until - self._clock.monotonic())
 
@@ -63,9 +66,37 @@ class Alone:
             self._say(status.uptime_ms + round(1000 * seconds), area, permit)
             self._until = until
 
-    def ended(self) -> None:
-        """Note that the rover has said that it rests, and has no permit."""
+    def note_end(self) -> None:
+        """Record that the rover has answered that it rests, and has no permit."""
         self._until = -inf
 
     def _say(self, until_ms: int, area: Area, permit: Permit) -> None:
         self._line.ask(extension.Permit(self._line.epoch, until_ms, self._speed, area), LOST_S, permit)
+
+
+def area_of(hall: tuple[float, float], status: Status, pose: Pose, spread: float) -> Area | None:
+    """Return the largest area inside the hall (width, depth), in the coordinates of the odometry; None if it is small.
+
+    It keeps the spread from the walls. The odometry's axes may be turned against the hall's, and an area has sides
+    along its axes, so it is smaller the more they are turned.
+    """
+    wide, deep = (side / 2 - spread for side in hall)
+    turn = remainder(pose[2] - status.heading, tau)
+    c, s = abs(cos(turn)), abs(sin(turn))
+    if min(wide, deep) < SMALLEST_M:
+        return None
+    share = min(wide / (c * wide + s * deep), deep / (s * wide + c * deep))
+    dx, dy = hall[0] / 2 - pose[0], hall[1] / 2 - pose[1]
+    x, y = status.x + dx * cos(turn) + dy * sin(turn), status.y - dx * sin(turn) + dy * cos(turn)
+    return x - share * wide, y - share * deep, x + share * wide, y + share * deep
+
+
+def will_be_inside(area: Area, status: Status) -> bool:
+    """Tell whether the rover is inside the area, and will be a moment later if it drives on."""
+    x0, y0, x1, y1 = area
+    ahead = AHEAD_M if status.mode == "patrol" else 0.0
+    ways = (0.0, ahead)
+    return all(
+        x0 <= status.x + way * cos(status.heading) <= x1 and y0 <= status.y + way * sin(status.heading) <= y1
+        for way in ways
+    )

@@ -1,11 +1,11 @@
-"""What the rover answers to our commands behind `%`: its status, an acknowledgement, a refusal, its journal."""
+"""Answers of the rover to our commands behind `%`: its status, an acknowledgement, a refusal, its journal."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
 from robots.kit.drivers.srv1 import bounds
-from robots.kit.drivers.srv1.bounds import Bounds, numbers, written
+from robots.kit.drivers.srv1.bounds import Bounds, encode_numbers, numbers
 from robots.kit.drivers.srv1.extension import COMMANDS, Ask, Claim, Hold, Journal, Patrol, Velocity
 from robots.kit.drivers.srv1.framing import ANSWER, LONGEST_ANSWER, Frame
 from robots.kit.drivers.srv1.journal import Entries
@@ -19,13 +19,13 @@ REFUSED = "!"
 
 @dataclass(frozen=True)
 class Status:
-    """What it says of itself. Coordinates (m, rad) are those of its odometry, which begins at `hall.home`.
+    """The status of the rover. Coordinates (m, rad) are those of its odometry, which begins at `hall.home`.
 
     `motion` is the newest motion's number, `end` how it ended. `temperature` is in degrees Celsius, `humidity` and
     `light` are shares. `dead_encoders` is 0, 1 for the left, 2 for the right, 3 for both: those that count nothing
     while their side is driven. `rules` is the CRC of the set in force, 0 for the one that it was made with. `permit_ms`
     is what is left of its permit, `journal` the number of its newest entry, `uptime_ms` the time since its start.
-    `asked` is the letter of the command that this answers. `beacon`: range (m) and bearing (rad, from the hall's x axis
+    `letter` is that of the command that this answers. `beacon`: range (m) and bearing (rad, from the hall's x axis
     to the left) of the rover from the tower; None where that is not heard, or the rover has no receiver for it.
     """
 
@@ -53,7 +53,7 @@ class Status:
     permit_ms: int
     journal: int
     uptime_ms: int
-    asked: str = Ask.letter
+    letter: str = Ask.letter
     beacon: tuple[float, float] | None = None
 
     def encode(self) -> Frame:
@@ -71,7 +71,7 @@ class Status:
         if self.beacon is not None:
             all_limits += BEACON
             values += [min(max(round(v * 1000), b.low), b.high) for v, b in zip(self.beacon, BEACON, strict=True)]
-        return Frame(self.asked, written(values, all_limits))
+        return Frame(self.letter, encode_numbers(values, all_limits))
 
     @classmethod
     def decode(cls, frame: Frame) -> "Status":
@@ -87,7 +87,7 @@ class Status:
             else:
                 said[name] = round(value * unit, 3)
         beacon = (read[-2] / 1000, read[-1] / 1000) if heard else None
-        return cls(**said, asked=frame.letter, beacon=beacon)
+        return cls(**said, letter=frame.letter, beacon=beacon)
 
 
 _FIELDS: tuple[tuple[str, float | tuple[str, ...] | None, Bounds], ...] = (
@@ -119,16 +119,16 @@ _FIELDS: tuple[tuple[str, float | tuple[str, ...] | None, Bounds], ...] = (
 
 
 @dataclass(frozen=True)
-class Done:
+class Acknowledgement:
     """A command was done: its letter, the newest motion's number, and the time since the start (ms)."""
 
-    asked: str
+    letter: str
     motion: int
     uptime_ms: int
 
     def encode(self) -> Frame:
         """Return the frame. Raises Malformed."""
-        return Frame(self.asked, written((self.motion, self.uptime_ms), (bounds.NUMBER, bounds.UPTIME_MS)))
+        return Frame(self.letter, encode_numbers((self.motion, self.uptime_ms), (bounds.NUMBER, bounds.UPTIME_MS)))
 
 
 class Reason(StrEnum):
@@ -143,18 +143,18 @@ class Reason(StrEnum):
 
 
 @dataclass(frozen=True)
-class Refused:
+class Refusal:
     """A command was not done."""
 
-    asked: str
+    letter: str
     reason: Reason
 
     def encode(self) -> Frame:
         """Return the frame. Raises Malformed."""
-        return Frame(self.asked, REFUSED + self.reason)
+        return Frame(self.letter, REFUSED + self.reason)
 
 
-Answer = Status | Done | Refused | Entries
+Answer = Status | Acknowledgement | Refusal | Entries
 STATUSES = tuple(kind.letter for kind in (Ask, Claim, Hold, Velocity, Patrol))
 
 
@@ -169,11 +169,11 @@ def decode(frame: Frame) -> Answer:
         raise Malformed(f"there is no answer to {frame.letter!r}")
     if frame.payload.startswith(REFUSED):
         try:
-            return Refused(frame.letter, Reason(frame.payload[1:]))
+            return Refusal(frame.letter, Reason(frame.payload[1:]))
         except ValueError as error:
             raise Malformed(f"{frame.payload[:40]!r} is no reason") from error
     if frame.letter in STATUSES:
         return Status.decode(frame)
     if frame.letter == Journal.letter:
         return Entries.decode(frame.payload)
-    return Done(frame.letter, *numbers(frame.payload, (bounds.NUMBER, bounds.UPTIME_MS)))
+    return Acknowledgement(frame.letter, *numbers(frame.payload, (bounds.NUMBER, bounds.UPTIME_MS)))

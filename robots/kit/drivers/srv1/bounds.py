@@ -39,7 +39,7 @@ def _bounded(value: int, bounds: Bounds) -> int:
     return value
 
 
-def written(values: Sequence[int], bounds: Sequence[Bounds]) -> str:
+def encode_numbers(values: Sequence[int], bounds: Sequence[Bounds]) -> str:
     """Return numbers as text. Raises Malformed for one outside its bounds."""
     return ",".join(str(_bounded(value, limits)) for value, limits in zip(values, bounds, strict=True))
 

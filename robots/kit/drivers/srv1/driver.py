@@ -19,7 +19,7 @@ from robots.kit.drivers.srv1.refusals import StockFirmware
 from robots.kit.drivers.srv1.sending import put_in_force
 from robots.kit.drivers.srv1.spec import SLICE_S
 from robots.kit.drivers.srv1.stock import StockRover
-from robots.kit.drivers.srv1.touring import go_to, noted, tour
+from robots.kit.drivers.srv1.touring import go_to, observer, tour
 from robots.kit.drivers.srv1.unseen import Unseen
 from robots.kit.drivers.srv1.wheels import REST_S, Wheels
 from robots.kit.drivers.stream import open_stream
@@ -110,7 +110,7 @@ class Driver(Session):
             return {"metres": round(motions.patrol(until - self.clock.monotonic(), permit, began, tell), 2)}
 
         def look() -> JSON:
-            locating.find(permit, began, tell, noted(self._pictures, on_stage))
+            locating.find(permit, began, tell, observer(self._pictures, on_stage))
             return {"spread": round(self.wheels.where.spread, 2)}
 
         def mission() -> JSON:

@@ -1,13 +1,24 @@
 """Our commands behind `%`, and their answers, as frames carry them (`framing`). A stock rover is silent to them.
 
 On the wire are whole numbers: mm, mrad, mm/s, mrad/s, mV, tenths of a degree Celsius, thousandths. Each is bounded
-where it is read; what is out of its bounds is `Malformed`.
+where it is read; a number out of its bounds is `Malformed`.
 """
 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robots.kit.drivers.srv1.bounds import CRC, EPOCH, MM, MM_S, MRAD, MRAD_S, NUMBER, UPTIME_MS, numbers, written
+from robots.kit.drivers.srv1.bounds import (
+    CRC,
+    EPOCH,
+    MM,
+    MM_S,
+    MRAD,
+    MRAD_S,
+    NUMBER,
+    UPTIME_MS,
+    encode_numbers,
+    numbers,
+)
 from robots.kit.drivers.srv1.framing import COMMAND, Frame
 from robots.kit.drivers.srv1.protocol import Malformed
 
@@ -25,7 +36,7 @@ def _whole(value: float, unit: float) -> int:
 class Claim:
     """Command it from now on under this epoch; an older one is refused from now on. Answered by `Status`.
 
-    It is forgotten where nobody says anything that counts under it for a minute, and when the power is lost.
+    It ends after a minute without a valid command under it, and when the power is lost.
     """
 
     letter: ClassVar[str] = "c"
@@ -33,7 +44,7 @@ class Claim:
 
     def encode(self) -> Frame:
         """Return the frame. Raises Malformed, as all of these."""
-        return Frame(self.letter, written((self.epoch,), (EPOCH,)))
+        return Frame(self.letter, encode_numbers((self.epoch,), (EPOCH,)))
 
     @classmethod
     def decode(cls, payload: str) -> "Claim":
@@ -57,7 +68,7 @@ class Velocity:
     def encode(self) -> Frame:
         """See `Claim`; speeds are rounded to mm/s and mrad/s."""
         values = (self.epoch, _whole(self.linear, 1e-3), _whole(self.angular, 1e-3), self.stamp)
-        return Frame(self.letter, written(values, (EPOCH, MM_S, MRAD_S, UPTIME_MS)))
+        return Frame(self.letter, encode_numbers(values, (EPOCH, MM_S, MRAD_S, UPTIME_MS)))
 
     @classmethod
     def decode(cls, payload: str) -> "Velocity":
@@ -102,7 +113,8 @@ class Ask:
 
 @dataclass(frozen=True)
 class Permit:
-    """It may drive by itself, without its owner: until then, not faster (m/s), inside `area`. Answered by `Done`.
+    """It may drive by itself, without its owner: until then, not faster (m/s), inside `area`. Answered by
+    `Acknowledgement`.
 
     `until_ms` is by its own `uptime_ms`, so that a permit that comes late ends no later; one whose end is past ends
     the permit that runs. `area`: x0, y0, x1, y1 (m) in the coordinates of its odometry.
@@ -119,7 +131,7 @@ class Permit:
     def encode(self) -> Frame:
         """See `Claim`."""
         scaled = (_whole(v, 1e-3) for v in (self.speed, *self.area))
-        return Frame(self.letter, written((self.epoch, self.until_ms, *scaled), self._bounds))
+        return Frame(self.letter, encode_numbers((self.epoch, self.until_ms, *scaled), self._bounds))
 
     @classmethod
     def decode(cls, payload: str) -> "Permit":
@@ -146,7 +158,7 @@ class Patrol:
     def encode(self) -> Frame:
         """See `Claim`; an angle is rounded to mrad."""
         values = (self.epoch, self.stamp, _whole(self.aside, 1e-3))
-        return Frame(self.letter, written(values, (EPOCH, UPTIME_MS, MRAD)))
+        return Frame(self.letter, encode_numbers(values, (EPOCH, UPTIME_MS, MRAD)))
 
     @classmethod
     def decode(cls, payload: str) -> "Patrol":
@@ -157,7 +169,7 @@ class Patrol:
 
 @dataclass(frozen=True)
 class Activate:
-    """Put the rule set in the flash buffer into force if its text has this CRC. Answered by `Done`."""
+    """Put the rule set in the flash buffer into force if its text has this CRC. Answered by `Acknowledgement`."""
 
     letter: ClassVar[str] = "u"
     epoch: int
@@ -165,7 +177,7 @@ class Activate:
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        return Frame(self.letter, written((self.epoch, self.crc), (EPOCH, CRC)))
+        return Frame(self.letter, encode_numbers((self.epoch, self.crc), (EPOCH, CRC)))
 
     @classmethod
     def decode(cls, payload: str) -> "Activate":
@@ -182,7 +194,7 @@ class Journal:
 
     def encode(self) -> Frame:
         """See `Claim`."""
-        return Frame(self.letter, written((self.since,), (NUMBER,)))
+        return Frame(self.letter, encode_numbers((self.since,), (NUMBER,)))
 
     @classmethod
     def decode(cls, payload: str) -> "Journal":

@@ -1,6 +1,6 @@
 """A text into the rover's flash buffer: `X`, then XMODEM with blocks of 128 bytes and a CRC.
 
-A byte is sent only right after one that nothing but an open `X` says (`C`, ACK, NAK): whatever else reads these bytes
+A byte is sent only right after one that only an open `X` sends (`C`, ACK, NAK), because any other reader of these bytes
 takes letters of the text for commands. Nothing is sent again after silence; the whole may be begun again.
 """
 
@@ -25,7 +25,7 @@ Exchange = Callable[[bytes], bytes]  # sends bytes and returns the next one that
 
 
 class OutOfStep(TimeoutError):
-    """The rover says what no receiver of a block says."""
+    """The rover's answer is none that a receiver of blocks gives."""
 
 
 def blocks(data: bytes) -> list[bytes]:
@@ -44,7 +44,7 @@ def buffer_crc(data: bytes) -> int:
 
 
 def send(data: bytes, exchange: Exchange) -> None:
-    """Send all of it. What the rover says of the count is still to be read. Raises OutOfStep, and what `exchange` does.
+    """Send all of it. The rover's line with the count is still to be read. Raises OutOfStep, and what `exchange` does.
 
     After an error the reception may be open; `END` ends it.
     """

@@ -1,4 +1,4 @@
-"""How the rover follows a straight line, turns, and keeps its distance: pure rules; m, rad, s."""
+"""Rules by which the rover follows a straight line, turns, and keeps its distance. Pure; m, rad, s."""
 
 from math import atan2, cos, hypot, pi, remainder, sin, sqrt
 
@@ -18,8 +18,8 @@ NEAR_GAIN = 1.0  # 1/s: how fast it may be for each metre that is left
 def room_ahead(infrared: float, sonar: float, stop: float, close: float, left: float) -> float:
     """Return how far the rover may drive ahead (m): at `stop` (m) it stands before what infrared sees.
 
-    Beside the ray of infrared the sonar sees what would touch the hull, from `close` (m) on, and black glass. What
-    stands behind the end of the line, which is `left` (m) away, does not count: a place may be nearer to a wall.
+    Beside the ray of infrared the sonar sees things that would touch the hull, from `close` (m) on, and black glass.
+    A thing behind the end of the line, which is `left` (m) away, does not count: a place may be nearer to a wall.
     """
     free = infrared - stop
     if sonar < left:  # of the front, and of the middle: at the end of the line it would touch it

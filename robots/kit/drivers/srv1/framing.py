@@ -19,7 +19,7 @@ _CHECK = 5  # bytes of `*` and the checksum
 
 @dataclass(frozen=True)
 class Frame:
-    """A letter with what is said under it."""
+    """A letter and its payload."""
 
     letter: str
     payload: str = ""
@@ -51,7 +51,7 @@ class Frame:
 
 
 class Frames:
-    """Finds frames among whatever else arrives, with a bounded memory. `start` is COMMAND or ANSWER."""
+    """Finds frames among other bytes, with a bounded memory. `start` is COMMAND or ANSWER."""
 
     def __init__(self, start: bytes) -> None:
         self._start, self._end, self._most = start, _ENDS[start], _MOST[start]

@@ -43,7 +43,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Exhibit:
-    """What stands on the floor or on a column, as round as its `radius` (m)."""
+    """An exhibit on the floor or on a column, as round as its `radius` (m)."""
 
     name: str
     at: Point
@@ -74,7 +74,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Hall:
-    """All of it. `home`: x, y (m) and heading (rad) of the rover at first; `tower`: where the radio tower stands.
+    """The whole hall. `home`: x, y (m) and heading (rad) of the rover at first; `tower`: where the radio tower stands.
 
     `beacon`: whether the tower tells the rover range and bearing.
     """

@@ -1,10 +1,10 @@
-"""The rover's own journal, as answers carry it: what it did and where, also while nobody heard it."""
+"""The rover's own journal, as answers carry it: its actions and places, also while nobody was connected."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 from robots.kit.drivers.srv1 import bounds
-from robots.kit.drivers.srv1.bounds import Bounds, numbers, written
+from robots.kit.drivers.srv1.bounds import Bounds, encode_numbers, numbers
 from robots.kit.drivers.srv1.extension import Journal
 from robots.kit.drivers.srv1.framing import Frame
 from robots.kit.drivers.srv1.protocol import Malformed
@@ -13,7 +13,7 @@ MOST_ENTRIES = 24  # in one answer; fewer, where they are long
 
 
 class Event(StrEnum):
-    """What an entry of the journal tells; `value` is the number of the motion where nothing else is said."""
+    """The kind of a journal entry; `value` is the number of the motion unless the kind says otherwise."""
 
     POWER = "power"  # value: the boot
     MOTION = "motion"
@@ -52,7 +52,7 @@ _ENTRY = (bounds.NUMBER, bounds.UPTIME_MS, Bounds(0, len(EVENTS) - 1), bounds.NU
 
 @dataclass(frozen=True)
 class Entries:
-    """Entries of the journal, oldest first, as many as an answer has room for; what it has forgotten is left out."""
+    """Entries of the journal, oldest first, as many as an answer has room for; the rover forgets the oldest."""
 
     entries: tuple[Entry, ...]
 
@@ -72,4 +72,4 @@ class Entries:
 
 def _written(entry: Entry) -> str:
     where = (min(max(round(1000 * at), bounds.MM.low), bounds.MM.high) for at in (entry.x, entry.y))
-    return written((entry.number, entry.uptime_ms, EVENTS.index(entry.event), entry.value, *where), _ENTRY)
+    return encode_numbers((entry.number, entry.uptime_ms, EVENTS.index(entry.event), entry.value, *where), _ENTRY)

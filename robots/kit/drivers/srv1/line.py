@@ -1,4 +1,4 @@
-"""The owner's end of the rover's line: one question, one answer; a hold goes at once, whatever is awaited."""
+"""The owner's end of the rover's line: one question, one answer; a hold is sent at once, even in between."""
 
 import contextlib
 from collections import deque
@@ -9,7 +9,7 @@ from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.contract.errors import LineGone, LineSilent, why
 from robots.kit.contract.session import Permit, Trace
 from robots.kit.drivers.srv1 import answers, extension, flash
-from robots.kit.drivers.srv1.answers import Answer, Refused, Status
+from robots.kit.drivers.srv1.answers import Answer, Refusal, Status
 from robots.kit.drivers.srv1.framing import ANSWER, Frames
 from robots.kit.drivers.srv1.protocol import (
     CHECKSUM,
@@ -136,7 +136,7 @@ class RoverLine:
         self._rest.clear()
 
     def hold(self) -> None:
-        """Send a hold at once, in whatever is under way. That it was heard is told by the status.
+        """Send a hold at once, also within an exchange. The status tells whether it arrived.
 
         Raises:
             LineGone: it could not be sent.
@@ -166,12 +166,12 @@ class RoverLine:
                 try:
                     answer = self._answer_to(command.letter, limit)
                     if isinstance(answer, Status):
-                        self._took.append(seconds - limit.left)
+                        self._took.append(seconds - limit.remaining)
                     break
                 except Overtaken:
                     if not isinstance(command, extension.Ask):  # a question may be asked again, and nothing else
                         raise
-        if isinstance(answer, Refused):
+        if isinstance(answer, Refusal):
             raise refusal(answer.reason)
         return answer
 
@@ -242,7 +242,7 @@ class RoverLine:
             self._open_line().write(piece)
         if piece:
             self._noted(">", piece, f"{len(piece)} bytes of an upload")
-        self._until(lambda: len(self._rest), Limit(self._clock, min(BLOCK_S, limit.left)))
+        self._until(lambda: len(self._rest), Limit(self._clock, min(BLOCK_S, limit.remaining)))
         said = bytes(self._rest[:1])
         del self._rest[:1]
         return said
@@ -260,9 +260,9 @@ class RoverLine:
             if self._held:
                 raise Overtaken
             with contextlib.suppress(TimeoutError):
-                self._more(Limit(self._clock, min(LOOK_S, limit.left)))
+                self._more(Limit(self._clock, min(LOOK_S, limit.remaining)))
                 continue
-            if limit.left <= 0:
+            if limit.remaining <= 0:
                 raise TimeoutError
 
     def _taken(self, limit: Limit) -> bytes:
@@ -359,7 +359,7 @@ class RoverLine:
 
     def _more(self, limit: Limit) -> int:
         """Wait for more bytes; return how many came. Raises TimeoutError, OSError."""
-        left = limit.left
+        left = limit.remaining
         if left <= 0:
             raise TimeoutError
         data = self._open_line().read(65_536, left)

@@ -53,7 +53,7 @@ class Locating:
         beacon = beacon_of(self._tower, heard) if self._tower is not None else None
         estimate = locate(self._belief(readings[-1]), scan, beacon).estimate
         if estimate.is_known:
-            self._wheels.where.found(estimate.pose, estimate.spread, readings[-1])
+            self._wheels.where.take_scan(estimate.pose, estimate.spread, readings[-1])
         return estimate
 
     def _belief(self, status: Status) -> Belief:

@@ -1,4 +1,4 @@
-"""Missions: what the rover is sent to do, a step a line, parsed, written and foreseen. Pure; m, s, degrees in the text.
+"""Missions of the rover, a step a line: parsed, written and foreseen. Pure; m, s, degrees in the text.
 
 go South
 go 4.5 4.0
@@ -65,7 +65,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Leg:
-    """What a step does: the poses at its corners (m, rad), how long it lasts as usual, and how long at least (s)."""
+    """The motion of a step: the poses at its corners (m, rad), and its usual and its least duration (s)."""
 
     step: int
     poses: tuple[Pose, ...]
@@ -161,7 +161,7 @@ def write(steps: Sequence[Step]) -> str:
 
 
 def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterator[Leg]:
-    """Yield what each step does, from `here` (m, rad) on. Where a patrol ends is not known: the next way begins there.
+    """Yield the leg of each step, from `here` (m, rad) on. Where a patrol ends is not known: the next way begins there.
 
     Raises:
         OutOfWorkspace: a step cannot be done; the sentence names it.
@@ -210,7 +210,7 @@ def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:
 
 
 def judge(steps: Sequence[Step], here: Pose, limit_s: float = LIMIT_S) -> tuple[list[Leg], list[Judgement]]:
-    """Return what a mission does from `here` (m, rad), as far as it can run, and everything that is to say of it.
+    """Return the legs of a mission from `here` (m, rad), as far as it can run, and all judgements of its steps.
 
     This is the one verdict: of the page while somebody writes, of the server when it is sent, of the rover before it
     moves.

@@ -4,7 +4,7 @@ from enum import StrEnum
 
 
 class Mode(StrEnum):
-    """What `RobotState.mode` may say."""
+    """The words of `RobotState.mode`."""
 
     RESTING = "resting"
     HAND = "driven by hand"

@@ -1,4 +1,4 @@
-"""What the rover does from rest to rest: by hand, to a place, in place, on patrol. Each ends with a hold."""
+"""Motions of the rover from rest to rest: by hand, to a place, in place, on patrol. Each ends with a hold."""
 
 from collections.abc import Callable
 from math import hypot, remainder, tau
@@ -167,7 +167,7 @@ class Motions:
     def patrol(self, seconds: float, permit: Permit, began: Began, tell: Callable[[str], None]) -> float:
         """Let the rover drive by its rules for so long (s), around the map where its place is known.
 
-        Returns how far it came (m). Where its line is lost it drives on by its permit meanwhile, which `tell` is told.
+        Returns how far it came (m). If its line is lost it drives on by its permit meanwhile, and `tell` is told so.
         """
         until, driven = self._clock.monotonic() + seconds, self.wheels.where.driven
         self._first()
@@ -179,7 +179,7 @@ class Motions:
                 try:
                     self._lead(self._asked(), free)
                 except (LineGone, LineSilent):
-                    if not self.wheels.alone.left:
+                    if not self.wheels.alone.remaining_s:
                         raise
                     tell(UNHEARD.format(self.wheels.alone.rests_within))
                     self.wheels.find_again(free)

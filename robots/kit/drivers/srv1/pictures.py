@@ -15,7 +15,7 @@ class Pictures:
     def __init__(self, line: RoverLine) -> None:
         limits = load("srv1")["line"]
         self._line, self._large_s, self._small_s = line, float(limits["large_s"]), float(limits["small_s"])
-        self.missed = 0  # that were asked for and did not come
+        self.missed_count = 0  # that were asked for and did not come
 
     @property
     def size(self) -> Size | None:
@@ -36,5 +36,5 @@ class Pictures:
             taken = self._line.picture(seconds)
         except HardwareFault:
             pass
-        self.missed += taken is None
+        self.missed_count += taken is None
         return taken

@@ -1,7 +1,7 @@
 """The SRV-1's published letters, for driver and simulator alike: commands out, answers in.
 
 The Surveyor SRV-1 Blackfin's protocol document and its firmware of March 2011 differ in small ways ("##Ping" and
-"##ping", "##A" and "##$A"); what decodes an answer understands both. Speeds of the motors are per cent, signed bytes.
+"##ping", "##A" and "##$A"); the decoders understand both. Speeds of the motors are per cent, signed bytes.
 """
 
 import re
@@ -29,7 +29,7 @@ METRES_A_PING = 0.0254 / 100  # the sonar counts hundredths of an inch
 
 
 class Malformed(ValueError):
-    """What is no message of this protocol, with a sentence that says why."""
+    """The bytes are no message of this protocol; the sentence says why."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def confirms(command: bytes) -> Callable[[bytes], bool | None]:
 
 @dataclass(frozen=True)
 class PictureHeader:
-    """What stands before the bytes of a JPEG: its size code and its length (bytes)."""
+    """The head before the bytes of a JPEG: its size code and its length (bytes)."""
 
     size: Size
     length: int

@@ -1,4 +1,4 @@
-"""What the rover's line raises beside the errors of the contract, and the sentences of what the rover refuses."""
+"""Errors of the rover's line beside those of the contract, and the sentences for what the rover refuses."""
 
 from robots.kit.contract.errors import ControllerRefused, HardwareFault, LineBusy, LineSilent
 from robots.kit.drivers.srv1.answers import Reason
@@ -17,7 +17,7 @@ class NotNow(ControllerRefused):
 
 
 class Overtaken(TimeoutError):
-    """A hold has come in between: what was asked before it is not answered."""
+    """A hold was sent after the question, which is not answered any more."""
 
 
 class StockFirmware(LineSilent):

@@ -1,4 +1,4 @@
-"""The rule sets that this rover is sent: which readings they may use, and how it brakes."""
+"""Rule sets for this rover: the readings that they may use, and its braking."""
 
 from binascii import crc_hqx
 from functools import cache, lru_cache
@@ -67,11 +67,11 @@ def crc_of(text: str) -> int:
 def number_of(text: str) -> int:
     """Return what the channel `rules` shows while that set is in force; -1, which it never shows, of no rule set."""
     try:
-        return shown(crc_of(text))
+        return channel_value(crc_of(text))
     except ValueError:  # an earlier version may have taken it
         return -1
 
 
-def shown(crc: int) -> int:
+def channel_value(crc: int) -> int:
     """Return what the channel `rules` shows for the set in force: 0 for the paper's, also where it was sent."""
     return 0 if crc == crc_of(paper()) else crc

@@ -1,4 +1,4 @@
-"""What the counts of the rover's analogue channels mean; the electronics are ours, as the paper names only the sensors.
+"""Conversions of the rover's analogue counts; the electronics are ours, as the paper names only the sensors.
 
 Counts are 0 to 1023. Infrared is a triangulation sensor, whose voltage falls with the distance; the others are linear.
 """
@@ -11,7 +11,7 @@ COLDEST, WARMEST = -20.0, 80.0  # degrees Celsius at 0 and at FULL
 
 
 class Channel(IntEnum):
-    """Where the sensors are connected."""
+    """The channels to which the sensors are connected."""
 
     INFRARED = 1
     TEMPERATURE = 2

@@ -74,7 +74,7 @@ def spec() -> Spec:
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.kit.drivers.srv1.checks:check"), STATISTICS,
-            Programs("mission", "mission"), Preview("robots.kit.drivers.srv1.preview:foresee"),
+            Programs("mission", "mission"), Preview("robots.kit.drivers.srv1.checks:foresee"),
             FloorPlan("robots.kit.drivers.srv1.floor:plan"), JobMovies(("go",)), PrivacyMasks(),
             Setting(
                 "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],

@@ -39,7 +39,7 @@ class StockRover:
         self.holds = 0
 
     def connect(self) -> RobotState:
-        """Tell it to stop, whatever another client has left running, and ask. Raises LineGone, LineSilent.
+        """Tell it to stop, because another client may have left it running, and ask. Raises LineGone, LineSilent.
 
         `5` alone does that: what it does not end (before the first `M` since a reset) does not run either.
         """

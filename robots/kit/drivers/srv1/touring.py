@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from robots.kit.contract.errors import GaveUp, RobotError
-from robots.kit.contract.session import JSON, Noted, OnStage, Permit, Progress
+from robots.kit.contract.session import JSON, Observation, OnStage, Permit, Progress
 from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.locating import Locating, Looked
 from robots.kit.drivers.srv1.missions import Step, parse
@@ -16,19 +16,19 @@ from robots.kit.rovers.grid import TURNS
 READINGS = ("temperature", "humidity", "light", "presence", "infrared", "sonar")
 
 
-def noted(pictures: Pictures, on_stage: OnStage) -> Looked:
-    """Return what notes each reading of a look around, with a picture where the line carries one.
+def observer(pictures: Pictures, on_stage: OnStage) -> Looked:
+    """Return a function that records each reading of a look around, with a picture where the line carries one.
 
-    After one that did not come the others are left out, so that a camera that is gone costs a moment, not minutes.
+    After one picture that did not come no other is asked for, so that a lost camera costs a moment, not minutes.
     """
-    missed = pictures.missed
+    missed = pictures.missed_count
 
     def looked(number: int, status: Status) -> None:
         if number == 1 and pictures.size is None:
-            on_stage(Noted(f"looks around {NONE}"))
+            on_stage(Observation(f"looks around {NONE}"))
         values = {"compass": compass_deg(status), "infrared": status.infrared, "sonar": status.sonar}
-        wanted = pictures.size is not None and pictures.missed == missed
-        on_stage(Noted(f"look {number} of {TURNS}", values, photograph=wanted))
+        wanted = pictures.size is not None and pictures.missed_count == missed
+        on_stage(Observation(f"look {number} of {TURNS}", values, photograph=wanted))
 
     return looked
 
@@ -39,7 +39,7 @@ def go_to(
 ) -> float:  # fmt: skip
     """Go to a place: look where it is before, and again there, wherever it is not sure (section 7.2).
 
-    What stands in its way may do so because the rover is elsewhere than it believes: then it looks, and tries once
+    An obstacle may be in its way because the rover is elsewhere than it believes: then it looks, and tries once
     more. Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
     """
     if locating.is_unsure:
@@ -98,15 +98,15 @@ def _do(
     elif step.verb == "patrol":
         motions.patrol(step.numbers[0], permit, began, tell)
     elif step.verb == "look":
-        locating.look(permit, began, noted(pictures, on_stage))
+        locating.look(permit, began, observer(pictures, on_stage))
     elif step.verb == "photograph":
         permit()
         given = pictures.size is not None
-        on_stage(Noted("photograph" if given else f"photograph {NONE}", photograph=given))
+        on_stage(Observation("photograph" if given else f"photograph {NONE}", photograph=given))
     elif step.verb == "read":
-        on_stage(Noted("readings", _readings(motions, READINGS)))
+        on_stage(Observation("readings", _readings(motions, READINGS)))
     else:
-        on_stage(Noted(step.words))
+        on_stage(Observation(step.words))
 
 
 def _named(step: Step) -> str:

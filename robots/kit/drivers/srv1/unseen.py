@@ -1,4 +1,4 @@
-"""What the rover did while nobody heard it: read from its journal, and told as a byte stream.
+"""The rover's motions while nobody was connected: read from its journal, and told as a byte stream.
 
 A packet of the stream `unseen` is JSON: `ways`, each a list of [x, y] (m) in the hall, and `events`, each
 [how long ago (ms), the journal's word, x, y]. Both are empty where nothing is known.
@@ -25,14 +25,14 @@ Place = tuple[float, float]
 
 
 class Unseen:
-    """Which entries of the journal were missed, and what they say; `tell` takes packets."""
+    """Reads the entries of the journal that were missed; `tell` takes packets."""
 
     def __init__(self, line: RoverLine, tell: Callable[[bytes], object]) -> None:
         self._line, self._tell = line, tell
         self._last: Status | None = None
         self._since: int | None = None  # the first entry that was missed comes after this one; None: nothing was missed
 
-    def heard(self, status: Status) -> None:
+    def take_status(self, status: Status) -> None:
         """Take each status."""
         last, self._last = self._last, status
         if last is None or last.boot != status.boot:

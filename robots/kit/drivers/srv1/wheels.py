@@ -14,7 +14,7 @@ from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.line import RoverLine
 from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.refusals import NotNow
-from robots.kit.drivers.srv1.rules import shown
+from robots.kit.drivers.srv1.rules import channel_value
 from robots.kit.drivers.srv1.unseen import Unseen
 from robots.kit.drivers.srv1.whereabouts import Whereabouts
 
@@ -60,7 +60,7 @@ class Wheels:
         return state
 
     def _catch_up(self) -> None:
-        """Read what the rover did while it was not heard."""
+        """Read what the rover did while it was not connected."""
         where = self.where
         self._unseen.catch_up((lambda status: where.pose(status)[:2]) if where.is_known else None)
 
@@ -95,7 +95,7 @@ class Wheels:
     def take(self, status: Status) -> RobotState:
         """Keep what a status says, as a state."""
         self.where.take(status)
-        self._unseen.heard(status)
+        self._unseen.take_status(status)
         self.status = status
         said = WORDS[status.mode]
         restarted = status.boot != self._boot
@@ -110,7 +110,7 @@ class Wheels:
                     "infrared": status.infrared, "sonar": status.sonar, "spread": self.where.spread,
                     "driven": self.where.driven, "battery": status.volts, "temperature": status.temperature,
                     "humidity": 100 * status.humidity, "light": 100 * status.light,
-                    "presence": float(status.presence), "rules": float(shown(status.rules)),
+                    "presence": float(status.presence), "rules": float(channel_value(status.rules)),
                     "compass": compass_deg(status),
                 },
             )
@@ -149,7 +149,7 @@ class Wheels:
 
         Raises LineGone after that, ControllerRestarted, and what `permit` raises.
         """
-        while self.alone.left and not self._closed:
+        while self.alone.remaining_s and not self._closed:
             permit()
             with contextlib.suppress(LineGone, LineSilent):
                 status = self.line.open()
@@ -203,7 +203,7 @@ class Wheels:
             state = self.take(status)
             motion = status.motion if motion is None else motion
             if not status.permit_ms and (not state.moving or status.motion != motion):
-                self.alone.ended()
+                self.alone.note_end()
                 return state
             if self.clock.monotonic() > until:
                 raise HardwareFault("The rover did not come to rest after a hold.")

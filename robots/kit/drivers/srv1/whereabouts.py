@@ -1,4 +1,4 @@
-"""Where the rover is in the hall, and how sure that is: by the last grid scan, then by dead reckoning. m, rad.
+"""The rover's place in the hall, and how sure it is: by the last grid scan, then by dead reckoning. m, rad.
 
 It is less sure for each metre and each turn, more so beside what its sides may touch, where wheels slide. Sonar that
 contradicts the map, because somebody carried it off or something was moved, makes it less sure reading by reading.
@@ -34,7 +34,7 @@ LARGEST = 2000  # bytes of what is stored
 
 @dataclass(frozen=True)
 class Anchor:
-    """Where the rover was at a moment: by its odometry since start number `boot`, and in the hall."""
+    """The place of the rover at a moment: by its odometry since start number `boot`, and in the hall."""
 
     boot: int
     odometry: tuple[float, float, float]
@@ -79,7 +79,7 @@ class Whereabouts:
             remainder(status.heading + turn, tau),
         )  # fmt: skip
 
-    def found(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
+    def take_scan(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
         """Take over where a scan has found the rover, as of this status."""
         self._anchor = Anchor(
             status.boot, (status.x, status.y, status.heading), pose, spread, status.motion, status.uptime_ms

@@ -21,7 +21,7 @@ AGREES = 2.0  # standard deviations, within which a place is where the beacon ha
 
 @dataclass(frozen=True)
 class Beacon:
-    """Where the rover is from the tower at `tower` (x, y, m): range (m) and bearing (rad, from +x to the left).
+    """The rover as measured from the tower at `tower` (x, y, m): range (m) and bearing (rad, from +x to the left).
 
     The spreads are standard deviations. It does not tell where the rover looks.
     """

@@ -1,4 +1,4 @@
-"""What the rover believes of where it is: a histogram over x, y and heading, whose sum is 1."""
+"""The rover's belief of its place: a histogram over x, y and heading, whose sum is 1."""
 
 from dataclasses import dataclass, replace
 from math import isfinite, tau

@@ -1,4 +1,4 @@
-"""Where the rover is and how sure that is: by the fits of a scan, or by the tower alone."""
+"""The rover's place and how sure it is: by the fits of a scan, or by the tower alone."""
 
 from dataclasses import dataclass
 from math import inf, isfinite, pi, remainder, tau
@@ -23,7 +23,7 @@ DRAWS = np.random.default_rng(7).standard_normal((256, 2))  # always the same: a
 
 @dataclass(frozen=True)
 class Estimate:
-    """Where the rover is: `pose` (x, y in m, heading in rad), and how sure that is.
+    """The place of the rover: `pose` (x, y in m, heading in rad), and how sure it is.
 
     spread: radius (m) around the pose in which it is with 95 %; heading_spread: the same as an angle (rad); share: of
     the belief that is near the pose (0 to 1); agree: share of the sonar's readings that the map explains there.
@@ -72,7 +72,7 @@ def by_fits(found: Fits, belief: Belief) -> Estimate:
 
 
 def by_beacon(beacon: Beacon, heading: float, heading_spread: float) -> Estimate:
-    """Return where the rover is by the tower alone, whatever stands in the hall.
+    """Return where the rover is by the tower alone, without the map of the hall.
 
     heading: by the compass (rad), with its standard deviation. Raises ValueError for numbers that are none.
     """

@@ -1,4 +1,4 @@
-"""The map cut into grid cells: what the sonar would read in each of them, for each heading, computed once."""
+"""The map in grid cells: the expected reading of the sonar in each of them, for each heading, computed once."""
 
 from dataclasses import dataclass
 from math import tau

@@ -1,4 +1,4 @@
-"""A scan in place: what sonar and infrared read in each direction."""
+"""A scan in place: readings of sonar and infrared in each direction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How far a rover has turned: wheels slip and a compass is noisy, but together they tell it much better than alone."""
+"""Angles turned by a rover: wheels slip and a compass is noisy, but together they are much more exact than alone."""
 
 from math import tau
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from robots.kit.contract.errors import BadRequest, GaveUp, Held, LineGone
+from robots.kit.contract.errors import BadRequest, GaveUp, LineGone, MotionHeld
 from robots.kit.contract.session import Outcome, RobotState, Session
 from robots.kit.contract.values import check
 
@@ -51,7 +51,7 @@ class Driver(Session):
         while self.state().moving:
             self.clock.sleep(0.02)
         if self._ask(do="state")["held"]:
-            raise Held("The shuttle was stopped on its way.")
+            raise MotionHeld("The shuttle was stopped on its way.")
         if args.get("x") == LEAF:
             raise GaveUp("A leaf lies on the rail here.")
         return Outcome(args, self.latest())

@@ -6,7 +6,7 @@ import threading
 from itertools import cycle
 from pathlib import Path
 
-from robots.kit.contract.errors import Held, LineGone
+from robots.kit.contract.errors import LineGone, MotionHeld
 from robots.kit.contract.session import Outcome, Progress, RobotState, Session
 from robots.kit.contract.values import check
 
@@ -79,7 +79,7 @@ class Driver(Session):
                 on_stage(Progress(f"at {here.joints[0]:.1f} rad", (here.joints[0] - start) / (angle - start)))
                 self.clock.sleep(0.05)
             if self._ask(do="state")["held"]:
-                raise Held("The turntable was stopped on its way.")
+                raise MotionHeld("The turntable was stopped on its way.")
         return Outcome(args, self.latest())
 
     def hold(self):

@@ -18,7 +18,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="irat brain: %(message)s")
     cv2.setNumThreads(1)
     out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints is no answer
+    os.dup2(2, 1)  # the output of libraries must not look like an answer
     compile_loops()  # before the first answer, without which the robot is not ready
     mind = Mind(Path(sys.argv[1]))
     with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):

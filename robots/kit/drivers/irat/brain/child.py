@@ -24,10 +24,10 @@ class Child(Protocol):
         """Start it. Raises OSError, RuntimeError where the system has no process or no thread left."""
 
     def send(self, message: ToBrain) -> None:
-        """Send a message, without a wait. What cannot be sent is lost."""
+        """Send a message, without a wait; it is lost if it cannot be sent."""
 
-    def said(self) -> Iterator[FromBrain]:
-        """Yield what it says, until it has ended."""
+    def answers(self) -> Iterator[FromBrain]:
+        """Yield its messages, until it has ended."""
 
     def kill(self) -> None:
         """End it at once."""
@@ -74,8 +74,8 @@ class ChildProcess:
         with contextlib.suppress(OSError, ValueError):
             pipe.close()
 
-    def said(self) -> Iterator[FromBrain]:
-        """Yield what it says, until its pipe has ended or holds nonsense."""
+    def answers(self) -> Iterator[FromBrain]:
+        """Yield its messages, until its pipe has ended or holds an invalid one."""
         if self._process is None or self._process.stdout is None:
             return  # it could not be started
         with contextlib.suppress(OSError, ValueError, MsgspecError):

@@ -1,4 +1,4 @@
-"""The map before this one: shown to who wonders where it went, with why and when it was cleared."""
+"""The map before this one, for people who miss it, with the reason and the time of its end."""
 
 import logging
 from pathlib import Path

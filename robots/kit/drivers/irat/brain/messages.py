@@ -1,4 +1,4 @@
-"""What the owner and the brain's process tell each other: msgpack with a length before it, over two pipes.
+"""Messages between the owner and the brain's process: msgpack with a length before it, over two pipes.
 
 Positions on the map in m, angles in rad, left positive; times in s.
 """
@@ -49,9 +49,9 @@ class AimAtDock(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Forget(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Lead nowhere any more; `missed`: a place from where the dock was not seen."""
+    """Lead nowhere any more; `place`: one from where the dock was not seen."""
 
-    missed: int = NONE
+    place: int = NONE
 
 
 class Clear(msgspec.Struct, frozen=True, tag=True, array_like=True):
@@ -81,7 +81,7 @@ class Key(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Guided(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Where to steer on the way to `goal`: bearing and distance of the waypoint; whether it is reached."""
+    """The next waypoint on the way to `goal`: its bearing and distance; whether the goal is reached."""
 
     goal: int
     reached: bool

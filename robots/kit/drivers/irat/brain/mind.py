@@ -18,7 +18,7 @@ from robots.kit.drivers.irat import markers as dock
 from robots.kit.drivers.irat.brain import messages
 from robots.kit.drivers.irat.brain.earlier import EarlierMap
 from robots.kit.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
-from robots.kit.drivers.irat.brain.places import NO_PLACE, MapCleared, chosen
+from robots.kit.drivers.irat.brain.places import NO_PLACE, MapCleared, goal_place
 from robots.kit.drivers.irat.brain.streams import CellStream, MapStream
 from robots.kit.drivers.irat.composites.decoding import MapShown
 from robots.kit.files import replaced
@@ -100,9 +100,9 @@ class Mind:
             case messages.AimAtDock(number, tried):
                 found = self.slam.docks.best(tried)
                 yield Answer(number, NO_PLACE) if found is None else self._to(number, found)
-            case messages.Forget(missed):
+            case messages.Forget(place):
                 self._guide, self.slam.keep = None, frozenset()
-                self.slam.docks.missed(missed)
+                self.slam.docks.forget(place)
             case messages.Clear(number, why):
                 self._earlier.was(self.slam, self._where(), IN_DOCK_M, self._age, why)
                 self._guide, self._age = None, 0.0
@@ -125,11 +125,11 @@ class Mind:
     def _aimed(self, wanted: messages.Aim) -> Answer:
         stands = self.slam.standing(wanted.experience)
         try:
-            return self._to(wanted.number, chosen(self.shown(), wanted.map_number, wanted.x, wanted.y, stands))
+            return self._to(wanted.number, goal_place(self.map_shown(), wanted.map_number, wanted.x, wanted.y, stands))
         except BadRequest as error:
             return Answer(wanted.number, str(error), cleared=isinstance(error, MapCleared))
 
-    def shown(self) -> MapShown:
+    def map_shown(self) -> MapShown:
         """Return the places of the map as goals are judged by them: without links and routes."""
         held, where = self.slam.map, self._where()
         ids, places = held.ids[: held.count].astype(np.int64), held.poses[: held.count, :2]
@@ -184,8 +184,8 @@ class Mind:
         if not find and self._pictures % FIND_EACH:
             return None, None
         seen = self._markers.find(picture)
-        outer = next((m.seen for m in seen if m.number in dock.OUTER_IDS), None)
-        return outer, next((m.seen for m in seen if m.number == dock.SMALL_ID), None)
+        outer = next((m.sighting for m in seen if m.number in dock.OUTER_IDS), None)
+        return outer, next((m.sighting for m in seen if m.number == dock.SMALL_ID), None)
 
     def _guided(self) -> tuple[Guided | None, tuple[int, ...]]:
         look = self._guide.look(self.slam.map) if self._guide and self.slam.map.count else None
@@ -224,7 +224,7 @@ class Mind:
                 return
             ours = self.slam.views  # a copy was saved: the next save writes only what is new since
             if ours.mark == slam.views.mark:
-                ours.stored = slam.views.stored
+                ours.stored_count = slam.views.stored_count
 
 
 def dock_markers() -> Markers:

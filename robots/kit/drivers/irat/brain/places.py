@@ -1,4 +1,4 @@
-"""Which place of the map a goal means: one rule for the portal, at the click, and for the robot's own map."""
+"""The place of the map that a goal means: one rule for the portal, at the click, and for the robot's own map."""
 
 import math
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ class MapCleared(BadRequest):
     code = "map_cleared"
 
 
-def chosen(shown: MapShown, which: int, x: float, y: float, experience: int = NONE) -> int:
+def goal_place(shown: MapShown, which: int, x: float, y: float, experience: int = NONE) -> int:
     """Return the id of the experience that a goal on map number `which` means: its own, else the nearest to x, y (m).
 
     Raises:
@@ -63,7 +63,7 @@ def check(kind: str, args: JSON, packets: Iterable[tuple[bytes, bool]]) -> None:
     if shown is None:
         return  # a map that cannot be read refuses nobody
     wanted = int(number(args, "experience")) if "experience" in args else NONE
-    chosen(shown, int(number(args, "map")), number(args, "x"), number(args, "y"), wanted)
+    goal_place(shown, int(number(args, "map")), number(args, "x"), number(args, "y"), wanted)
 
 
 def shown_by(packets: Iterable[tuple[bytes, bool]]) -> MapShown | None:

@@ -1,6 +1,6 @@
 """The owner's end of the brain: starts its process, feeds it, keeps its newest answer, and starts it again.
 
-The brain never tells a velocity. Whoever drives asks `fresh`, which is empty once it has been silent.
+The brain never tells a velocity. The wheels ask `fresh`, which is empty once the brain has been silent.
 """
 
 import itertools
@@ -73,7 +73,7 @@ class BrainProcess:
     def _keep_running(self) -> None:
         """Read what it says; start it again when it ends."""
         while True:
-            for said in self._child.said():
+            for said in self._child.answers():
                 self._take(said)
             if self._closed:
                 return

@@ -1,4 +1,4 @@
-"""Byte streams of the map and of the pose cells, decoded: what was shown and a packet give what is shown next."""
+"""Byte streams of the map and of the pose cells, decoded: the picture so far and a packet give the next picture."""
 
 import struct
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Draws the map, the pose cells, the camera and a line of words. Pure: what is decoded gives pixels.
+"""Draws the map, the pose cells, the camera and a line of words. Pure: decoded values in, pixels out.
 
 Colours are blue-green-red. Positions on the map are in m, x to the right and y up; headings in rad.
 """
@@ -51,7 +51,7 @@ def blank(width: int, height: int) -> Pixels:
 
 
 def words(part: Pixels, text: str, x: int, y: int, size: float = 0.45, colour: tuple[int, int, int] = INK) -> None:
-    """Write into a picture; what the font does not have is a question mark."""
+    """Write into a picture; a character that the font does not have becomes a question mark."""
     plain = text.encode("ascii", "replace").decode()[:120]
     cv2.putText(part, plain, (x, y), FONT, size, colour, 1, cv2.LINE_AA)
 

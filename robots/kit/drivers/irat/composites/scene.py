@@ -66,7 +66,7 @@ def _put(whole: Pixels, part: Pixels, x: int, y: int) -> None:
 
 
 def status(whole: Pixels, state: RobotState | None) -> None:
-    """Write the first line: who it is, whether it is there, its battery, what it does."""
+    """Write the first line: name, connection, battery and activity of the robot."""
     narrow = whole.shape[1] < NARROW
     words(whole, "iRat", GAP, 20, 0.55, INK)
     if state is None:

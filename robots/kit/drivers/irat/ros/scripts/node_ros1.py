@@ -26,7 +26,7 @@ class IratNode:
         speed, turn = rospy.get_param("~speed", 0.2), rospy.get_param("~turn", 2.5)
         self.rules = Rules(int(time.time()), speed, turn, stamps=rospy.get_time)
         self.base = rospy.Publisher("base/cmd_vel", Twist, queue_size=1)
-        self.told = rospy.Publisher("irat/state", State, queue_size=1)
+        self.state_publisher = rospy.Publisher("irat/state", State, queue_size=1)
         rospy.Subscriber("irat/drive", Drive, self.drive, queue_size=1)
         rospy.Subscriber("irat/odom", Odometry, self.odometry, queue_size=1)
         rospy.Subscriber("irat/charger_current", Float32, self.charger, queue_size=1)
@@ -45,7 +45,7 @@ class IratNode:
                 self.base.publish(twist)
             if time.monotonic() - told >= STATE_S:
                 told = time.monotonic()
-                self.told.publish(fill(State(), self.rules.state()))
+                self.state_publisher.publish(fill(State(), self.rules.state()))
             time.sleep(STEP_S)
 
     def drive(self, message: Any) -> None:

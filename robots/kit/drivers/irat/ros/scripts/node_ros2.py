@@ -31,7 +31,7 @@ class IratNode(Node):
         self.rules = Rules(int(time.time()), speed, turn, stamps=lambda: self.get_clock().now().nanoseconds * 1e-9)
         together, ordered = ReentrantCallbackGroup(), MutuallyExclusiveCallbackGroup()
         self.base = self.create_publisher(Twist, "base/cmd_vel", 1)
-        self.told = self.create_publisher(State, "irat/state", 1)
+        self.state_publisher = self.create_publisher(State, "irat/state", 1)
         self.create_subscription(Drive, "irat/drive", self.drive, 1, callback_group=ordered)
         for kind, topic, heard in (
             (Odometry, "irat/odom", self.odometry), (Float32, "irat/charger_current", self.charger),
@@ -85,7 +85,7 @@ class IratNode(Node):
 
     def tell(self) -> None:
         """Publish the state."""
-        self.told.publish(fill(State(), self.rules.state()))
+        self.state_publisher.publish(fill(State(), self.rules.state()))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Who drives, for how long, and when it rests: the rules of the node, without ROS.
+"""The rules of the node, without ROS: its client, the time for which it may drive, and when it rests.
 
 A node behind rosbridge_server sees no connections, so each velocity bears the epoch of its owner. Runs with Python 3.8
 (ROS 1 Noetic) and later, with the standard library alone. Thread safe, because callbacks of ROS run in several threads.

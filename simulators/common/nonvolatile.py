@@ -1,4 +1,4 @@
-"""What outlives a kill of a simulator: one JSON object with the number of its last start, and what the robot needs.
+"""The state that outlives a kill of a simulator: one JSON object with the number of its last start.
 
 The file is written beside and then replaced, so that readers always see a complete one.
 """
@@ -12,10 +12,10 @@ from robots.kit.clock import WALL, Wall
 from robots.kit.files import replaced
 
 BOOTS = 2**32
-Kept = TypeVar("Kept")
+State = TypeVar("State")
 
 
-def restored(path: Path, read: Callable[[Any], Kept], new: Kept, wall: Wall = WALL) -> tuple[Kept, int]:
+def restored(path: Path, read: Callable[[Any], State], new: State, wall: Wall = WALL) -> tuple[State, int]:
     """Return what `read` makes of the stored object, and the last boot number; `new` and 0 if nothing was stored yet.
 
     If nothing can be read, `new`, and the boot number continues from the time of day in seconds, because no number may

@@ -24,7 +24,7 @@ def _outside(planner: Planner, q: Joints) -> Joints:
     return np.asarray(np.maximum(0.0, np.maximum(limits.low - q, q - limits.high)))
 
 
-class Allowed:
+class PositionGuard:
     """Boxes and ranges for an arm that may already be outside them, and may then only move back."""
 
     def __init__(self, planner: Planner, q: Joints) -> None:
@@ -42,7 +42,7 @@ class Allowed:
         self._looked_at, self._distances = q.copy(), self._planner.zones.distances(q)
         self._way = np.minimum(q - limits.low, limits.high - q) + OFF_RAD  # of each joint, to its least limit
 
-    def left(self, q: Joints) -> str:
+    def violation(self, q: Joints) -> str:
         """Return what is wrong with the arm's present position, empty if nothing is; it may not go back."""
         zones, moved = self._planner.zones, np.abs(q - self._looked_at)
         if (moved < self._way).all() and zones.still_clear(self._distances, moved):

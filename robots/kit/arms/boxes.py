@@ -1,19 +1,33 @@
-"""Forbidden boxes that staff add to the arm's own, checked before they are kept."""
+"""Forbidden boxes that staff add to an arm's own: the setting for its spec, checked before it is stored."""
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from robots.kit.arms.described import boxes
+from robots.kit.contract.capabilities import Setting
 from robots.kit.contract.errors import BadRequest
 
+if TYPE_CHECKING:
+    from robots.kit.arms.zones import Box
+
 MOST_BOXES = 20
+MORE_BOXES = Setting(
+    "boxes", "Forbidden boxes", kind="list", check="robots.kit.arms.boxes:tidy_boxes", editor="boxes", shown=True,
+    help="Beside the arm's own, in its base's frame: name, two corners in m.",
+)  # fmt: skip
 
 
-def checked(found: Any) -> list[dict[str, Any]]:
+def added_boxes(settings: dict[str, Any]) -> "tuple[Box, ...]":
+    """Return the forbidden boxes that staff have added to the arm's own (m)."""
+    return boxes({"box": settings.get("boxes", ())})
+
+
+def tidy_boxes(value: Any) -> list[dict[str, Any]]:
     """Return forbidden boxes with each low corner below its high corner. Raises BadRequest."""
-    if not isinstance(found, list) or len(found) > MOST_BOXES:
+    if not isinstance(value, list) or len(value) > MOST_BOXES:
         raise BadRequest(f"Write a list of at most {MOST_BOXES} boxes.")
     tidy = []
-    for number, box in enumerate(found, 1):
+    for number, box in enumerate(value, 1):
         name = box.get("name") if isinstance(box, dict) else None
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9 -]{1,30}", name):
             raise BadRequest(f"Box {number} needs a name of letters, digits and spaces.")

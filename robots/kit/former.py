@@ -24,6 +24,7 @@ PLACES = {
     "robots.installed": KIT + "installed",
     "robots.messages": KIT + "packets",
     "robots.motion": KIT + "arms",
+    "robots.motion.line": KIT + "arms.straight",
     "robots.opening": KIT + "opening",
     "robots.plain": KIT + "plain",
     "robots.previews": KIT + "previews",

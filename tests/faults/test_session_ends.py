@@ -14,7 +14,7 @@ from django.contrib.sessions.models import Session
 from django.test import Client
 
 from accounts.models import Clearance
-from portal.live import viewing
+from portal.live import presence
 from portal.live.sessions import RAN_OUT_S, session_watch
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
@@ -163,7 +163,7 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
 
 
 def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(web, people, driving, monkeypatch):
-    monkeypatch.setattr(viewing, "OTHERS_S", 0.0)
+    monkeypatch.setattr(presence, "OTHERS_S", 0.0)
     here, phone = Browser(people["ada"]), Browser(people["ada"])
     with here.open(web) as one, phone.open(web) as other:
         for each in (one, other):
@@ -180,7 +180,7 @@ def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(w
 
 
 def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, people, driving, monkeypatch):
-    monkeypatch.setattr(viewing, "OTHERS_S", 3.0)  # how soon it answers is not what is judged
+    monkeypatch.setattr(presence, "OTHERS_S", 3.0)  # how soon it answers is not what is judged
     here, phone = Browser(people["ada"]), Browser(people["ada"])
     with here.open(web) as one, phone.open(web) as other:
         for each in (one, other):
@@ -195,7 +195,7 @@ def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, 
 
 def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, monkeypatch):
     armed, begun, gone, noted = (threading.Event() for _ in range(4))
-    seen, disconnect, session_over = queue.seen, viewing.disconnect, viewing.session_over
+    seen, disconnect, session_over = queue.seen, presence.disconnect, presence.session_over
 
     def seen_late(*args, **kwargs):
         if armed.is_set():
@@ -214,8 +214,8 @@ def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, m
         session_over(*args)
 
     monkeypatch.setattr(queue, "seen", seen_late)
-    monkeypatch.setattr(viewing, "disconnect", disconnect_at_once)
-    monkeypatch.setattr(viewing, "session_over", over_then)
+    monkeypatch.setattr(presence, "disconnect", disconnect_at_once)
+    monkeypatch.setattr(presence, "session_over", over_then)
     here = Browser(people["ada"])
     with here.open(web) as one:
         heard(one, "snapshot")
@@ -229,7 +229,7 @@ def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, m
 
 
 def test_a_session_whose_page_was_closed_keeps_no_turn(web, people, driving, monkeypatch):
-    monkeypatch.setattr(viewing, "OTHERS_S", 0.0)
+    monkeypatch.setattr(presence, "OTHERS_S", 0.0)
     here, phone = Browser(people["ada"]), Browser(people["ada"])
     with here.open(web) as one:
         with phone.open(web) as other:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from portal.live import audience as counting
 from portal.live.audience import Audience, write
-from portal.live.consumers import RobotConsumer
+from portal.live.robot_socket import RobotSocket
 from portal.live.sessions import SESSIONS
 from portal.live.threads import ANYBODY, DRIVERS, EVERYBODY, KNOWN
 from robots import services
@@ -127,7 +127,7 @@ def test_a_socket_is_a_visitor_and_what_it_is_sent_is_counted(robot, redis_serve
     async def visit():
         path, route = f"/ws/robots/{robot.slug}/", {"kwargs": {"slug": robot.slug}}
         scope = {"type": "websocket", "path": path, "url_route": route, "headers": [], "subprotocols": []}
-        socket = ApplicationCommunicator(RobotConsumer.as_asgi(), scope)
+        socket = ApplicationCommunicator(RobotSocket.as_asgi(), scope)
         await socket.send_input({"type": "websocket.connect"})
         assert (await socket.receive_output(10))["type"] == "websocket.accept"
         size = len((await socket.receive_output(10))["text"])

@@ -12,10 +12,11 @@ from typing import Any
 
 from django.db import Error
 
-from portal.live.line import Line
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
 from portal.live.people import current_user, session_key
+from portal.live.role import Role
 from portal.live.sessions import sign_in_of
+from portal.live.socket import Socket
 from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
 from portal.stores import down_text
@@ -32,7 +33,7 @@ MOMENTS_S = (60, 20, 10, 0)
 SIGNED_OUT = 4401
 
 
-class PersonConsumer(Line):
+class PersonSocket(Socket):
     """One page of one person who is signed in."""
 
     wire = PERSON
@@ -42,7 +43,7 @@ class PersonConsumer(Line):
         self._subscriber: Subscriber | None = None
         self._waits, self._seen = False, 0.0
 
-    async def opened(self) -> None:
+    async def open(self) -> None:
         """Find out who it is; the socket closes if nobody is signed in."""
         try:
             user = await self.orm(current_user, self.scope)
@@ -52,13 +53,13 @@ class PersonConsumer(Line):
         if not user.is_authenticated:
             await self.close(SIGNED_OUT)
             return
-        self.me = user.pk
+        self.role = Role(user.pk)
         self.sign(sign_in_of(self.scope, user))
         self._subscriber = Subscriber(user.pk)
         subscriptions().attach(self._subscriber)
         self.begin(self._serve(self._subscriber))
 
-    async def left(self) -> None:
+    async def release(self) -> None:
         """Remove the subscription."""
         if self._subscriber is not None:
             subscriptions().detach(self._subscriber)
@@ -90,7 +91,7 @@ class PersonConsumer(Line):
 
     async def _check_in(self) -> None:
         with contextlib.suppress(Error):
-            await self.orm(still_open, self.me, session_key(self.scope), SYSTEM.now())
+            await self.orm(still_open, self.role.person, session_key(self.scope), SYSTEM.now())
 
     async def refuse(self, error: NotUnderstood) -> None:
         """Say what was wrong with a request."""
@@ -131,7 +132,7 @@ class PersonConsumer(Line):
             shown, queues = seen
             subscriber.has_read(queues)
             states = {one["state"] for one in shown["places"]}
-            self.known = bool(states - {"missed", "ended"})
+            self.role = Role(self.role.person, queued=bool(states - {"missed", "ended"}))
             self._waits = bool(states & {"waiting", "offered"})
             await self.send(json.dumps(shown))
             await asyncio.sleep(LEAST_S)
@@ -142,13 +143,13 @@ class PersonConsumer(Line):
         while True:
             seconds = next_look_s(shown, SYSTEM.now().timestamp() * 1000)
             if not subscriptions().link:
-                seconds = min(seconds, UNLINKED_S if self.known else PULSE_S)
+                seconds = min(seconds, UNLINKED_S if self.role.queued else PULSE_S)
             try:
                 async with asyncio.timeout(seconds):
                     await subscriber.changed.wait()
                 return
             except TimeoutError:
-                if self.known or not subscriptions().link:
+                if self.role.queued or not subscriptions().link:
                     return
             await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
 

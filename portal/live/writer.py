@@ -1,0 +1,112 @@
+"""Writes to one viewer's connection: what waits in the mailbox, each message when all before it were taken."""
+
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Callable
+
+import msgspec
+
+from portal.edge.direct import binary_frame
+from portal.live.hub import hub
+from portal.live.rooms import Viewer
+from portal.live.watchers import watchers_text
+from robots.kit.packets import Changed
+
+UNLINKED_S = 1.0  # between two snapshots while Redis is away
+IDLE_S = 15.0  # a mailbox in which nothing waits is looked into all the same
+
+
+class Writer:
+    """The writer of one viewer; `send` sends a message where the server does not offer the connection.
+
+    It sets `outdated` when a new snapshot is needed.
+    """
+
+    def __init__(self, viewer: Viewer, send: Callable[..., Awaitable[None]], outdated: asyncio.Event) -> None:
+        self._viewer, self._connection, self._send, self._outdated = viewer, viewer.connection, send, outdated
+        self.freed = asyncio.Event()  # set whenever the connection has taken everything
+        self._one_by_one = asyncio.Lock()
+
+    async def run(self) -> None:
+        """Send what waits in the mailbox; while Redis is away, read the database every second."""
+        while True:
+            with contextlib.suppress(TimeoutError):  # wait_for may lose a cancellation
+                async with asyncio.timeout(UNLINKED_S if not hub().link else IDLE_S):
+                    await self._viewer.wake.wait()
+            if not hub().link:
+                self._outdated.set()
+            await self._empty(self._viewer)
+
+    async def _empty(self, viewer: Viewer) -> None:
+        """Send everything in the mailbox, the newest of each kind; pictures of several cameras in turns."""
+        sent = True
+        while sent or viewer.wake.is_set():
+            viewer.wake.clear()  # first, for something may come while this waits
+            await self.wait_until_free()
+            sent = False
+            if viewer.resync:
+                viewer.resync = False
+                self._outdated.set()
+            if viewer.state is not None:
+                state, viewer.state, sent = viewer.state, None, True
+                await self.send_bytes(state)
+            for sound in viewer.take_sounds():
+                sent = True
+                await self.send_bytes(sound)
+            for packet in hub().streams.news(viewer.slug, viewer.told):
+                sent = True
+                await self.send_bytes(packet)
+            while viewer.events:
+                event, sent = viewer.events.popleft(), True
+                if isinstance(event, Changed):
+                    self._outdated.set()
+                else:
+                    await self.send_text(msgspec.json.encode(event).decode())
+            if viewer.counted:
+                viewer.counted, sent = False, True
+                await self.send_text(watchers_text(hub().watchers(viewer.slug)))
+            await self.wait_until_free()
+            if packets := hub().video(viewer):
+                sent = True
+                await self._send_together(packets)
+            if viewer.frames:
+                frame, sent = viewer.frames.pop(next(iter(viewer.frames))), True
+                await self.send_bytes(frame)
+        viewer.emptied()
+
+    async def wait_until_free(self) -> None:
+        """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits.
+
+        Who asks first is first, so that on a slow line pictures do not keep snapshots waiting for ever.
+        """
+        connection = self._connection
+        if connection is None or (connection.free() and not self._one_by_one.locked()):
+            return
+        async with self._one_by_one:
+            while not connection.free() and not connection.gone():
+                self.freed.clear()
+                await self.freed.wait()
+
+    async def send_bytes(self, data: bytes) -> None:
+        """Send a binary message."""
+        await self.wait_until_free()
+        if self._connection is None:
+            await self._send(bytes_data=data)
+        elif not self._connection.gone():
+            self._viewer.write(binary_frame(data))
+
+    async def send_text(self, text: str) -> None:
+        """Send a text message."""
+        await self.wait_until_free()
+        if self._connection is None:
+            await self._send(text)
+        elif not self._connection.gone():
+            self._viewer.write_text(text)
+
+    async def _send_together(self, packets: list[bytes]) -> None:
+        """Send several messages, over a connection in one go: what comes meanwhile waits behind them."""
+        if self._connection is None:
+            for packet in packets:
+                await self._send(bytes_data=packet)
+        elif not self._connection.gone():
+            self._viewer.write(b"".join(map(binary_frame, packets)))

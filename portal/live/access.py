@@ -5,7 +5,7 @@ An access is what differs between everybody's socket and the operator's stream; 
 
 from contextlib import ExitStack
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 from django.conf import settings
 from django.db import Error
@@ -44,48 +44,20 @@ class AccessRefused(Exception):
         self.code = code
 
 
-class Access(Protocol):
-    """The access of one socket. `protocol` is the WebSocket protocol that is spoken; None: any.
+class Access:
+    """Access to everybody's socket, without a code."""
 
-    `pool`: the threads for its queries; None where the person's role says which.
-    """
-
-    protocol: str | None
-    pool: Pool | None
-
-    async def admit(self) -> None:
-        """Check what the socket was opened with. Raises AccessRefused."""
-
-    def enter(self, person: int, stranger: bool, leave: ExitStack) -> None:
-        """Take a place, which `leave` gives back. Raises AccessRefused."""
-
-    def shares_snapshots(self, role: Role) -> bool:
-        """Return whether the public part of a snapshot is read for many sockets at once."""
-
-    def ending(self, role: Role) -> Ending | None:
-        """Return why the socket ends with the snapshot that was sent for this role."""
-
-    def judge(self) -> Ending | None:
-        """Return why the socket has to end though no message said so; runs in a thread."""
-
-    def continues_elsewhere(self, person: int) -> bool:
-        """Return whether the person's page goes on over another socket when this one ends; runs in a thread."""
-
-
-class PublicAccess:
-    """Access to everybody's socket."""
-
-    protocol: str | None = None
-    pool: Pool | None = None
+    protocol: str | None = None  # of WebSocket, that is spoken; None: any
+    pool: Pool | None = None  # the threads for its queries; None: those for the person's role
 
     def __init__(self, slug: str, scope: dict[str, Any]) -> None:
         self._slug = slug
 
     async def admit(self) -> None:
-        """Admit anybody."""
+        """Check what the socket was opened with. Raises AccessRefused."""
 
     def enter(self, person: int, stranger: bool, leave: ExitStack) -> None:
-        """Take a place among strangers, or of the account. Raises AccessRefused."""
+        """Take a place among strangers, or of the account, which `leave` gives back. Raises AccessRefused."""
         if stranger and hub().strangers(self._slug) >= settings.LIMITS["VIEWERS"]:
             drop("found the robot's places taken")
             raise AccessRefused(FULL, FULL_TEXT)
@@ -98,23 +70,23 @@ class PublicAccess:
         leave.callback(accounts().leave, account)
 
     def shares_snapshots(self, role: Role) -> bool:
-        """Return whether the person does not drive: whoever drives waits for nobody else's snapshot."""
+        """Return whether the public part of snapshots is read for many at once; whoever drives waits for nobody."""
         return not role.grant
 
     def ending(self, role: Role) -> Ending | None:
-        """Return None: it ends with no turn."""
+        """Return why the socket ends with the snapshot that was sent for this role."""
         return None
 
     def judge(self) -> Ending | None:
-        """Return None: it ends with no turn."""
+        """Return why the socket has to end though no message said so; runs in a thread."""
         return None
 
     def continues_elsewhere(self, person: int) -> bool:
-        """Return whether the person has just opened the operator's stream."""
+        """Return whether the page of a socket that ends goes on over the operator's stream; runs in a thread."""
         return codes.lately_opened(self._slug, person)
 
 
-class OperatorAccess:
+class OperatorAccess(Access):
     """Access to the operator's stream: opened with a one-time code, it ends with the grant; the page goes on without.
 
     Whoever drives can always open it; codes and the network address are limited. It is the stream of one person.
@@ -124,7 +96,8 @@ class OperatorAccess:
     pool: Pool | None = DRIVERS
 
     def __init__(self, slug: str, scope: dict[str, Any]) -> None:
-        self._slug, self._scope = slug, scope
+        super().__init__(slug, scope)
+        self._scope = scope
         self._grant = 0
 
     async def admit(self) -> None:

@@ -8,7 +8,6 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Callable
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -16,7 +15,7 @@ from django.db import Error
 
 from accounts.services import cleared
 from portal.edge.direct import connection_of
-from portal.live.access import Access, AccessRefused, PublicAccess
+from portal.live.access import Access, AccessRefused
 from portal.live.actions import SIGN_IN, Answer, act
 from portal.live.audience import audience
 from portal.live.controls import HeldControls
@@ -61,9 +60,7 @@ class RobotSocket(Socket):
     slug: str
     viewer: Viewer
 
-    def __init__(
-        self, *args: Any, access: Callable[[str, dict[str, Any]], Access] = PublicAccess, **kwargs: Any
-    ) -> None:  # fmt: skip
+    def __init__(self, *args: Any, access: type[Access] = Access, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._make_access = access
         self._leave = contextlib.ExitStack()
@@ -88,20 +85,17 @@ class RobotSocket(Socket):
         cameras = None
         try:
             await self.access.admit()
-            if not (self.stranger and hub().viewers(self.slug)):  # one more watcher needs nothing from the database
-                self.role, self.controls.kinds, cameras = await self.orm(self.look)
+            try:
+                if not (self.stranger and hub().viewers(self.slug)):  # one more watcher needs nothing from the database
+                    self.role, self.controls.kinds, cameras = await self.orm(self.look)
+            except Error as error:
+                await self.snapshots.report_store_down(error)
+            self.access.enter(self.role.person, self.stranger, self._leave)
         except AccessRefused as refused:
             await self.close(refused.code, str(refused))
             return
         except Robot.DoesNotExist:
             await self.close(NOT_FOUND)
-            return
-        except Error as error:
-            await self.snapshots.report_store_down(error)
-        try:
-            self.access.enter(self.role.person, self.stranger, self._leave)
-        except AccessRefused as refused:
-            await self.close(refused.code, str(refused))
             return
         await self._watch(cameras)
         if self.role.person:
@@ -213,9 +207,7 @@ class RobotSocket(Socket):
 class Requests:
     """The requests of one page: carried out in order, in a thread, each with person, session and turn read again."""
 
-    def __init__(
-        self, socket: Socket, viewer: Viewer, controls: HeldControls, snapshots: SnapshotSender
-    ) -> None:  # fmt: skip
+    def __init__(self, socket: Socket, viewer: Viewer, controls: HeldControls, snapshots: SnapshotSender) -> None:
         self._socket, self._viewer, self._controls, self._snapshots = socket, viewer, controls, snapshots
         self._queue: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
         self._running = False

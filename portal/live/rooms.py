@@ -249,7 +249,10 @@ class Room:
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
         return [
-            *(bus.watched_as(camera, viewer.every_s, bool(viewer.video), viewer.coarse) for camera in viewer.cameras),
+            *(
+                bus.demand_for(camera, viewer.every_s, bool(viewer.video), viewer.coarse).name
+                for camera in viewer.cameras
+            ),
             *["trace"] * viewer.trace,
             *["compact"] * viewer.compact,
             *[bus.SOUND] * viewer.sound,
@@ -325,7 +328,11 @@ class Room:
     def keys(self) -> set[str]:
         """Return what has to be asked for so that everybody's video begins at once."""
         now, filmed = SYSTEM.awake(), [step for step, viewers in self.film.items() if viewers]
-        return {bus.key_of(*step) for step in filmed if not self.videos[step[1]].flows(step[0], now)}
+        return {
+            bus.Demand(camera, video=True, coarse=coarse, key=True).name
+            for camera, coarse in filmed
+            if not self.videos[coarse].flows(camera, now)
+        }
 
     def give_state(self, data: bytes, compact: bool) -> None:
         """Give a new state to everybody who wants them in this form."""

@@ -27,9 +27,7 @@ NOT_FOUND = 4404
 class SnapshotSender:
     """The snapshots of one socket; changes while one is read or sent are told by the next. `outdated` asks for one."""
 
-    def __init__(
-        self, socket: Socket, viewer: Viewer, access: Access, writer: Writer, outdated: asyncio.Event
-    ) -> None:  # fmt: skip
+    def __init__(self, socket: Socket, viewer: Viewer, access: Access, writer: Writer, outdated: asyncio.Event) -> None:
         self._socket, self._viewer, self._access, self._writer = socket, viewer, access, writer
         self._slug, self._outdated = viewer.slug, outdated
         self._retrying = False

@@ -313,7 +313,9 @@ def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
 
 def test_a_request_is_kept_until_a_key_picture_is_encoded_and_is_answered_then(monkeypatch):
     sent, told = queue.Queue(), []
-    fake = SimpleNamespace(publish_video=lambda *what: sent.put(what[1]), key_comes=lambda *what: told.append(what))
+    fake = SimpleNamespace(
+        publish_video=lambda *what: sent.put(what[1]), end_key_demand=lambda *what: told.append(what)
+    )
     monkeypatch.setattr("workers.media.video.bus", fake)
     video = Video("rover", 0)
     video.take(Shot(scene(1), 1, 0, 100))

@@ -170,13 +170,13 @@ class Pictures:
             return True
         now = self._clock.monotonic()
         try:
-            wanted = bus.how_watched(self._robot.slug, camera)
+            wanted = bus.demands(self._robot.slug, camera)
         except (redis.RedisError, OSError):
             return False
         steps = self._steps[camera]
         due = steps.due(wanted, now)
         if not any((due.jpeg, due.video, due.coarse, due.coarse_video)):
-            return any(wanted._replace(now_and_then=False, rarely=False))
+            return any(demand.every_s < bus.SLOW_S for demand in wanted)
         try:
             with source.lock:
                 if first and self._wanted.is_set():

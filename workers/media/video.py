@@ -159,7 +159,7 @@ class Video:
         with self._news:
             asked, self._key = self._key, False
         if asked:
-            bus.key_comes(self._slug, self._camera, self._coarse)
+            bus.end_key_demand(self._slug, self._camera, self._coarse)
 
     def packet(self, shot: Shot, asked: bool = False) -> bytes:
         """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""

@@ -144,7 +144,7 @@ class Recorder:
         """Ask for pictures of its cameras, no more than it takes."""
         if one.taping.every_s < inf:
             for camera in range(one.cameras):
-                bus.watch(one.slug, bus.watched_as(camera, max(bus.SOME_S, one.taping.every_s)))
+                bus.watch(one.slug, bus.demand_for(camera, max(bus.SOME_S, one.taping.every_s)).name)
 
     def _look(self) -> None:
         """Find out which grants are open, and begin and end recordings after them."""

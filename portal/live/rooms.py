@@ -10,10 +10,11 @@ import msgspec
 from portal.edge.direct import Connection, binary_frame, text_frames
 from portal.live.audience import Seat, audience
 from portal.live.messages import CAMERAS, Watch
-from portal.live.video import JOIN_S, LATER, Given, Videos
+from portal.live.video import JOIN_S, LATER, Videos
 from portal.live.watchers import Watchers, together, watchers_text
 from robots import bus
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.packet_chain import Cursor
 from robots.kit.contract.video import unpack
 from robots.kit.description import CODING
 from robots.kit.packets import TAKEN_DOWN, Changed, Event
@@ -59,12 +60,12 @@ class Viewer:
         self.video, self.coarse = "", False  # the coding of video if it wants each picture so; it wants few bytes
         self.sound = False  # its person listens
         self.sounds: tuple[bytes, ...] = ()
-        self.given: dict[int, Given] = {}  # of each camera's video
+        self.given: dict[int, Cursor] = {}  # of each camera's video
         self.newest_from = 0.0  # when it may be given the pictures that are kept
         self.joins_from = 0.0  # when it may be given all since the last key picture
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
-        self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
+        self.told: dict[int, Cursor] = {}  # of each byte stream
         self.events: deque[Event] = deque()
         self.resync = False
         self.counted = False  # it was not told yet how many watch

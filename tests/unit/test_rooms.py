@@ -141,7 +141,7 @@ def test_nothing_is_computed_or_kept_for_nobody(computed):
         assert room.give_video(NEXT, coarse), "no key picture is asked for"
         room.give_state(b"\x80 compact", True)
     assert not computed
-    assert not any(videos._groups for videos in room.videos.values())
+    assert not any(videos._chains for videos in room.videos.values())
     room.give_picture(1, b"\x02 picture")
     assert computed == [b"\x02 picture"]
     assert one.frames == {1: b"\x02 picture"}

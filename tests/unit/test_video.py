@@ -13,7 +13,8 @@ from portal.edge.direct import binary_frame
 from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
-from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
+from robots.kit.contract.packet_chain import PacketChain
+from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, VideoPacket, pack, unpack
 from tests.waiting import CEILING_S, wait_for
 from workers.media.video import KEYS_S, Shot, Video
 
@@ -205,7 +206,7 @@ def test_any_bytes_are_a_packet_or_refused(data):
         return
     if packet.follows is None or packet.number > packet.follows:
         assert unpack(pack(packet)) == packet
-    Group().add(data)
+    PacketChain(unpack).add(data)
 
 
 def test_a_picture_too_far_back_cannot_be_followed():

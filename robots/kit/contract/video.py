@@ -52,28 +52,3 @@ def unpack(data: bytes) -> VideoPacket:
     _, camera, run, back, number, at_ms, still = HEAD.unpack_from(data)
     follows = (number - back) & 0xFFFFFFFF if back else None
     return VideoPacket(camera, number, at_ms, still, data[HEAD.size :], follows, run)
-
-
-class Group:
-    """The newest key picture of a camera and what follows it, each packet changing the one before."""
-
-    def __init__(self) -> None:
-        self.packets: list[bytes] = []  # another list for each key picture, so that readers notice
-        self.times: list[int] = []  # ms, of each
-        self._run = self._newest = 0
-
-    def add(self, data: bytes) -> bool:
-        """Add a packet; False if it changes another picture than the newest here, so that a key picture is needed.
-
-        Raises ValueError.
-        """
-        packet = unpack(data)
-        if packet.key:
-            self.packets, self.times, self._run = [], [], packet.run
-        elif not self.packets or packet.run != self._run or packet.follows != self._newest:
-            self.packets, self.times = [], []
-            return False
-        self.packets.append(data)
-        self.times.append(packet.at_ms)
-        self._newest = packet.number
-        return True

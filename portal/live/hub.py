@@ -19,22 +19,20 @@ import redis.asyncio as aioredis
 from redis.exceptions import RedisError
 
 from portal.live.loops import of_loop
-from portal.live.messages import Watch
-from portal.live.rooms import Cameras, Room, Viewer
+from portal.live.rooms import Room
 from portal.live.sessions import session_watch
 from portal.live.store import listener
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
+from portal.live.viewer import Cameras, Viewer, Wish
 from portal.live.watchers import together, understood
 from robots import bus
-from robots.kit.clock import SYSTEM
 from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
 PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
-NEWEST_S = 1.0  # a viewer that wishes again and again is not given the same pictures again and again
 HEARD_S = 1.0  # that a new viewer waits for the subscription
 
 
@@ -55,15 +53,18 @@ class Hub:
         self.streams = Streams()
         self.link = False
 
-    def attach(self, viewer: Viewer, cameras: Cameras | None = None) -> None:
-        """Add a viewer; the first one starts the reader. `cameras`: those of the robot, if that was read."""
+    def attach(self, viewer: Viewer, cameras: Cameras | None = None, wish: Wish | None = None) -> None:
+        """Add a viewer; the first one starts the reader.
+
+        `cameras`: those of the robot, if that was read. `wish`: what the viewer wants, if it has said so.
+        """
         room = self._rooms.setdefault(viewer.slug, Room(viewer.slug))
         room.cameras = room.cameras if cameras is None else cameras
-        room.cut(viewer)
+        viewer.choose((wish or viewer.wish).within(room.cameras))
         known = room.watched()
         room.add(viewer)
-        self._give_newest(viewer)
-        viewer.wait()  # for the byte streams
+        room.give_newest(viewer)
+        viewer.wake()  # for the byte streams
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
@@ -80,15 +81,16 @@ class Hub:
                 return await room.heard.wait()
         return False
 
-    def choose(self, viewer: Viewer, wish: Watch) -> None:
+    def choose(self, viewer: Viewer, wish: Wish) -> None:
         """Send the viewer what it wishes from now on, the newest picture of each camera at once."""
+        room = self._rooms.get(viewer.slug)
+        if room is None:
+            return
         known = self._needed(viewer.slug)
         with self._changing(viewer):
-            viewer.wish(wish)
-            if (room := self._rooms.get(viewer.slug)) is not None:
-                room.cut(viewer)
-        self._give_newest(viewer)
-        viewer.wait()
+            viewer.choose(wish.within(room.cameras))
+        room.give_newest(viewer)
+        viewer.wake()
         if not self._needed(viewer.slug) <= known:
             self._hold(self._follow(viewer.slug))
 
@@ -96,11 +98,11 @@ class Hub:
         room = self._rooms.get(slug)
         return {*room.watched(), *room.keys()} if room is not None else set()
 
-    def seat(self, viewer: Viewer, person: int, drives: bool) -> None:
-        """Count the viewer as a page of this person, who drives or not; 0 for nobody."""
-        if (viewer.person, viewer.drives) != (person, drives):
+    def count_as(self, viewer: Viewer, visitor: int) -> None:
+        """Count the viewer as a page of this person; 0 for nobody, who drives."""
+        if viewer.visitor != visitor:
             with self._changing(viewer):
-                viewer.person, viewer.drives = person, drives
+                viewer.visitor = visitor
 
     async def trace(self, viewer: Viewer, on: bool) -> None:
         """Send the viewer the wire trace from now on, or no more."""
@@ -122,14 +124,9 @@ class Hub:
             if room is not None and here:
                 room.add(viewer)
 
-    def _give_newest(self, viewer: Viewer) -> None:
-        room, now = self._rooms.get(viewer.slug), SYSTEM.awake()
-        if room is None or viewer.coarse or now < viewer.newest_from:  # what is kept is whole
-            return
-        for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it
-            if camera in viewer.cameras and not room.flows(viewer, camera):
-                viewer.newest_from = now + NEWEST_S
-                viewer.put_picture(camera, data)
+    def news(self, viewer: Viewer) -> list[bytes]:
+        """Return packets of byte streams that a viewer was not given yet, and note that it is."""
+        return self.streams.news(viewer.slug, viewer.stream_cursors)
 
     def video(self, viewer: Viewer) -> list[bytes]:
         """Return packets of video that a viewer was not given yet, and note that it is."""
@@ -294,8 +291,7 @@ class Hub:
             self.link = up
             for room in self._rooms.values():
                 for viewer in room.viewers:
-                    viewer.resync = True
-                room.wake()
+                    viewer.ask_snapshot()
 
     def _route(self, channel: str, data: bytes) -> None:
         if channel == bus.sessions_channel():
@@ -329,7 +325,7 @@ class Hub:
     def _give_packet(self, slug: str, room: Room, data: bytes) -> None:
         if not self.streams.take(slug, data):
             self._hold(self._restore(slug))
-        room.give_packets(lambda viewer: self.streams.news(slug, viewer.told))
+        room.give_packets(lambda viewer: self.streams.news(slug, viewer.stream_cursors))
 
     async def _keep_watch(self) -> None:
         while True:

@@ -36,11 +36,11 @@ from portal.live.people import current_user
 from portal.live.plans import PlanSender
 from portal.live.presence import Presence
 from portal.live.role import Role
-from portal.live.rooms import Cameras, Viewer
 from portal.live.sessions import NOT_STAFF, UNCLEARED, Ending
 from portal.live.snapshot_sender import NOT_FOUND, SnapshotSender
 from portal.live.socket import Socket
 from portal.live.threads import URGENT
+from portal.live.viewer import STRANGER, Cameras, Viewer, Wish
 from portal.live.writer import Writer
 from portal.stores import down_text
 from robots import bus
@@ -119,11 +119,9 @@ class RobotSocket(Socket):
     async def _watch(self, cameras: Cameras | None) -> None:
         """Start to watch. `cameras`: those of the robot, if that was read."""
         viewer, self._watching = self.viewer, True
-        viewer.stranger = self.stranger
-        if (wish := self._wish()) is not None:
-            viewer.wish(wish)
+        viewer.visitor = STRANGER if self.stranger else 0
         self._leave.callback(hub().detach, viewer)
-        hub().attach(viewer, cameras)
+        hub().attach(viewer, cameras, self._wish())
         viewer.seat = self.seat = self._leave.enter_context(audience().one(self.slug))
         if viewer.connection is not None:
             self._leave.callback(viewer.connection.when_free, None)
@@ -132,16 +130,16 @@ class RobotSocket(Socket):
         await self.snapshots.send()
         if not heard:
             self.begin(self._update_when_heard())
-        viewer.counted = True
+        viewer.ask_count()
         self.begin(self.writer.run())
         self.begin(self.snapshots.run())
 
-    def _wish(self) -> Watch | None:
+    def _wish(self) -> Wish | None:
         """Return what the page wants from the beginning, which stands in the socket's address."""
         asked = parse_qs(self.scope.get("query_string", b"").decode("latin-1")).get("watch", [""])[0]
         with contextlib.suppress(NotUnderstood):
-            wish = ROBOT.decode(asked)
-            return wish if isinstance(wish, Watch) else None
+            message = ROBOT.decode(asked)
+            return Wish.of(message) if isinstance(message, Watch) else None
         return None
 
     async def _update_when_heard(self) -> None:
@@ -172,7 +170,7 @@ class RobotSocket(Socket):
                 self.plans.ask(message)
                 return
             case Watch():
-                hub().choose(self.viewer, message)
+                hub().choose(self.viewer, Wish.of(message))
                 return
             case Keep() | Released():
                 await self.controls.hear(message)

@@ -9,11 +9,11 @@ from portal.live.access import Access
 from portal.live.hub import hub
 from portal.live.people import current_user
 from portal.live.role import Role
-from portal.live.rooms import Viewer
 from portal.live.sessions import SignIn, sign_in_of
 from portal.live.shared import snapshots, with_person
 from portal.live.snapshot import of_person, snapshot
 from portal.live.socket import Socket
+from portal.live.viewer import Viewer
 from portal.live.writer import Writer
 from portal.stores import down_text
 from robots.kit.clock import SYSTEM
@@ -60,7 +60,7 @@ class SnapshotSender:
             return
         self._socket.role = role
         self._socket.sign(sign_in)
-        hub().seat(self._viewer, role.person, role.grant > 0)
+        hub().count_as(self._viewer, 0 if role.grant else role.person)
         await self._socket.send(text)
         ending = self._access.ending(role)
         if ending is not None and not self._socket.closed:

@@ -18,11 +18,27 @@ NEXT = Cursor([], -1)  # the viewer has to wait for the next key picture
 LATER = Cursor([], -2)  # or until it may be given all since the last one again
 
 
+class VideoCursors(dict[int, Cursor]):
+    """How far one viewer was given each camera's video; a camera without a cursor has just been asked for."""
+
+    joins_from = 0.0  # when it may be given all since the last key picture (s)
+
+    def restart(self, cameras: Iterable[int], video: bool, now: float) -> None:
+        """Begin anew because the viewer wants something else, these cameras as `video` or not.
+
+        A viewer that asks again and again does not get whole groups again and again.
+        """
+        self.clear()
+        if now < self.joins_from:
+            self.update(dict.fromkeys(cameras, LATER))
+        elif video:
+            self.joins_from = now + JOIN_S
+
+
 class Watcher(Protocol):
     """A viewer as far as it matters here."""
 
-    given: dict[int, Cursor]  # of each camera's video; a camera that is not in it has just been asked for
-    joins_from: float  # when it may be given all since the last key picture (s)
+    video_cursors: VideoCursors
 
     def films(self, camera: int) -> bool:
         """Return whether it wants video of a camera."""
@@ -33,7 +49,7 @@ class Watcher(Protocol):
     def write(self, frame: bytes) -> None:
         """Write a frame."""
 
-    def wait(self) -> None:
+    def wake(self) -> None:
         """Have it look soon for what it was not given yet, and be given nothing before that."""
 
 
@@ -62,19 +78,20 @@ class Videos:
         packets, before, end = chain.packets, len(chain.packets) - 1, chain.end
         frame = binary_frame(data)
         for viewer in viewers:
-            held, position = viewer.given.get(camera, START)
+            cursors = viewer.video_cursors
+            held, position = cursors.get(camera, START)
             if position < 0:
-                if before and position == LATER.position and now >= viewer.joins_from:
-                    del viewer.given[camera]
-                    viewer.wait()
+                if before and position == LATER.position and now >= cursors.joins_from:
+                    del cursors[camera]
+                    viewer.wake()
                 if before:
                     continue
-                viewer.given[camera] = START
+                cursors[camera] = START
             if viewer.ready() and (not before or (held is packets and position == before)):
                 viewer.write(frame)
-                viewer.given[camera] = end
+                cursors[camera] = end
             else:
-                viewer.wait()
+                viewer.wake()
         return True
 
     def forget(self, camera: int) -> None:
@@ -85,20 +102,21 @@ class Videos:
     def missing(self, viewer: Watcher, now: float) -> list[bytes]:
         """Return what a viewer has to be given now, and note that it was."""
         found: list[bytes] = []
+        cursors = viewer.video_cursors
         for camera, chain in self._chains.items():
             if not viewer.films(camera):
                 continue
-            cursor = viewer.given.get(camera, START)
+            cursor = cursors.get(camera, START)
             begun = chain.position(cursor)
             if begun == len(chain.packets) or cursor.position < 0 or not self.flows(camera, now):
                 continue
             missed = chain.packets[begun:]
             soon = chain.times[-1] - chain.times[begun] <= LATE_MS
-            if camera not in viewer.given or soon or sum(map(len, missed)) <= len(chain.packets[0]):
+            if camera not in cursors or soon or sum(map(len, missed)) <= len(chain.packets[0]):
                 found += missed
-                viewer.given[camera] = chain.end
+                cursors[camera] = chain.end
             else:
-                viewer.given[camera] = NEXT  # so that it is not woken for each packet
+                cursors[camera] = NEXT  # so that it is not woken for each packet
         return found
 
     def flows(self, camera: int, now: float) -> bool:

@@ -1,14 +1,13 @@
 """Writes to one viewer's connection: what waits in the mailbox, each message when all before it were taken."""
 
 import asyncio
-import contextlib
 from collections.abc import Awaitable, Callable
 
 import msgspec
 
 from portal.edge.direct import binary_frame
 from portal.live.hub import hub
-from portal.live.rooms import Viewer
+from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
 from robots.kit.packets import Changed
 
@@ -30,9 +29,7 @@ class Writer:
     async def run(self) -> None:
         """Send what waits in the mailbox; while Redis is away, read the database every second."""
         while True:
-            with contextlib.suppress(TimeoutError):  # wait_for may lose a cancellation
-                async with asyncio.timeout(UNLINKED_S if not hub().link else IDLE_S):
-                    await self._viewer.wake.wait()
+            await self._viewer.wait_for_mail(IDLE_S if hub().link else UNLINKED_S)
             if not hub().link:
                 self._outdated.set()
             await self._empty(self._viewer)
@@ -40,39 +37,34 @@ class Writer:
     async def _empty(self, viewer: Viewer) -> None:
         """Send everything in the mailbox, the newest of each kind; pictures of several cameras in turns."""
         sent = True
-        while sent or viewer.wake.is_set():
-            viewer.wake.clear()  # first, for something may come while this waits
+        while viewer.take_signal() or sent:
             await self.wait_until_free()
-            sent = False
-            if viewer.resync:
-                viewer.resync = False
+            snapshot, count = viewer.take_requests()
+            if snapshot:
                 self._outdated.set()
-            if viewer.state is not None:
-                state, viewer.state, sent = viewer.state, None, True
+            sent = count
+            if (state := viewer.take_state()) is not None:
+                sent = True
                 await self.send_bytes(state)
-            for sound in viewer.take_sounds():
+            for data in (*viewer.take_sounds(), *hub().news(viewer)):
                 sent = True
-                await self.send_bytes(sound)
-            for packet in hub().streams.news(viewer.slug, viewer.told):
+                await self.send_bytes(data)
+            while (event := viewer.take_event()) is not None:
                 sent = True
-                await self.send_bytes(packet)
-            while viewer.events:
-                event, sent = viewer.events.popleft(), True
                 if isinstance(event, Changed):
                     self._outdated.set()
                 else:
                     await self.send_text(msgspec.json.encode(event).decode())
-            if viewer.counted:
-                viewer.counted, sent = False, True
+            if count:
                 await self.send_text(watchers_text(hub().watchers(viewer.slug)))
             await self.wait_until_free()
             if packets := hub().video(viewer):
                 sent = True
                 await self._send_together(packets)
-            if viewer.frames:
-                frame, sent = viewer.frames.pop(next(iter(viewer.frames))), True
-                await self.send_bytes(frame)
-        viewer.emptied()
+            if (picture := viewer.take_picture()) is not None:
+                sent = True
+                await self.send_bytes(picture)
+        viewer.set_empty()
 
     async def wait_until_free(self) -> None:
         """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits.

@@ -10,8 +10,7 @@ from urllib.parse import quote
 import pytest
 
 from portal.live.hub import PING_S, Hub
-from portal.live.messages import Watch
-from portal.live.rooms import Viewer
+from portal.live.viewer import Viewer, Wish
 from robots import bus
 from robots.kit.packets import Changed, picture_packet
 from robots.models import Robot
@@ -74,7 +73,7 @@ def test_a_wish_while_the_connection_opens_is_followed(redis_server):
             while not hub._listened.get("mercury"):
                 await asyncio.sleep(0)
             assert not hub.link
-            hub.choose(one, Watch([1]))
+            hub.choose(one, Wish(frozenset({1})))
             while not hub.link:
                 await asyncio.sleep(0.005)
             with contextlib.suppress(TimeoutError):
@@ -129,7 +128,7 @@ def test_what_one_process_could_not_send_is_made_up_though_it_sends_nothing_more
         while not heard(one, "snapshot")["link"]:
             pass
         with monkeypatch.context() as away:
-            away.setattr(bus, "_send", lambda *_: -1)
+            away.setattr(bus.publishing, "reach", lambda *_: -1)
             Robot.objects.update(name="Mercury the Second")
             assert not bus.publish("mercury", Changed("robot"))
         while heard(one, "snapshot", 30)["robot"]["name"] != "Mercury the Second":

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from portal.edge.direct import binary_frame
 from portal.live.messages import Watch
-from portal.live.rooms import Room, Viewer
-from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
+from portal.live.rooms import Room
+from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, VideoCursors, Videos
+from portal.live.viewer import Viewer, Wish
 from robots.kit.contract.packet_chain import PacketChain
 from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, VideoPacket, pack, unpack
 from tests.waiting import CEILING_S, wait_for
@@ -26,7 +27,7 @@ class Watcher:
     """A viewer whose line is free or busy as the test says; it checks what it is given."""
 
     def __init__(self, camera=0):
-        self.camera, self.given, self.free, self.woken, self.joins_from = camera, {}, True, False, 0.0
+        self.camera, self.video_cursors, self.free, self.woken = camera, VideoCursors(), True, False
         self.got = []
 
     def films(self, camera):
@@ -44,7 +45,7 @@ class Watcher:
         assert packet.key or (self.got and packet.follows == self.got[-1].number and packet.run == self.got[-1].run)
         self.got.append(packet)
 
-    def wait(self):
+    def wake(self):
         self.woken = True
 
     def empty(self, videos, now):
@@ -91,7 +92,7 @@ def test_a_newcomer_gets_the_group_since_the_last_key_picture_at_once_and_then_w
     for n, packet in enumerate(packets[:25], 1):
         videos.give(packet, [], n / 10)
     one = Watcher()
-    one.wait()
+    one.wake()
     one.empty(videos, 2.5)
     assert [p.number for p in one.got] == list(range(15, 26))
     for n, packet in enumerate(packets[25:], 26):
@@ -123,7 +124,7 @@ def test_a_slow_viewer_is_given_all_that_it_missed_if_that_is_no_more_bytes_than
 
 def test_who_asks_again_within_a_second_is_given_the_group_then_and_not_before():
     videos, one = Videos(), Watcher()
-    one.given, one.joins_from = {0: LATER}, JOIN_S
+    one.video_cursors[0], one.video_cursors.joins_from = LATER, JOIN_S
     for n, packet in enumerate(film(20, {4}), 1):
         now = n / 10
         if n > 4:
@@ -149,8 +150,7 @@ def test_who_has_fallen_far_behind_is_not_woken_before_the_next_key_picture():
 
 
 def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
-    room, viewer = Room("mercury"), Viewer("mercury")
-    viewer.wish(Watch([0], video="vp8"))
+    room, viewer = Room("mercury"), Viewer("mercury", wish=Wish(video="vp8"))
     room.add(viewer)
     assert room.watched() == {"video"}
     assert room.keys() == {"video.key"}
@@ -176,8 +176,7 @@ def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
         (0.0, "vp8", True): "coarsevideo1", (0.0, "", True): "coarse1",
     }  # fmt: skip
     for (every_s, video, coarse), name in wishes.items():
-        viewer = Viewer("arm")
-        viewer.wish(Watch([1], every_s, video=video, coarse=coarse))
+        viewer = Viewer("arm", wish=Wish.of(Watch([1], every_s, video=video, coarse=coarse)))
         room.add(viewer)
         assert room.watched() == {name}
         assert viewer.films(1) is name.endswith("video1")

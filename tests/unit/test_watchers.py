@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live.hub import Hub
-from portal.live.rooms import Room, Viewer
+from portal.live.rooms import Room
+from portal.live.viewer import STRANGER, Viewer
 from portal.live.watchers import Watchers, together, understood
 
 SOME = st.builds(Watchers, st.integers(0, 5000), st.frozensets(st.integers(1, 30)), st.integers(0, 2**40))
@@ -39,7 +40,7 @@ def test_a_robots_room_counts_strangers_pages_and_people_who_do_not_drive(pages)
         room = Room("mercury")
         for person, drives, stays in pages:
             viewer = Viewer("mercury")
-            viewer.stranger, viewer.person, viewer.drives = not person, person, bool(person) and drives
+            viewer.visitor = STRANGER if not person else 0 if drives else person
             room.add(viewer)
             if not stays:
                 room.remove(viewer)
@@ -59,7 +60,7 @@ def test_whose_turn_begins_watches_no_more_and_does_again_when_it_is_over():
             room.add(viewer)
         for drives in (False, True, False):
             for viewer in pages:
-                hub.seat(viewer, 7, drives)
+                hub.count_as(viewer, 0 if drives else 7)
             seen.append(hub.watchers("mercury"))
         return seen
 

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 
 from portal.live.hub import hub
-from portal.live.rooms import Viewer
+from portal.live.viewer import Viewer, Wish
 
 log = logging.getLogger(__name__)
 GONE_S = 5.0  # without a state: the robot's owner is gone; without a picture: its camera is
@@ -83,8 +83,7 @@ class Parts(ABC):
         told.set()
 
     async def _run(self) -> None:
-        viewer = Viewer(self.slug)
-        viewer.cameras = self._cameras
+        viewer = Viewer(self.slug, wish=Wish(self._cameras))
         hub().attach(viewer)
         try:
             await self.make(viewer)

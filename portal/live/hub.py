@@ -15,13 +15,12 @@ from string import digits
 from typing import Any
 
 import msgspec
-import redis.asyncio as aioredis
 from redis.exceptions import RedisError
 
 from portal.live.loops import of_loop
 from portal.live.rooms import Room
 from portal.live.sessions import session_watch
-from portal.live.store import listener
+from portal.live.store import SILENT_S, Reader
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.viewer import Cameras, Viewer, Wish
@@ -31,7 +30,7 @@ from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
-PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
+MARK_S = 2.0  # between two marks of what is wanted, which count for `bus.WATCH_S`
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
 HEARD_S = 1.0  # that a new viewer waits for the subscription
 
@@ -42,8 +41,7 @@ class Hub:
     def __init__(self) -> None:
         self._rooms: dict[str, Room] = {}
         self._tasks: set[asyncio.Task[None]] = set()
-        self._redis: aioredis.Redis | None = None
-        self._pubsub: Any = None
+        self._reader = Reader(bus.sessions_channel(), self._take, self._lose, self._follow_all)
         self._subscribing = asyncio.Lock()
         self._restoring: set[str] = set()
         self._listened: dict[str, set[str]] = {}  # channels that Redis was asked for, by robot
@@ -66,7 +64,7 @@ class Hub:
         room.give_newest(viewer)
         viewer.wake()  # for the byte streams
         if not self._tasks:
-            self._hold(self._read())
+            self._hold(self._reader.run())
             self._hold(self._keep_watch())
         elif not room.heard.is_set() or room.watched() != known:
             self._hold(self._follow(viewer.slug))
@@ -167,7 +165,7 @@ class Hub:
         """Subscribe to what a robot's viewers want, while it has any."""
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:  # the last caller sees the present state
-                if self._pubsub is None:
+                if self._reader.pubsub is None:
                     return
                 room = self._rooms.get(slug)
                 async with asyncio.timeout(SILENT_S):  # a connection that died without a word
@@ -175,7 +173,7 @@ class Hub:
                     if room is None:
                         del self._listened[slug]
                         if listened:  # none would mean all
-                            await self._pubsub.unsubscribe(*listened)
+                            await self._reader.pubsub.unsubscribe(*listened)
                         return
                     new = room.channels() - listened
                     if not room.asked:  # again where it was heard for a room before: the answer tells that it is
@@ -184,7 +182,7 @@ class Hub:
                         room.asked = True
                     if new:
                         listened |= new
-                        await self._pubsub.subscribe(*new)
+                        await self._reader.pubsub.subscribe(*new)
             await self._mark_watched(slug)
             if not self.streams.knows(slug):
                 await self._restore(slug)
@@ -194,21 +192,26 @@ class Hub:
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:
                 room, listened = self._rooms.get(slug), self._listened.get(slug)
-                if self._pubsub is None or room is None or not listened or not (gone := listened - room.channels()):
+                if (
+                    self._reader.pubsub is None
+                    or room is None
+                    or not listened
+                    or not (gone := listened - room.channels())
+                ):
                     return
                 listened -= gone
                 for camera in list(room.newest):
                     room.outdate(camera)
                 async with asyncio.timeout(SILENT_S):
-                    await self._pubsub.unsubscribe(*gone)
+                    await self._reader.pubsub.unsubscribe(*gone)
 
     async def _restore(self, slug: str) -> None:
         """Read what is kept of a robot's byte streams, where its beginning was not heard."""
-        if slug in self._restoring or self._redis is None:
+        if slug in self._restoring or self._reader.connection is None:
             return
         self._restoring.add(slug)
         try:
-            kept = self._redis.pipeline(transaction=False)
+            kept = self._reader.connection.pipeline(transaction=False)
             for stream in range(MOST):
                 kept.lrange(bus.stream_key(slug, stream), 0, -1)
             with contextlib.suppress(RedisError, OSError, ValueError):
@@ -221,48 +224,21 @@ class Hub:
         else:
             self._rooms[slug].wake()
 
-    async def _read(self) -> None:
-        while True:
-            try:
-                await self._read_once()
-            except (RedisError, OSError) as error:
-                log.debug("hub: %s", error)
-            except Exception:  # whatever it is, every robot's viewers depend on this loop
-                log.exception("the connection to Redis ended")
-            self._away = True
-            self._set_link(False)
-            await asyncio.sleep(0.3)
+    async def _follow_all(self) -> None:
+        """Subscribe to what all viewers want, over a connection that has just been opened."""
+        self._awaited.clear()
+        self._listened.clear()
+        for slug, room in list(self._rooms.items()):
+            room.heard.clear()
+            room.asked = False
+            self.streams.forget(slug)  # packets were missed
+            await self._follow(slug)
 
-    async def _read_once(self) -> None:
-        connection = listener()
-        try:
-            pubsub = connection.pubsub()
-            async with asyncio.timeout(SILENT_S):
-                await pubsub.subscribe(bus.sessions_channel())
-            # not before it is open: who asks while it opens would open a second one, which nobody reads
-            self._redis, self._pubsub = connection, pubsub
-            self._awaited.clear()
-            self._listened.clear()
-            for slug, room in list(self._rooms.items()):
-                room.heard.clear()
-                room.asked = False
-                self.streams.forget(slug)  # packets were missed
-                await self._follow(slug)
-            await pubsub.ping()  # answered after all that was asked before
-            while message := await pubsub.get_message(timeout=SILENT_S):
-                self._take(message)
-        finally:  # whoever asks from now on must not open the old connection again
-            self._redis = self._pubsub = None
-            await connection.aclose()
+    def _lose(self) -> None:
+        self._away = True
+        self._set_link(False)
 
     def _take(self, message: dict[str, Any]) -> None:
-        """Handle a message; one that cannot be handled changes nothing for those that follow."""
-        try:
-            self._handle(message)
-        except Exception:
-            log.exception("a message on the bus could not be handled: %r", message.get("channel"))
-
-    def _handle(self, message: dict[str, Any]) -> None:
         match message["type"]:
             case "message":
                 self._route(message["channel"].decode(), message["data"])
@@ -329,7 +305,7 @@ class Hub:
 
     async def _keep_watch(self) -> None:
         while True:
-            await asyncio.sleep(PING_S)
+            await asyncio.sleep(MARK_S)
             try:
                 await self._keep_watch_once()
             except Exception:
@@ -339,9 +315,6 @@ class Hub:
         await self._mark(bus.web_key())
         if bus.lost_events() and self.link:
             await URGENT.run(bus.make_up)
-        if self._pubsub is not None:
-            with contextlib.suppress(RedisError, OSError):  # who reads finds out
-                await self._pubsub.ping()
         for slug in list(self._rooms):
             await self._unfollow(slug)
             await self._follow(slug)  # also what somebody wished while Redis was away
@@ -349,7 +322,7 @@ class Hub:
 
     async def _count(self, slug: str) -> None:
         """Tell the other web processes how many watch here, and everybody here how many watch in all."""
-        room, store = self._rooms.get(slug), self._redis
+        room, store = self._rooms.get(slug), self._reader.connection
         if room is None or store is None:
             return
         key = bus.watchers_key(slug)
@@ -378,10 +351,10 @@ class Hub:
             await self._mark(bus.watch_key(slug, one))
 
     async def _mark(self, key: str) -> None:
-        if self._redis is None:
+        if self._reader.connection is None:
             return
         with contextlib.suppress(RedisError, OSError):
-            await self._redis.set(key, 1, ex=bus.WATCH_S)
+            await self._reader.connection.set(key, 1, ex=bus.WATCH_S)
 
 
 hub = of_loop(Hub)

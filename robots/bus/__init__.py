@@ -70,6 +70,7 @@ from robots.bus.publishing import (
     send_session_changed,
     tell_people_on_commit,
 )
+from robots.bus.reader import Reader
 from robots.bus.shots import SHOT_S, drop_shots, keep_shot, shot
 from robots.bus.store import OPEN_S, alive, connection, failures, listener, speak_through
 from robots.bus.streams import STREAM_S, keep_stream, kept_stream, publish_stream
@@ -91,6 +92,7 @@ __all__ = (
     "WATCH_S",
     "Demand",
     "KeepAlive",
+    "Reader",
     "alive",
     "channel_of",
     "code_key",

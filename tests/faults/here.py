@@ -60,7 +60,7 @@ class WebHere:
 
             here = hub()
             names = [t.get_coro().__qualname__ for t in asyncio.all_tasks()]
-            pubsub = here._pubsub.channels if here._pubsub is not None else {}
+            pubsub = here._reader.pubsub.channels if here._reader.pubsub is not None else {}
             return {
                 "viewers": sum(len(room.viewers) for room in here._rooms.values()),
                 "pictures": sum(len(room.newest) for room in here._rooms.values()),

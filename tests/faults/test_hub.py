@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 import pytest
 
-from portal.live.hub import PING_S, Hub
+from portal.live.hub import MARK_S, Hub
 from portal.live.viewer import Viewer, Wish
 from robots import bus
 from robots.kit.packets import Changed, picture_packet
@@ -49,9 +49,9 @@ async def come_and_go(chance):
             await asyncio.sleep(0.01)
     with contextlib.suppress(TimeoutError):
         async with asyncio.timeout(20):
-            while len(hub._pubsub.channels) > 1:
+            while len(hub._reader.pubsub.channels) > 1:
                 await asyncio.sleep(0.01)
-    left = set(hub._pubsub.channels)
+    left = set(hub._reader.pubsub.channels)
     await ended(hub)
     return left
 
@@ -77,10 +77,10 @@ def test_a_wish_while_the_connection_opens_is_followed(redis_server):
             while not hub.link:
                 await asyncio.sleep(0.005)
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(PING_S / 2):
-                    while bus.channel_of("mercury", "frames1").encode() not in hub._pubsub.channels:
+                async with asyncio.timeout(MARK_S / 2):
+                    while bus.channel_of("mercury", "frames1").encode() not in hub._reader.pubsub.channels:
                         await asyncio.sleep(0.005)
-        found = set(hub._pubsub.channels)
+        found = set(hub._reader.pubsub.channels)
         await ended(hub)
         return found
 

@@ -13,7 +13,7 @@ from django.db import Error
 from portal.edge.counts import AddressCount
 from portal.edge.dropped import drop
 from portal.live import codes
-from portal.live.hub import hub
+from portal.live.hub import Hub
 from portal.live.people import current_user
 from portal.live.role import Role
 from portal.live.sessions import Ending
@@ -50,15 +50,15 @@ class Access:
     protocol: str | None = None  # of WebSocket, that is spoken; None: any
     pool: Pool | None = None  # the threads for its queries; None: those for the person's role
 
-    def __init__(self, slug: str, scope: dict[str, Any]) -> None:
-        self._slug = slug
+    def __init__(self, slug: str, scope: dict[str, Any], hub: Hub) -> None:
+        self._slug, self._scope, self._hub = slug, scope, hub
 
     async def admit(self) -> None:
         """Check what the socket was opened with. Raises AccessRefused."""
 
     def enter(self, person: int, stranger: bool, leave: ExitStack) -> None:
         """Take a place among strangers, or of the account, which `leave` gives back. Raises AccessRefused."""
-        if stranger and hub().strangers(self._slug) >= settings.LIMITS["VIEWERS"]:
+        if stranger and self._hub.strangers(self._slug) >= settings.LIMITS["VIEWERS"]:
             drop("found the robot's places taken")
             raise AccessRefused(FULL, FULL_TEXT)
         if not person:
@@ -95,10 +95,7 @@ class OperatorAccess(Access):
     protocol: str | None = PROTOCOL
     pool: Pool | None = DRIVERS
 
-    def __init__(self, slug: str, scope: dict[str, Any]) -> None:
-        super().__init__(slug, scope)
-        self._scope = scope
-        self._grant = 0
+    _grant = 0  # for which it was opened
 
     async def admit(self) -> None:
         """Spend the code. Raises AccessRefused."""

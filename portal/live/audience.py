@@ -13,7 +13,6 @@ from datetime import datetime
 
 from django.db import Error
 
-from portal.live.loops import of_loop
 from portal.live.threads import ANYBODY
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
@@ -108,6 +107,3 @@ def write(slot: datetime, counted: list[Counted]) -> None:
     for one in counted:
         if one.slug in keys:
             note_usage(keys[one.slug], slot, watching=one.watching, sent_bytes=one.sent_bytes)
-
-
-audience = of_loop(Audience)

@@ -17,9 +17,9 @@ from typing import Any
 import msgspec
 from redis.exceptions import RedisError
 
-from portal.live.loops import of_loop
+from portal.live.audience import Audience
 from portal.live.rooms import Room
-from portal.live.sessions import session_watch
+from portal.live.sessions import SessionWatch
 from portal.live.store import SILENT_S, Reader
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
@@ -38,7 +38,8 @@ HEARD_S = 1.0  # that a new viewer waits for the subscription
 class Hub:
     """The hub of one event loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, audience: Audience, sessions: SessionWatch) -> None:
+        self._audience, self._sessions = audience, sessions
         self._rooms: dict[str, Room] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._reader = Reader(bus.sessions_channel(), self._take, self._lose, self._follow_all)
@@ -56,7 +57,7 @@ class Hub:
 
         `cameras`: those of the robot, if that was read. `wish`: what the viewer wants, if it has said so.
         """
-        room = self._rooms.setdefault(viewer.slug, Room(viewer.slug))
+        room = self._rooms.setdefault(viewer.slug, Room(viewer.slug, self._audience))
         room.cameras = room.cameras if cameras is None else cameras
         viewer.choose((wish or viewer.wish).within(room.cameras))
         known = room.watched()
@@ -272,7 +273,7 @@ class Hub:
     def _route(self, channel: str, data: bytes) -> None:
         if channel == bus.sessions_channel():
             if data.isdigit():
-                session_watch().check_soon(int(data))
+                self._sessions.check_soon(int(data))
             return
         _, slug, what = channel.split(":", 2)
         room = self._rooms.get(slug)
@@ -282,7 +283,7 @@ class Hub:
         if kind in ("frames", "coarse"):
             room.give_picture(int(what.removeprefix(kind) or 0), data, kind == "coarse")
         elif kind in ("video", "coarsevideo"):
-            if not room.give_video(data, kind == "coarsevideo"):
+            if not room.give_video(int(what.removeprefix(kind) or 0), data, kind == "coarsevideo"):
                 self._hold(self._ask_keys(slug))
         elif what == "stream":
             self._give_packet(slug, room, data)
@@ -355,6 +356,3 @@ class Hub:
             return
         with contextlib.suppress(RedisError, OSError):
             await self._reader.connection.set(key, 1, ex=bus.WATCH_S)
-
-
-hub = of_loop(Hub)

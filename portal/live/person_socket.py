@@ -18,7 +18,7 @@ from portal.live.role import Role
 from portal.live.sessions import sign_in_of
 from portal.live.socket import Socket
 from portal.live.standing import act, places
-from portal.live.subscriptions import Subscriber, subscriptions
+from portal.live.subscriptions import Subscriber
 from portal.stores import down_text
 from queueing.places import standings
 from queueing.presence import present
@@ -56,13 +56,13 @@ class PersonSocket(Socket):
         self.role = Role(user.pk)
         self.sign(sign_in_of(self.scope, user))
         self._subscriber = Subscriber(user.pk)
-        subscriptions().attach(self._subscriber)
+        self.shared.people.attach(self._subscriber)
         self.begin(self._serve(self._subscriber))
 
     async def release(self) -> None:
         """Remove the subscription."""
         if self._subscriber is not None:
-            subscriptions().detach(self._subscriber)
+            self.shared.people.detach(self._subscriber)
 
     async def take(self, message: PersonMessage) -> None:
         """Note the presence, send the places again, or carry out a request."""
@@ -142,14 +142,14 @@ class PersonSocket(Socket):
         """Wait for a change or for the next moment; a person without a place gets a pulse meanwhile."""
         while True:
             seconds = next_look_s(shown, SYSTEM.now().timestamp() * 1000)
-            if not subscriptions().link:
+            if not self.shared.people.link:
                 seconds = min(seconds, UNLINKED_S if self.role.queued else PULSE_S)
             try:
                 async with asyncio.timeout(seconds):
                     await subscriber.changed.wait()
                 return
             except TimeoutError:
-                if self.role.queued or not subscriptions().link:
+                if self.role.queued or not self.shared.people.link:
                     return
             await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
 

@@ -3,7 +3,7 @@
 import asyncio
 
 from portal.live.messages import Plan
-from portal.live.previews import Question, previewer
+from portal.live.previews import Question
 from portal.live.socket import Socket
 
 
@@ -23,7 +23,9 @@ class PlanSender:
 
     def ask(self, message: Plan) -> None:
         """Ask for a preview."""
-        previewer().ask(self._socket.role.person, Question(self, self._socket.scope, self._slug, message))
+        self._socket.shared.previews.ask(
+            self._socket.role.person, Question(self, self._socket.scope, self._slug, message)
+        )
 
     def answer(self, text: str) -> None:
         """Send an answer soon."""

@@ -5,7 +5,7 @@ import contextlib
 
 from portal.live.access import Access
 from portal.live.people import current_user, session_key
-from portal.live.sessions import SESSIONS, Ending, session_watch
+from portal.live.sessions import SESSIONS, Ending
 from portal.live.socket import Socket
 from portal.live.threads import URGENT
 from queueing import services as queue
@@ -72,7 +72,7 @@ class Presence:
                 return
             await SESSIONS.orm(self._mark_gone)(person)
             if reported is not None:  # a page in the background reports seldom
-                session_watch().check_soon(person)
+                self._socket.shared.sessions.check_soon(person)
                 await URGENT.run(bus.send_session_changed, person)
                 await asyncio.sleep(OTHERS_S)
                 reported = await SESSIONS.orm(reported_elsewhere)(self._slug, person, key, now)

@@ -19,7 +19,6 @@ from django.conf import settings
 from django.db import Error
 
 from accounts.services import preview_job
-from portal.live.loops import of_loop
 from portal.live.messages import Plan
 from portal.live.people import current_user
 from portal.live.threads import Pool
@@ -181,6 +180,3 @@ class Previewer:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
             await process.communicate()  # `wait` alone would wait for ever for what it has said beyond an answer
-
-
-previewer = of_loop(Previewer)

@@ -17,9 +17,7 @@ from accounts.services import cleared
 from portal.edge.direct import connection_of
 from portal.live.access import Access, AccessRefused
 from portal.live.actions import SIGN_IN, Answer, act
-from portal.live.audience import audience
 from portal.live.controls import HeldControls
-from portal.live.hub import hub
 from portal.live.messages import (
     ROBOT,
     Command,
@@ -68,12 +66,12 @@ class RobotSocket(Socket):
 
     def prepare(self) -> None:
         """Make the parts of the socket."""
-        self.slug = self.scope["url_route"]["kwargs"]["slug"]
-        self.access = self._make_access(self.slug, self.scope)
+        self.slug, self.hub = self.scope["url_route"]["kwargs"]["slug"], self.shared.hub
+        self.access = self._make_access(self.slug, self.scope, self.hub)
         self.protocol, self.pool = self.access.protocol, self.access.pool
         self.viewer = Viewer(self.slug, connection_of(self.scope))
         self.outdated = asyncio.Event()
-        self.writer = Writer(self.viewer, self.send, self.outdated)
+        self.writer = Writer(self.viewer, self.send, self.outdated, self.hub)
         self.snapshots = SnapshotSender(self, self.viewer, self.access, self.writer, self.outdated)
         self.presence = Presence(self, self.slug, self.access)
         self.controls = HeldControls(self.slug)
@@ -86,7 +84,7 @@ class RobotSocket(Socket):
         try:
             await self.access.admit()
             try:
-                if not (self.stranger and hub().viewers(self.slug)):  # one more watcher needs nothing from the database
+                if not (self.stranger and self.hub.viewers(self.slug)):  # else it needs nothing of the database
                     self.role, self.controls.kinds, cameras = await self.orm(self.look)
             except Error as error:
                 await self.snapshots.report_store_down(error)
@@ -120,13 +118,13 @@ class RobotSocket(Socket):
         """Start to watch. `cameras`: those of the robot, if that was read."""
         viewer, self._watching = self.viewer, True
         viewer.visitor = STRANGER if self.stranger else 0
-        self._leave.callback(hub().detach, viewer)
-        hub().attach(viewer, cameras, self._wish())
-        viewer.seat = self.seat = self._leave.enter_context(audience().one(self.slug))
+        self._leave.callback(self.hub.detach, viewer)
+        self.hub.attach(viewer, cameras, self._wish())
+        viewer.seat = self.seat = self._leave.enter_context(self.shared.audience.one(self.slug))
         if viewer.connection is not None:
             self._leave.callback(viewer.connection.when_free, None)
             viewer.connection.when_free(self.writer.freed.set)
-        heard = await hub().heard(self.slug)  # or what changes between snapshot and subscription would be missed
+        heard = await self.hub.heard(self.slug)  # or what changes between snapshot and subscription would be missed
         await self.snapshots.send()
         if not heard:
             self.begin(self._update_when_heard())
@@ -143,7 +141,7 @@ class RobotSocket(Socket):
         return None
 
     async def _update_when_heard(self) -> None:
-        await hub().heard(self.slug, None)
+        await self.hub.heard(self.slug, None)
         self.outdated.set()
 
     async def release(self) -> None:
@@ -162,7 +160,7 @@ class RobotSocket(Socket):
         match message:
             case Ping():
                 at_ms = int(SYSTEM.now().timestamp() * 1000)
-                await self.send(json.dumps({"t": "pong", "n": message.n, "now_ms": at_ms, "link": hub().link}))
+                await self.send(json.dumps({"t": "pong", "n": message.n, "now_ms": at_ms, "link": self.hub.link}))
                 if self.role.person:
                     self.presence.note()
                 return
@@ -170,7 +168,7 @@ class RobotSocket(Socket):
                 self.plans.ask(message)
                 return
             case Watch():
-                hub().choose(self.viewer, Wish.of(message))
+                self.hub.choose(self.viewer, Wish.of(message))
                 return
             case Keep() | Released():
                 await self.controls.hear(message)
@@ -197,7 +195,7 @@ class RobotSocket(Socket):
 
     async def shut(self, ending: Ending) -> None:
         """Close, and end the turn unless another session of the person continues it."""
-        hub().detach(self.viewer)
+        self.hub.detach(self.viewer)
         person = self.sign_in.user if self.sign_in else 0  # a later snapshot has no person any more
         await asyncio.gather(self.close(ending.code, ending.text), self.presence.give_up(person, ending))
 
@@ -238,7 +236,7 @@ class Requests:
                 log.exception("a request failed")
                 answer = Answer(False, OUR_FAULT, "error")
             if answer.trace is not None:
-                await hub().trace(self._viewer, answer.trace)
+                await self._socket.shared.hub.trace(self._viewer, answer.trace)
             if isinstance(message, Command):
                 await self._controls.assign(message, answer.written)
             await self.answer(message, answer)

@@ -8,13 +8,12 @@ from typing import TypeVar
 import msgspec
 
 from portal.edge.direct import binary_frame, text_frames
-from portal.live.audience import audience
+from portal.live.audience import Audience
 from portal.live.video import Videos
 from portal.live.viewer import STRANGER, Cameras, Group, Viewer
 from portal.live.watchers import Watchers, together, watchers_text
 from robots import bus
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.video import unpack
 from robots.kit.packets import TAKEN_DOWN, Changed, Event
 
 ALWAYS = ("events", "state", "stream")  # heard of every robot that has viewers
@@ -30,8 +29,8 @@ def _drop_empty(groups: dict[K, Group]) -> None:
 class Room:
     """Those who watch one robot, and what they are given."""
 
-    def __init__(self, slug: str) -> None:
-        self.slug = slug
+    def __init__(self, slug: str, audience: Audience | None = None) -> None:
+        self.slug, self._audience = slug, audience or Audience()
         self.cameras = Cameras()  # that the robot has, where that is known
         self.viewers: dict[Viewer, None] = {}  # in the order in which they came
         self.each = defaultdict[Step, Group](dict)  # those that want each picture, by camera and step
@@ -115,7 +114,7 @@ class Room:
             else:
                 left.append(viewer)
         if len(left) < len(group):
-            audience().sent(self.slug, (len(group) - len(left)) * len(frame))
+            self._audience.sent(self.slug, (len(group) - len(left)) * len(frame))
         return left
 
     def _write_some(self, viewers: Iterable[Viewer], frame: bytes) -> list[Viewer]:
@@ -146,15 +145,14 @@ class Room:
         for viewer in left:
             viewer.put_picture(camera, data)
 
-    def give_video(self, data: bytes, coarse: bool) -> bool:
-        """Give everybody who wants it the next packet of video; False if a key picture has to be asked for."""
-        camera = unpack(data).camera
+    def give_video(self, camera: int, data: bytes, coarse: bool) -> bool:
+        """Give everybody who wants it a camera's next packet of video; False if a key picture has to be asked for."""
         self.outdate(camera)
         viewers = self.film.get((camera, coarse))
         if not viewers:  # it was wanted until now, or is in another web process
             self.videos[coarse].forget(camera)
             return True
-        return self.videos[coarse].give(data, viewers, SYSTEM.awake())
+        return self.videos[coarse].give(camera, data, viewers, SYSTEM.awake())
 
     def outdate(self, camera: int) -> None:
         """Forget the newest JPEG if nobody here has new ones made: what comes now is newer."""

@@ -16,7 +16,6 @@ from django.contrib.auth import get_user_model
 from django.contrib.sessions.models import Session
 from django.db import Error
 
-from portal.live.loops import of_loop
 from portal.live.people import session_key
 from portal.live.threads import Pool
 from queueing.models import PlaceEnd
@@ -160,6 +159,3 @@ class SessionWatch:
                 self._ending.add(task)
                 task.add_done_callback(self._ending.discard)
             await asyncio.sleep(APART_S)
-
-
-session_watch = of_loop(SessionWatch)

@@ -10,7 +10,6 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from django.contrib.auth.models import AnonymousUser
 
-from portal.live.loops import of_loop
 from portal.live.snapshot import snapshot
 from portal.live.threads import EVERYBODY
 from robots.kit.clock import SYSTEM
@@ -77,6 +76,3 @@ class Snapshots:
         finally:
             if shared.idle() and self._of.get(slug) is shared:
                 del self._of[slug]
-
-
-snapshots = of_loop(Snapshots)

@@ -6,11 +6,10 @@ import json
 from django.db import Error
 
 from portal.live.access import Access
-from portal.live.hub import hub
 from portal.live.people import current_user
 from portal.live.role import Role
 from portal.live.sessions import SignIn, sign_in_of
-from portal.live.shared import snapshots, with_person
+from portal.live.shared import with_person
 from portal.live.snapshot import of_person, snapshot
 from portal.live.socket import Socket
 from portal.live.viewer import Viewer
@@ -30,6 +29,7 @@ class SnapshotSender:
     def __init__(self, socket: Socket, viewer: Viewer, access: Access, writer: Writer, outdated: asyncio.Event) -> None:
         self._socket, self._viewer, self._access, self._writer = socket, viewer, access, writer
         self._slug, self._outdated = viewer.slug, outdated
+        self._hub, self._shared = socket.shared.hub, socket.shared.snapshots
         self._retrying = False
 
     async def run(self) -> None:
@@ -46,12 +46,12 @@ class SnapshotSender:
         """Send everything, and note the person's role."""
         try:
             if self._socket.stranger:
-                await self._writer.send_text((await snapshots().ask(self._slug, lambda: hub().link)).of_strangers)
+                await self._writer.send_text((await self._shared.ask(self._slug, lambda: self._hub.link)).of_strangers)
                 return
             public = ""
             if self._access.shares_snapshots(self._socket.role):
-                public = (await snapshots().ask(self._slug, lambda: hub().link)).public
-            text, role, sign_in = await self._socket.orm(self.read, hub().link, public)
+                public = (await self._shared.ask(self._slug, lambda: self._hub.link)).public
+            text, role, sign_in = await self._socket.orm(self.read, self._hub.link, public)
         except Error as error:
             await self.report_store_down(error)
             return
@@ -60,7 +60,7 @@ class SnapshotSender:
             return
         self._socket.role = role
         self._socket.sign(sign_in)
-        hub().count_as(self._viewer, 0 if role.grant else role.person)
+        self._hub.count_as(self._viewer, 0 if role.grant else role.person)
         await self._socket.send(text)
         ending = self._access.ending(role)
         if ending is not None and not self._socket.closed:

@@ -12,10 +12,11 @@ from channels.generic.websocket import AsyncWebsocketConsumer
 from portal.edge.dropped import drop
 from portal.edge.rates import AddressRate, Bucket
 from portal.live.audience import Seat
+from portal.live.loop import LoopState, of_loop
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.people import session_key
 from portal.live.role import Role
-from portal.live.sessions import Ending, SignIn, session_watch
+from portal.live.sessions import Ending, SignIn
 from portal.live.threads import Pool
 from robots.kit.clock import SYSTEM
 
@@ -33,6 +34,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
     """A socket. Subclasses define the messages (`wire`) and `prepare`, `open`, `take`, `refuse` and `release`."""
 
     wire: ClassVar[Wire[Any]]
+    shared: LoopState
     protocol: str | None = None  # of WebSocket, that is spoken with a peer that offers it
     pool: Pool | None = None  # the threads for its queries; None: those for the person's role
     sign_in: SignIn | None = None
@@ -49,7 +51,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         self._cut = False
 
     def prepare(self) -> None:
-        """Make the parts of the socket; `scope` is known."""
+        """Make the parts of the socket; `scope` and `shared` are known."""
 
     async def open(self) -> None:
         """Start; the socket is accepted."""
@@ -74,7 +76,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Serve the socket to its end; tasks are ended whatever was raised."""
-        self.scope = scope
+        self.scope, self.shared = scope, of_loop()
         sockets.add(self)
         self._main = asyncio.current_task()
         try:
@@ -86,7 +88,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         finally:
             self.closed = True
             sockets.discard(self)
-            session_watch().remove(self)
+            self.shared.sessions.remove(self)
             await self._clear()
 
     async def _clear(self) -> None:
@@ -190,7 +192,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         """Note who uses the socket; it ends with their session."""
         if sign_in is not None and self.sign_in is None and not self.closed:
             self.sign_in = sign_in
-            session_watch().add(self)
+            self.shared.sessions.add(self)
 
     def judge(self, user: Any) -> Ending | None:
         """Return why the socket must end though its session may go on; runs in a thread."""

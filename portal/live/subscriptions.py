@@ -6,7 +6,6 @@ from typing import Any
 
 import msgspec
 
-from portal.live.loops import of_loop
 from portal.live.store import Reader
 from robots import bus
 from robots.kit.packets import StandingChanged, decode_standing
@@ -91,6 +90,3 @@ class Subscriptions:
             return
         for subscriber in self._subscribers:
             subscriber.hear(told)
-
-
-subscriptions = of_loop(Subscriptions)

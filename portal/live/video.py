@@ -61,12 +61,11 @@ class Videos:
         self._heard: dict[int, float] = {}  # when the newest packet of each camera came
         self._asked: set[int] = set()  # cameras of which a key picture is needed
 
-    def give(self, data: bytes, viewers: Iterable[Watcher], now: float) -> bool:
-        """Give a new packet to those who want that camera's; False if a key picture has to be asked for.
+    def give(self, camera: int, data: bytes, viewers: Iterable[Watcher], now: float) -> bool:
+        """Give a camera's new packet to those who want it; False if a key picture has to be asked for.
 
         Raises ValueError.
         """
-        camera = unpack(data).camera
         chain = self._chains.setdefault(camera, PacketChain(unpack))
         self._heard[camera] = now
         if not chain.add(data):

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 import msgspec
 
 from portal.edge.direct import binary_frame
-from portal.live.hub import hub
+from portal.live.hub import Hub
 from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
 from robots.kit.packets import Changed
@@ -21,7 +21,10 @@ class Writer:
     It sets `outdated` when a new snapshot is needed.
     """
 
-    def __init__(self, viewer: Viewer, send: Callable[..., Awaitable[None]], outdated: asyncio.Event) -> None:
+    def __init__(
+        self, viewer: Viewer, send: Callable[..., Awaitable[None]], outdated: asyncio.Event, hub: Hub
+    ) -> None:  # fmt: skip
+        self._hub = hub
         self._viewer, self._connection, self._send, self._outdated = viewer, viewer.connection, send, outdated
         self.freed = asyncio.Event()  # set whenever the connection has taken everything
         self._one_by_one = asyncio.Lock()
@@ -29,8 +32,8 @@ class Writer:
     async def run(self) -> None:
         """Send what waits in the mailbox; while Redis is away, read the database every second."""
         while True:
-            await self._viewer.wait_for_mail(IDLE_S if hub().link else UNLINKED_S)
-            if not hub().link:
+            await self._viewer.wait_for_mail(IDLE_S if self._hub.link else UNLINKED_S)
+            if not self._hub.link:
                 self._outdated.set()
             await self._empty(self._viewer)
 
@@ -46,7 +49,7 @@ class Writer:
             if (state := viewer.take_state()) is not None:
                 sent = True
                 await self.send_bytes(state)
-            for data in (*viewer.take_sounds(), *hub().news(viewer)):
+            for data in (*viewer.take_sounds(), *self._hub.news(viewer)):
                 sent = True
                 await self.send_bytes(data)
             while (event := viewer.take_event()) is not None:
@@ -56,9 +59,9 @@ class Writer:
                 else:
                     await self.send_text(msgspec.json.encode(event).decode())
             if count:
-                await self.send_text(watchers_text(hub().watchers(viewer.slug)))
+                await self.send_text(watchers_text(self._hub.watchers(viewer.slug)))
             await self.wait_until_free()
-            if packets := hub().video(viewer):
+            if packets := self._hub.video(viewer):
                 sent = True
                 await self._send_together(packets)
             if (picture := viewer.take_picture()) is not None:

@@ -55,10 +55,10 @@ class WebHere:
         """Return what the web process holds for sockets: viewers, robots listened to, sockets, tasks, connections."""
 
         def count():
-            from portal.live.hub import hub
+            from portal.live.loop import of_loop
             from portal.live.socket import sockets
 
-            here = hub()
+            here = of_loop().hub
             names = [t.get_coro().__qualname__ for t in asyncio.all_tasks()]
             pubsub = here._reader.pubsub.channels if here._reader.pubsub is not None else {}
             return {

@@ -9,7 +9,8 @@ from urllib.parse import quote
 
 import pytest
 
-from portal.live.hub import MARK_S, Hub
+from portal.live.hub import MARK_S
+from portal.live.loop import LoopState
 from portal.live.viewer import Viewer, Wish
 from robots import bus
 from robots.kit.packets import Changed, picture_packet
@@ -33,7 +34,7 @@ async def ended(hub):
 
 async def come_and_go(chance):
     """Let viewers come and go in any order until nobody is left; return the channels that the hub listens to then."""
-    hub, here = Hub(), []
+    hub, here = LoopState().hub, []
     for _ in range(chance.randint(1, 12)):
         if here and chance.random() < 0.5:
             hub.detach(here.pop(chance.randrange(len(here))))
@@ -67,7 +68,7 @@ def test_a_wish_while_the_connection_opens_is_followed(redis_server):
     """After the channels of its robot were asked for, before Redis has answered all."""
 
     async def wish():
-        hub, one = Hub(), Viewer("mercury")
+        hub, one = LoopState().hub, Viewer("mercury")
         hub.attach(one)
         async with asyncio.timeout(10):
             while not hub._listened.get("mercury"):
@@ -91,9 +92,9 @@ def told(web):
     """Return the channels that the web process has asked Redis for, and what Redis is told is watched."""
 
     def listened():
-        from portal.live.hub import hub
+        from portal.live.loop import of_loop
 
-        return {name.removeprefix("farhand:mercury:") for name in hub()._listened.get("mercury", ())}
+        return {name.removeprefix("farhand:mercury:") for name in of_loop().hub._listened.get("mercury", ())}
 
     prefix = bus.watch_key("mercury", "").encode()
     return web.ask(listened), {key.removeprefix(prefix).decode() for key in bus.connection().keys(prefix + b"*")}

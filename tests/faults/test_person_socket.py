@@ -49,9 +49,10 @@ def told(one, state, seconds=5):
 
 def nothing_left(web):
     def subscribers():
-        from portal.live.subscriptions import subscriptions as here
+        from portal.live.loop import of_loop
 
-        return len(here()), here()._task
+        people = of_loop().people
+        return len(people), people._task
 
     web.nothing_left()
     wait_for(lambda: web.ask(subscribers) == (0, None), 5, "no subscriber")

@@ -15,7 +15,8 @@ from django.test import Client
 
 from accounts.models import Clearance
 from portal.live import presence
-from portal.live.sessions import RAN_OUT_S, session_watch
+from portal.live.loop import of_loop
+from portal.live.sessions import RAN_OUT_S
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
@@ -137,7 +138,7 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
     bob = Browser(people["bob"])
 
     def ends_nothing():
-        return not session_watch()._ending
+        return not of_loop().sessions._ending
 
     try:
         with here.open(web) as one, phone.open(second_process) as other, bob.open(second_process) as third:
@@ -171,7 +172,7 @@ def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(w
         wait_for(lambda: driving.sessions.count() == 2, 5, "both sessions of the turn")
         here.sign_out()
         assert closed(one)[0] == 4401
-        wait_for(lambda: web.ask(lambda: not session_watch()._ending), 5, "what ends with the socket")
+        wait_for(lambda: web.ask(lambda: not of_loop().sessions._ending), 5, "what ends with the socket")
         assert not turn_ended(driving)
         phone.sign_out()
         assert closed(other)[0] == 4401
@@ -189,7 +190,7 @@ def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, 
         driving.sessions.update(last_seen=SYSTEM.now() - timedelta(minutes=1))
         here.sign_out()
         assert closed(one)[0] == 4401
-        wait_for(lambda: web.ask(lambda: not session_watch()._ending), 10, "what ends with the socket")
+        wait_for(lambda: web.ask(lambda: not of_loop().sessions._ending), 10, "what ends with the socket")
         assert not turn_ended(driving)
 
 
@@ -283,9 +284,9 @@ def test_nothing_is_asked_while_nobody_is_signed_in(web, people):
         heard(one, "snapshot")
 
         def watching():
-            from portal.live.sessions import session_watch
+            from portal.live.loop import of_loop
 
-            return session_watch()._task is not None and not session_watch()._task.done()
+            return of_loop().sessions._task is not None and not of_loop().sessions._task.done()
 
         assert not web.ask(watching)
         with Browser(people["bob"]).open(web) as two:

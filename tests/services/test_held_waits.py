@@ -8,6 +8,7 @@ import pytest
 from asgiref.sync import async_to_sync, sync_to_async
 
 from portal.live import actions, controls, robot_socket, snapshot_sender
+from portal.live.loop import LoopState
 from portal.live.messages import Accept, Keep, Released
 from portal.live.messages import Command as Asked
 from portal.live.role import Role
@@ -120,6 +121,7 @@ class Line:
         )
         self.heard, self.page, self.said, self.tasks = [], robot_socket.RobotSocket(), [], []
         self.page.scope = {"url_route": {"kwargs": {"slug": robot.slug}}}
+        self.page.shared = LoopState()
         self.page.prepare()
         self.controls = self.page.controls
         self.controls.kinds = frozenset({kind})

@@ -6,6 +6,7 @@ import pytest
 from django.test import Client
 
 from portal.live import actions, robot_socket
+from portal.live.loop import LoopState
 from portal.live.messages import Command as Asked
 from robots import services
 from robots.kit.clock import SYSTEM
@@ -88,6 +89,7 @@ def test_a_press_that_was_refused_holds_no_motion_of_another_page(robot, people,
     services.issue(robot.slug, people["ada"], "up", {}, 7)
     page = robot_socket.RobotSocket()
     page.scope = {**scope, "url_route": {"kwargs": {"slug": robot.slug}}}
+    page.shared = LoopState()
     page.prepare()
     requests, controls = page.requests, page.controls
     controls._pressed = 7

@@ -6,6 +6,7 @@ from datetime import timedelta
 import pytest
 
 from portal.live import robot_socket, snapshot_sender
+from portal.live.loop import LoopState
 from portal.live.messages import Stop
 from portal.live.snapshot import status_of
 from robots import bus, services
@@ -25,6 +26,7 @@ def page(robot, people, monkeypatch):
         monkeypatch.setattr(snapshot_sender, "current_user", lambda scope: people[name])
         made = robot_socket.RobotSocket()
         made.scope = {"url_route": {"kwargs": {"slug": robot.slug}}}
+        made.shared = LoopState()
         made.prepare()
         _, made.role, _ = made.snapshots.read(True)
         return made

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from portal.live import audience as counting
 from portal.live.audience import Audience, write
+from portal.live.loop import of_loop
 from portal.live.robot_socket import RobotSocket
 from portal.live.sessions import SESSIONS
 from portal.live.threads import ANYBODY, DRIVERS, EVERYBODY, KNOWN
@@ -131,11 +132,11 @@ def test_a_socket_is_a_visitor_and_what_it_is_sent_is_counted(robot, redis_serve
         await socket.send_input({"type": "websocket.connect"})
         assert (await socket.receive_output(10))["type"] == "websocket.accept"
         size = len((await socket.receive_output(10))["text"])
-        during = counted(counting.audience())[1][robot.slug]
+        during = counted(of_loop().audience)[1][robot.slug]
         await socket.send_input({"type": "websocket.disconnect", "code": 1000})
         await socket.wait(10)
-        counted(counting.audience(), AT)  # what was sent while it ended
-        return size, during, counted(counting.audience(), AT + timedelta(minutes=5))[1]
+        counted(of_loop().audience, AT)  # what was sent while it ended
+        return size, during, counted(of_loop().audience, AT + timedelta(minutes=5))[1]
 
     size, (watching, sent), after = asyncio.run(visit())
     assert watching == 1

@@ -137,8 +137,8 @@ def test_nothing_is_computed_or_kept_for_nobody(computed):
     one = viewer(room, 1)
     for coarse in (False, True):
         room.give_picture(0, b"\x02 picture", coarse)
-        assert room.give_video(KEY, coarse)
-        assert room.give_video(NEXT, coarse), "no key picture is asked for"
+        assert room.give_video(0, KEY, coarse)
+        assert room.give_video(0, NEXT, coarse), "no key picture is asked for"
         room.give_state(b"\x80 compact", True)
     assert not computed
     assert not any(videos._chains for videos in room.videos.values())
@@ -151,14 +151,14 @@ def test_whoever_films_later_gets_no_part_of_a_group_that_has_gaps():
     async def film():
         room = Room("arm")
         first = viewer(room, 0, video="vp8")
-        assert room.give_video(KEY, False)
+        assert room.give_video(0, KEY, False)
         room.remove(first)
-        assert room.give_video(NEXT, False)
+        assert room.give_video(0, NEXT, False)
         second = viewer(room, 0, video="vp8")
         assert room.missing(second) == []
         assert room.keys() == {"video.key"}
-        assert not room.give_video(AFTER, False), "a key picture is needed"
-        assert room.give_video(KEY, False)
+        assert not room.give_video(0, AFTER, False), "a key picture is needed"
+        assert room.give_video(0, KEY, False)
         assert room.missing(second) == [KEY]
 
     asyncio.run(film())

@@ -28,7 +28,7 @@ class Slow:
 def test_nothing_that_always_has_more_keeps_the_rest_waiting():
     async def run():
         line = Slow()
-        writer = Writer(SimpleNamespace(connection=line), None, asyncio.Event())
+        writer = Writer(SimpleNamespace(connection=line), None, asyncio.Event(), None)
 
         async def pictures():
             while True:
@@ -60,7 +60,7 @@ def test_nothing_that_always_has_more_keeps_the_rest_waiting():
 def test_a_line_that_is_free_costs_no_wait():
     async def run():
         line = Slow()
-        writer = Writer(SimpleNamespace(connection=line), None, asyncio.Event())
+        writer = Writer(SimpleNamespace(connection=line), None, asyncio.Event(), None)
         await writer.wait_until_free()
         assert not writer._one_by_one.locked()
         line.write("picture")

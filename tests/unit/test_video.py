@@ -77,7 +77,7 @@ def test_whatever_a_line_does_and_whatever_is_lost_each_packet_follows_the_one_b
         if data.draw(st.integers(0, 9)) == 0:
             continue  # lost on the way to this process
         here = [w for w in watchers if w is not late or n >= late_from]
-        asked += not videos.give(packet, here, now)
+        asked += not videos.give(0, packet, here, now)
         for one in here:
             one.free = data.draw(st.booleans())
             given_now = one.empty(videos, now)
@@ -90,13 +90,13 @@ def test_whatever_a_line_does_and_whatever_is_lost_each_packet_follows_the_one_b
 def test_a_newcomer_gets_the_group_since_the_last_key_picture_at_once_and_then_what_comes():
     videos, packets = Videos(), film(30, {15})
     for n, packet in enumerate(packets[:25], 1):
-        videos.give(packet, [], n / 10)
+        videos.give(0, packet, [], n / 10)
     one = Watcher()
     one.wake()
     one.empty(videos, 2.5)
     assert [p.number for p in one.got] == list(range(15, 26))
     for n, packet in enumerate(packets[25:], 26):
-        videos.give(packet, [one], n / 10)
+        videos.give(0, packet, [one], n / 10)
     assert [p.number for p in one.got] == list(range(15, 31))
 
 
@@ -106,7 +106,7 @@ def test_a_slow_viewer_is_given_little_that_it_missed_and_otherwise_skips_to_the
     for n, packet in enumerate(packets, 1):
         one.free = n not in busy
         one.empty(videos, n / 10)
-        videos.give(packet, [one], n / 10)
+        videos.give(0, packet, [one], n / 10)
     assert [p.number for p in one.got] == [*range(1, 20), *range(41, 61)]
 
 
@@ -117,7 +117,7 @@ def test_a_slow_viewer_is_given_all_that_it_missed_if_that_is_no_more_bytes_than
             one.free = not 5 <= n < 22
             one.empty(videos, n / 10)
             data = bytes(1000 if n == 1 else size)
-            videos.give(pack(VideoPacket(0, n, 100 * n, 0, data, n - 1 if n > 1 else None)), [one], n / 10)
+            videos.give(0, pack(VideoPacket(0, n, 100 * n, 0, data, n - 1 if n > 1 else None)), [one], n / 10)
         assert 17 * (size + HEAD.size) - (1000 + HEAD.size) == (17 if skips else 0)
         assert [p.number for p in one.got] == list(range(1, 5 if skips else 41))
 
@@ -128,11 +128,11 @@ def test_who_asks_again_within_a_second_is_given_the_group_then_and_not_before()
     for n, packet in enumerate(film(20, {4}), 1):
         now = n / 10
         if n > 4:
-            videos.give(packet, [one] if n > 5 else [], now)
+            videos.give(0, packet, [one] if n > 5 else [], now)
             assert bool(one.got) == (now > JOIN_S), n
             one.empty(videos, now)
         else:
-            videos.give(packet, [], now)
+            videos.give(0, packet, [], now)
     assert [p.number for p in one.got] == list(range(4, 21))
 
 
@@ -143,7 +143,7 @@ def test_who_has_fallen_far_behind_is_not_woken_before_the_next_key_picture():
         one.free = not 5 <= n < 15
         one.empty(videos, n / 10)
         one.woken = one.woken and not one.free
-        videos.give(packet, [one], n / 10)
+        videos.give(0, packet, [one], n / 10)
         woken += [n] * one.woken
     assert [p.number for p in one.got] == [*range(1, 5), *range(25, 31)]
     assert woken == list(range(5, 15))
@@ -156,7 +156,7 @@ def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
     assert room.keys() == {"video.key"}
     videos, packets = Videos(), film(3, set())
     for packet in packets:
-        assert videos.give(packet, [], 10.0)
+        assert videos.give(0, packet, [], 10.0)
     assert videos.flows(0, 10.0 + SILENT_S - 0.1)
     assert not videos.flows(0, 10.0 + SILENT_S)
     one = Watcher()
@@ -164,7 +164,7 @@ def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
     assert videos.missing(one, 10.0) == packets
     assert videos.missing(one, 10.0) == []
     orphan = pack(VideoPacket(0, 9, 2000, 0, BYTES, 8, 3))
-    assert [videos.give(orphan, [one], 11.0) for _ in range(3)] == [False, True, True], "asked for once"
+    assert [videos.give(0, orphan, [one], 11.0) for _ in range(3)] == [False, True, True], "asked for once"
     assert videos.missing(Watcher(), 11.0) == []
 
 
@@ -190,10 +190,10 @@ def test_a_jpeg_picture_is_not_kept_when_newer_ones_come_as_video_alone():
     packets = film(3, set())
     room.add(plain)
     room.give_picture(0, b"\x02 old")
-    room.give_video(packets[0], False)
+    room.give_video(0, packets[0], False)
     assert room.newest == {0: b"\x02 old"}, "JPEG is made as well"
     room.remove(plain)
-    room.give_video(packets[1], False)
+    room.give_video(0, packets[1], False)
     assert room.newest == {}
 
 

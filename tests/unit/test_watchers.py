@@ -5,7 +5,7 @@ import asyncio
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.live.hub import Hub
+from portal.live.loop import LoopState
 from portal.live.rooms import Room
 from portal.live.viewer import STRANGER, Viewer
 from portal.live.watchers import Watchers, together, understood
@@ -53,7 +53,7 @@ def test_a_robots_room_counts_strangers_pages_and_people_who_do_not_drive(pages)
 
 def test_whose_turn_begins_watches_no_more_and_does_again_when_it_is_over():
     async def counts():
-        hub, seen = Hub(), []
+        hub, seen = LoopState().hub, []
         room = hub._rooms.setdefault("mercury", Room("mercury"))
         pages = [Viewer("mercury"), Viewer("mercury")]  # of one person
         for viewer in pages:

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from portal.live.hub import hub
+from portal.live.loop import of_loop
 from portal.live.viewer import Viewer, Wish
 from portal.web.composites.parts import GONE_S, Parts, shared
 from robots.kit.clock import SYSTEM
@@ -66,7 +66,7 @@ async def newest(slug: str, camera: int) -> Taken:
 
 async def _look(slug: str, camera: int) -> Taken:
     viewer = Viewer(slug, wish=Wish(frozenset({camera})))
-    hub().attach(viewer)
+    of_loop().hub.attach(viewer)
     packet = _fresh(viewer.take_picture(camera))
     try:
         async with asyncio.timeout(NEXT_S):
@@ -78,4 +78,4 @@ async def _look(slug: str, camera: int) -> Taken:
     except TimeoutError:
         return None
     finally:
-        hub().detach(viewer)
+        of_loop().hub.detach(viewer)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from django.db import Error
 
-from portal.live.hub import hub
+from portal.live.loop import of_loop
 from portal.live.threads import ANYBODY, Pool
 from portal.live.viewer import Viewer
 from portal.web.composites.parts import GONE_S, Parts, shared
@@ -53,7 +53,7 @@ class Drawn(Parts):
         while clock() - heard < GONE_S:
             due = max(due + EVERY_S, clock())
             await asyncio.sleep(due - clock())
-            packets = hub().news(viewer)
+            packets = of_loop().hub.news(viewer)
             news, picture = viewer.take_state(), viewer.take_picture(0)
             viewer.drop_events()
             if news is not None:

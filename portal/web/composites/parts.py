@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 
-from portal.live.hub import hub
+from portal.live.loop import of_loop
 from portal.live.viewer import Viewer, Wish
 
 log = logging.getLogger(__name__)
@@ -84,13 +84,13 @@ class Parts(ABC):
 
     async def _run(self) -> None:
         viewer = Viewer(self.slug, wish=Wish(self._cameras))
-        hub().attach(viewer)
+        of_loop().hub.attach(viewer)
         try:
             await self.make(viewer)
         except Exception:
             log.exception("the moving picture %s of %s failed", self._key[2], self.slug)
         finally:
-            hub().detach(viewer)
+            of_loop().hub.detach(viewer)
             self._end()
 
     def _end(self) -> None:

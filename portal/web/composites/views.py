@@ -19,7 +19,7 @@ from django.utils.http import http_date
 
 from portal.edge.counts import AddressCount
 from portal.edge.pages import leave_room
-from portal.live.audience import audience
+from portal.live.loop import of_loop
 from portal.live.messages import CAMERAS
 from portal.live.snapshot import seen
 from portal.live.threads import Pool
@@ -173,7 +173,7 @@ async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Stil
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
             shown = make()
-            with shown.watched(), audience().one(slug) as seat:
+            with shown.watched(), of_loop().audience.one(slug) as seat:
                 first = await still() if still is not None else b""
                 async for part in ordered(shown.parts(first)):
                     seat.sent_bytes += len(part)

@@ -1,8 +1,8 @@
 """One subscription per stream and process; every viewer gets the same bytes, and only the newest.
 
-Pictures never go through a channel layer. What comes is written at once to each viewer whose connection has taken
+Pictures never go through a channel layer. Each message is written at once to each viewer whose connection has taken
 everything before it: no copy, task or queue for a viewer. For the others it waits in their mailbox: a slow viewer skips
-pictures and states; a viewer that missed an event is told to read everything again.
+pictures and states; a viewer that missed an event is sent a new snapshot.
 """
 
 import asyncio
@@ -24,13 +24,13 @@ from portal.live.store import SILENT_S, Reader
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.viewer import Cameras, Viewer, Wish
-from portal.live.watchers import together, understood
+from portal.live.watchers import read_watchers, together
 from robots import bus
 from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
-MARK_S = 2.0  # between two marks of what is wanted, which count for `bus.WATCH_S`
+MARK_S = 2.0  # between two marks of the demand, which count for `bus.WATCH_S`
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
 HEARD_S = 1.0  # that a new viewer waits for the subscription
 
@@ -67,21 +67,21 @@ class Hub:
         if not self._tasks:
             self._hold(self._reader.run())
             self._hold(self._keep_watch())
-        elif not room.heard.is_set() or room.watched() != known:
+        elif not room.confirmation.is_set() or room.watched() != known:
             self._hold(self._follow(viewer.slug))
 
-    async def heard(self, slug: str, within_s: float | None = HEARD_S) -> bool:
+    async def wait_until_subscribed(self, slug: str, within_s: float | None = HEARD_S) -> bool:
         """Wait until nothing told of a robot can be missed; not while Redis is away. Return False if it took longer."""
         room = self._rooms.get(slug)
         if room is None or self._away:
             return True
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(within_s):
-                return await room.heard.wait()
+                return await room.confirmation.wait()
         return False
 
     def choose(self, viewer: Viewer, wish: Wish) -> None:
-        """Send the viewer what it wishes from now on, the newest picture of each camera at once."""
+        """Change the viewer's wish, and send it the newest picture of each camera at once."""
         room = self._rooms.get(viewer.slug)
         if room is None:
             return
@@ -98,7 +98,7 @@ class Hub:
         return {*room.watched(), *room.keys()} if room is not None else set()
 
     def count_as(self, viewer: Viewer, visitor: int) -> None:
-        """Count the viewer as a page of this person; 0 for nobody, who drives."""
+        """Count the viewer as a page of this person; an operator as nobody (0)."""
         if viewer.visitor != visitor:
             with self._changing(viewer):
                 viewer.visitor = visitor
@@ -112,7 +112,7 @@ class Hub:
 
     @contextlib.contextmanager
     def _changing(self, viewer: Viewer) -> Iterator[None]:
-        """Change during the body of a `with` statement what a viewer wants."""
+        """Change a viewer's wish or visitor during the body of a `with` statement."""
         room = self._rooms.get(viewer.slug)
         here = room is not None and viewer in room.viewers
         if room is not None and here:
@@ -130,7 +130,7 @@ class Hub:
     def video(self, viewer: Viewer) -> list[bytes]:
         """Return packets of video that a viewer was not given yet, and note that it is."""
         room = self._rooms.get(viewer.slug)
-        return room.missing(viewer) if room is not None else []
+        return room.take_missing(viewer) if room is not None else []
 
     def _hold(self, coroutine: Any) -> None:
         task = asyncio.create_task(coroutine)
@@ -163,7 +163,7 @@ class Hub:
         return room.strangers if room is not None else 0
 
     async def _follow(self, slug: str) -> None:
-        """Subscribe to what a robot's viewers want, while it has any."""
+        """Subscribe to the channels that a robot's viewers want, while it has any."""
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:  # the last caller sees the present state
                 if self._reader.pubsub is None:
@@ -177,10 +177,10 @@ class Hub:
                             await self._reader.pubsub.unsubscribe(*listened)
                         return
                     new = room.channels() - listened
-                    if not room.asked:  # again where it was heard for a room before: the answer tells that it is
+                    if not room.requested:  # again where it was heard for a room before: the answer tells that it is
                         new.add(bus.events_channel(slug))
                         self._awaited[slug] += 1
-                        room.asked = True
+                        room.requested = True
                     if new:
                         listened |= new
                         await self._reader.pubsub.subscribe(*new)
@@ -189,7 +189,7 @@ class Hub:
                 await self._restore(slug)
 
     async def _unfollow(self, slug: str) -> None:
-        """Hear no more of a robot what nobody wants any more."""
+        """Unsubscribe from a robot's channels that nobody wants any more."""
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:
                 room, listened = self._rooms.get(slug), self._listened.get(slug)
@@ -207,7 +207,7 @@ class Hub:
                     await self._reader.pubsub.unsubscribe(*gone)
 
     async def _restore(self, slug: str) -> None:
-        """Read what is kept of a robot's byte streams, where its beginning was not heard."""
+        """Read a robot's byte streams as Redis keeps them, where their beginning was not heard."""
         if slug in self._restoring or self._reader.connection is None:
             return
         self._restoring.add(slug)
@@ -226,12 +226,12 @@ class Hub:
             self._rooms[slug].wake()
 
     async def _follow_all(self) -> None:
-        """Subscribe to what all viewers want, over a connection that has just been opened."""
+        """Subscribe to the channels of all robots, over a connection that has just been opened."""
         self._awaited.clear()
         self._listened.clear()
         for slug, room in list(self._rooms.items()):
-            room.heard.clear()
-            room.asked = False
+            room.confirmation.clear()
+            room.requested = False
             self.streams.forget(slug)  # packets were missed
             await self._follow(slug)
 
@@ -249,8 +249,8 @@ class Hub:
                 self._away = False
                 self._set_link(True)
                 for slug, room in self._rooms.items():
-                    if room.asked and not self._awaited[slug]:
-                        room.heard.set()
+                    if room.requested and not self._awaited[slug]:
+                        room.confirmation.set()
 
     def _confirmed(self, channel: str) -> None:
         """Redis sends everything of this channel from now on."""
@@ -261,7 +261,7 @@ class Hub:
         if self._awaited[slug] <= 0:
             del self._awaited[slug]
             if self.link and slug in self._rooms:
-                self._rooms[slug].heard.set()
+                self._rooms[slug].confirmation.set()
 
     def _set_link(self, up: bool) -> None:
         if up != self.link:
@@ -318,7 +318,7 @@ class Hub:
             await URGENT.run(bus.make_up)
         for slug in list(self._rooms):
             await self._unfollow(slug)
-            await self._follow(slug)  # also what somebody wished while Redis was away
+            await self._follow(slug)  # also for wishes that came while Redis was away
             await self._count(slug)
 
     async def _count(self, slug: str) -> None:
@@ -334,7 +334,7 @@ class Hub:
             both.expire(key, 10 * COUNT_S)
             both.hgetall(key)
             *_, told = await both.execute()
-            counts = {name: understood(value) for name, value in told.items()}
+            counts = {name: read_watchers(value) for name, value in told.items()}
             if old := [name for name, one in counts.items() if now - one.at > COUNT_S]:
                 await store.hdel(key, *old)
             room.give_count(together(one for name, one in counts.items() if name not in old))

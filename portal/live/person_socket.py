@@ -44,7 +44,7 @@ class PersonSocket(Socket):
         self._waits, self._seen = False, 0.0
 
     async def open(self) -> None:
-        """Find out who it is; the socket closes if nobody is signed in."""
+        """Read the person of the session; the socket closes if nobody is signed in."""
         try:
             user = await self.orm(current_user, self.scope)
         except Error:
@@ -94,7 +94,7 @@ class PersonSocket(Socket):
             await self.orm(still_open, self.role.person, session_key(self.scope), SYSTEM.now())
 
     async def refuse(self, error: NotUnderstood) -> None:
-        """Say what was wrong with a request."""
+        """Answer a request that was not understood."""
         await self._answer(error.to, "", str(error))
 
     async def _answer(self, to: str, robot: str, wrong: str) -> None:
@@ -120,7 +120,7 @@ class PersonSocket(Socket):
     async def _serve(self, subscriber: Subscriber) -> None:
         """Send the person's places whenever they changed, and at certain moments."""
         while True:
-            subscriber.begins()
+            subscriber.begin_reading()
             try:
                 seen = await self.orm(self._look)
             except Error:
@@ -130,7 +130,7 @@ class PersonSocket(Socket):
                 await self.close(SIGNED_OUT)
                 return
             shown, queues = seen
-            subscriber.has_read(queues)
+            subscriber.end_reading(queues)
             states = {one["state"] for one in shown["places"]}
             self.role = Role(self.role.person, queued=bool(states - {"missed", "ended"}))
             self._waits = bool(states & {"waiting", "offered"})

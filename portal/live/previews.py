@@ -40,7 +40,7 @@ PREPARE = Pool("preview", 1)
 
 
 class Asker(Protocol):
-    """Who asks for previews."""
+    """The page that asks for previews."""
 
     @property
     def closed(self) -> bool:
@@ -52,7 +52,7 @@ class Asker(Protocol):
 
 @dataclass(frozen=True)
 class Question:
-    """A person's newest question, and who asks."""
+    """A person's newest question, and the page that asks."""
 
     asker: Asker
     scope: dict[str, Any]
@@ -179,4 +179,4 @@ class Previewer:
         if process is not None:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
-            await process.communicate()  # `wait` alone would wait for ever for what it has said beyond an answer
+            await process.communicate()  # `wait` alone would wait for ever for bytes that come after an answer

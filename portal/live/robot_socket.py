@@ -100,7 +100,7 @@ class RobotSocket(Socket):
             self.presence.note()
 
     def look(self) -> tuple[Role, frozenset[str], Cameras]:
-        """Return who is signed in, the kinds of held motions, and what cameras there are; runs in a thread.
+        """Return the role, the kinds of held motions and the robot's cameras; runs in a thread.
 
         Raises Robot.DoesNotExist.
         """
@@ -124,24 +124,25 @@ class RobotSocket(Socket):
         if viewer.connection is not None:
             self._leave.callback(viewer.connection.when_free, None)
             viewer.connection.when_free(self.writer.freed.set)
-        heard = await self.hub.heard(self.slug)  # or what changes between snapshot and subscription would be missed
+        # first, or a change between snapshot and subscription would be missed
+        subscribed = await self.hub.wait_until_subscribed(self.slug)
         await self.snapshots.send()
-        if not heard:
-            self.begin(self._update_when_heard())
+        if not subscribed:
+            self.begin(self._update_when_subscribed())
         viewer.ask_count()
         self.begin(self.writer.run())
         self.begin(self.snapshots.run())
 
     def _wish(self) -> Wish | None:
-        """Return what the page wants from the beginning, which stands in the socket's address."""
+        """Return the page's first wish, which stands in the socket's address."""
         asked = parse_qs(self.scope.get("query_string", b"").decode("latin-1")).get("watch", [""])[0]
         with contextlib.suppress(NotUnderstood):
             message = ROBOT.decode(asked)
             return Wish.of(message) if isinstance(message, Watch) else None
         return None
 
-    async def _update_when_heard(self) -> None:
-        await self.hub.heard(self.slug, None)
+    async def _update_when_subscribed(self) -> None:
+        await self.hub.wait_until_subscribed(self.slug, None)
         self.outdated.set()
 
     async def release(self) -> None:
@@ -178,7 +179,7 @@ class RobotSocket(Socket):
         await self.requests.put(message, sent)
 
     async def refuse(self, error: NotUnderstood) -> None:
-        """Answer what was wrong with a request."""
+        """Answer a request that was not understood."""
         await self.requests.refuse(error)
 
     def check_in(self) -> None:
@@ -249,7 +250,7 @@ class Requests:
             await self._snapshots.send()
 
     async def refuse(self, error: NotUnderstood) -> None:
-        """Answer what was wrong with a request."""
+        """Answer a request that was not understood."""
         await self._send(error.to, error.seq, Answer(False, str(error), "bad_request"))
 
     async def _send(self, to: str, seq: int, answer: Answer) -> None:

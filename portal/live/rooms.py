@@ -1,4 +1,4 @@
-"""Who watches which robot, and what they are given: at once where the connection is free, else by their mailbox."""
+"""The viewers of one robot: they are written to at once where the connection is free, else by their mailbox."""
 
 import asyncio
 from collections import Counter, defaultdict
@@ -27,7 +27,7 @@ def _drop_empty(groups: dict[K, Group]) -> None:
 
 
 class Room:
-    """Those who watch one robot, and what they are given."""
+    """The viewers of one robot in this process, grouped by their wishes, and the newest pictures and video for them."""
 
     def __init__(self, slug: str, audience: Audience | None = None) -> None:
         self.slug, self._audience = slug, audience or Audience()
@@ -39,19 +39,19 @@ class Room:
         self.listeners: Group = {}  # those that want sound
         self.states = defaultdict[bool, Group](dict)  # those that want compact states, or whole ones
         self.strangers = 0  # pages of people who are not signed in
-        self.people = Counter[int]()  # pages of those who are and do not drive
-        self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
+        self.people = Counter[int]()  # pages of people who are signed in and do not drive
+        self.demand = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
         self.videos = {coarse: Videos() for coarse in (False, True)}
         self.count = 0  # how many watch in all web processes together, when it was last counted
-        self.asked = False  # the subscription was sent to Redis
-        self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
+        self.requested = False  # the subscription was sent to Redis
+        self.confirmation = asyncio.Event()  # set when Redis has confirmed the subscription
 
     def add(self, viewer: Viewer) -> None:
-        """Give a viewer, from now on, what it wants of this robot."""
+        """Add a viewer to the groups of its wish."""
         self.viewers[viewer] = None
         self._seat(viewer, 1)
-        self.wanted.update(self._demands(viewer))
+        self.demand.update(self._demands(viewer))
         viewer.enter(self._groups(viewer))
 
     def remove(self, viewer: Viewer) -> None:
@@ -59,7 +59,7 @@ class Room:
         if viewer in self.viewers:
             del self.viewers[viewer]
             self._seat(viewer, -1)
-            self.wanted.subtract(self._demands(viewer))
+            self.demand.subtract(self._demands(viewer))
             viewer.enter(())
             for steps in (self.each, self.film):
                 _drop_empty(steps)
@@ -70,10 +70,10 @@ class Room:
             self.strangers += many
         elif viewer.visitor:
             self.people[viewer.visitor] += many
-            self.people += Counter()  # forget those who have no page any more
+            self.people += Counter()  # drop zeros
 
     def here(self, now: int = 0) -> Watchers:
-        """Return who watches in this process."""
+        """Return the people and strangers who watch in this process."""
         return Watchers(self.strangers, frozenset(self.people), now)
 
     def watching(self) -> int:
@@ -90,11 +90,11 @@ class Room:
         return [self.states[wish.compact], *pictures, *[self.listeners] * wish.sound]
 
     def watched(self) -> frozenset[str]:
-        """Return what somebody wants: names of cameras' streams, and `trace`."""
-        return frozenset(what for what, many in self.wanted.items() if many > 0)
+        """Return the names of the demands that somebody has."""
+        return frozenset(what for what, many in self.demand.items() if many > 0)
 
     def channels(self) -> set[str]:
-        """Return the channels on which comes what somebody wants."""
+        """Return the channels of these demands, and those that are always heard."""
         return {bus.channel_of(self.slug, what) for what in (*ALWAYS, *self.watched())}
 
     @staticmethod
@@ -114,7 +114,7 @@ class Room:
             else:
                 left.append(viewer)
         if len(left) < len(group):
-            self._audience.sent(self.slug, (len(group) - len(left)) * len(frame))
+            self._audience.add_sent(self.slug, (len(group) - len(left)) * len(frame))
         return left
 
     def _write_some(self, viewers: Iterable[Viewer], frame: bytes) -> list[Viewer]:
@@ -146,7 +146,7 @@ class Room:
             viewer.put_picture(camera, data)
 
     def give_video(self, camera: int, data: bytes, coarse: bool) -> bool:
-        """Give everybody who wants it a camera's next packet of video; False if a key picture has to be asked for."""
+        """Give everybody who wants it a camera's next packet of video; False if a key frame has to be asked for."""
         self.outdate(camera)
         viewers = self.film.get((camera, coarse))
         if not viewers:  # it was wanted until now, or is in another web process
@@ -155,7 +155,7 @@ class Room:
         return self.videos[coarse].give(camera, data, viewers, SYSTEM.awake())
 
     def outdate(self, camera: int) -> None:
-        """Forget the newest JPEG if nobody here has new ones made: what comes now is newer."""
+        """Forget the newest JPEG if nobody here wants JPEG: pictures of another form are newer now."""
         if (camera, False) not in self.each and camera not in self.some:
             self.newest.pop(camera, None)
 
@@ -164,10 +164,10 @@ class Room:
         wish = viewer.wish
         return bool(wish.video) and self.videos[wish.coarse].flows(camera, SYSTEM.awake())
 
-    def missing(self, viewer: Viewer) -> list[bytes]:
+    def take_missing(self, viewer: Viewer) -> list[bytes]:
         """Return packets of video that a viewer has to be given now, and note that it was."""
         wish = viewer.wish
-        return self.videos[wish.coarse].missing(viewer, SYSTEM.awake()) if wish.video else []
+        return self.videos[wish.coarse].take_missing(viewer, SYSTEM.awake()) if wish.video else []
 
     def give_newest(self, viewer: Viewer) -> None:
         """Give a viewer the newest JPEG of each camera that it wants, where its video cannot begin at once."""
@@ -176,7 +176,7 @@ class Room:
             viewer.put_newest({c: data for c, data in kept if c in viewer.wish.cameras and not self.flows(viewer, c)})
 
     def keys(self) -> set[str]:
-        """Return what has to be asked for so that everybody's video begins at once."""
+        """Return the demands for key frames without which somebody's video cannot begin."""
         now, filmed = SYSTEM.awake(), [step for step, viewers in self.film.items() if viewers]
         return {
             bus.Demand(camera, video=True, coarse=coarse, key=True).name
@@ -208,10 +208,10 @@ class Room:
             viewer.put_event(event)
 
     def give_packets(self, news: Callable[[Viewer], list[bytes]]) -> None:
-        """Give everybody what is new for them of the byte streams."""
+        """Give everybody the packets of byte streams that are new for them."""
         for viewer in self.viewers:
             if viewer.ready():
-                for packet in news(viewer):  # all of them: what follows a packet that is missing cannot be used
+                for packet in news(viewer):  # all of them: a delta is of no use without the packet before it
                     viewer.write(binary_frame(packet))
             else:
                 viewer.wake()

@@ -40,7 +40,7 @@ class SignIn:
 
 @dataclass(frozen=True)
 class Ending:
-    """Why a socket is closed: code, text for the page, and what happens to place and turn."""
+    """The reason why a socket is closed: code, text for the page, and the consequence for place and turn."""
 
     code: int
     text: str
@@ -68,7 +68,7 @@ class Signed(Protocol):
         """Note soon in the database that the person is present."""
 
     async def shut(self, ending: Ending) -> None:
-        """Close the socket and release what belongs to it."""
+        """Close the socket and give up its place or turn, as the ending says."""
 
 
 def sign_in_of(scope: dict[str, Any], user: Any) -> SignIn | None:

@@ -1,4 +1,4 @@
-"""Base class of sockets: limited messages in, and a clean end whatever is received or raised."""
+"""Base class of sockets: messages are limited, and each socket ends cleanly after any message or exception."""
 
 import asyncio
 import contextlib
@@ -22,7 +22,7 @@ from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
-CALM, CALM_BURST = 3.0, 30.0  # the same of one that stays open whatever others of its network address send
+CALM, CALM_BURST = 3.0, 30.0  # the same of a socket that stays open though others of its network address send more
 OF_ADDRESS = AddressRate(rate=500.0, burst=3000.0)  # of all sockets of a network address; a page sends one in 5 s
 BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
 CLOSE_S = 1.0  # for sending a close
@@ -75,7 +75,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         return await (self.pool or self.role.pool).orm(function, self.role.person)(*args)
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        """Serve the socket to its end; tasks are ended whatever was raised."""
+        """Serve the socket to its end; its tasks are ended after any exception."""
         self.scope, self.shared = scope, of_loop()
         sockets.add(self)
         self._main = asyncio.current_task()
@@ -126,7 +126,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
             await self.close(FAILED)
 
     def _may(self, now: float) -> bool:
-        """Return whether the peer may send one more message; whoever drives is not counted for the network address."""
+        """Return whether the peer may send one more message; an operator is not counted for the network address."""
         # no Bucket, because a command passes as few files as possible
         self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
         self._filled = now
@@ -189,7 +189,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
             pass
 
     def sign(self, sign_in: SignIn | None) -> None:
-        """Note who uses the socket; it ends with their session."""
+        """Note the sign-in of the socket's person; it ends with their session."""
         if sign_in is not None and self.sign_in is None and not self.closed:
             self.sign_in = sign_in
             self.shared.sessions.add(self)

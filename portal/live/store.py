@@ -1,4 +1,4 @@
-"""The connection to Redis over which the sockets of a process hear what is published."""
+"""The connection to Redis over which the sockets of a process receive published messages."""
 
 import asyncio
 import logging
@@ -16,7 +16,7 @@ log = logging.getLogger(__name__)
 PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
 AGAIN_S = 0.3  # between two attempts to open a connection
 
-_given: list[Callable[[], aioredis.Redis]] = []  # what opens connections instead, if this process was given something
+_given: list[Callable[[], aioredis.Redis]] = []  # opens connections instead of the server, if there is one
 
 
 def speak_through(opened: Callable[[], aioredis.Redis] | None) -> None:
@@ -25,7 +25,7 @@ def speak_through(opened: Callable[[], aioredis.Redis] | None) -> None:
 
 
 def listener() -> aioredis.Redis:
-    """Return a new connection; who listens finds out by pings that it is gone."""
+    """Return a new connection without a time limit; pings tell whether it is still there."""
     if _given:
         return _given[0]()
     return aioredis.Redis.from_url(settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None)
@@ -36,7 +36,7 @@ async def _nothing() -> None:
 
 
 class Reader:
-    """Reads what is published, over one connection that is opened again whenever it ends or is silent.
+    """Reads published messages, over one connection that is opened again whenever it ends or is silent.
 
     `take` is given each message of Redis, also answers to pings and subscriptions; one that cannot be handled changes
     nothing for those that follow. `prepare` is awaited when the connection has been opened, with `channel` subscribed,
@@ -58,7 +58,7 @@ class Reader:
                 await self._read()
             except (RedisError, OSError) as error:
                 log.debug("the connection to Redis: %s", error)
-            except Exception:  # whatever it is, every socket of this process depends on this loop
+            except Exception:  # every socket of this process depends on this loop
                 log.exception("the connection to Redis ended")
             self._lose()
             await asyncio.sleep(AGAIN_S)
@@ -69,7 +69,7 @@ class Reader:
             pubsub = connection.pubsub()
             async with asyncio.timeout(SILENT_S):
                 await pubsub.subscribe(self._channel)
-            # not before it is open: who asks while it opens would open a second one, which nobody reads
+            # not before it is open: a call while it opens would open a second one, which nobody reads
             self.connection, self.pubsub = connection, pubsub
             await self._prepare()
             heard, asked = SYSTEM.awake(), -inf
@@ -81,7 +81,7 @@ class Reader:
                 if message is not None:
                     heard = SYSTEM.awake()
                     self._handle(message)
-        finally:  # whoever asks from now on must not open the old connection again
+        finally:  # or a later call would open the old connection again
             self.connection = self.pubsub = None
             await connection.aclose()
 

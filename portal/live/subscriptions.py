@@ -22,12 +22,12 @@ class Subscriber:
         self._queues: frozenset[int] | None = None  # not known yet: each may be its own
         self._told: set[int] = set()  # queues that changed since the places began to be read
 
-    def begins(self) -> None:
-        """Note that the places are read now: what changes from now on may be missing in them."""
+    def begin_reading(self) -> None:
+        """Note that the places are read now: later changes may be missing in them."""
         self.changed.clear()
         self._told.clear()
 
-    def has_read(self, queues: frozenset[int]) -> None:
+    def end_reading(self, queues: frozenset[int]) -> None:
         """Note in which queues the person is. One that changed while the places were read is read again."""
         self._queues = queues
         if self._told & queues:
@@ -68,7 +68,7 @@ class Subscriptions:
     def _lose(self) -> None:
         if self.link:
             self.link = False
-            self._wake_all()  # who waits for messages looks by itself from now on
+            self._wake_all()  # each socket looks at the database by itself from now on
 
     async def _prepare(self) -> None:
         self.link = True

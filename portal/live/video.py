@@ -1,7 +1,7 @@
-"""What each viewer is given of a camera's video: the same packets for all, never one without those that it changes.
+"""A camera's video for each viewer: the same packets for all, never one without those that it changes.
 
-A process keeps what came since the last key picture. A newcomer gets that at once; whoever falls behind is given what
-is missing if that is short or no more bytes than a key picture, and nothing until the next key picture otherwise.
+A process keeps the packets since the last key frame. A newcomer gets them at once. A viewer that falls behind is given
+the missing ones if they are short or no more bytes than a key frame; otherwise it waits for the next key frame.
 """
 
 from collections.abc import Iterable
@@ -11,17 +11,17 @@ from portal.edge.direct import binary_frame
 from robots.kit.contract.packet_chain import START, Cursor, PacketChain
 from robots.kit.contract.video import GROUP_S, unpack
 
-LATE_MS = 500  # what a viewer has missed may be so long, whatever its bytes
-SILENT_S = GROUP_S + 0.5  # after which nothing that is kept belongs to what comes next
-JOIN_S = 1.0  # between two times that a viewer is given all since the last key picture, at least
-NEXT = Cursor([], -1)  # the viewer has to wait for the next key picture
+LATE_MS = 500  # missed packets may cover so long, however many bytes they are
+SILENT_S = GROUP_S + 0.5  # after such a silence the next packet follows none of those that are kept
+JOIN_S = 1.0  # between two times that a viewer is given all since the last key frame, at least
+NEXT = Cursor([], -1)  # the viewer has to wait for the next key frame
 LATER = Cursor([], -2)  # or until it may be given all since the last one again
 
 
 class VideoCursors(dict[int, Cursor]):
     """How far one viewer was given each camera's video; a camera without a cursor has just been asked for."""
 
-    joins_from = 0.0  # when it may be given all since the last key picture (s)
+    joins_from = 0.0  # when it may be given all since the last key frame (s)
 
     def restart(self, cameras: Iterable[int], video: bool, now: float) -> None:
         """Begin anew because the viewer wants something else, these cameras as `video` or not.
@@ -50,19 +50,19 @@ class Watcher(Protocol):
         """Write a frame."""
 
     def wake(self) -> None:
-        """Have it look soon for what it was not given yet, and be given nothing before that."""
+        """Have it look soon for packets that it was not given yet; nothing is written before them."""
 
 
 class Videos:
-    """The video of one robot's cameras since their last key pictures. `now` is monotonic (s)."""
+    """The video of one robot's cameras since their last key frames. `now` is monotonic (s)."""
 
     def __init__(self) -> None:
         self._chains: dict[int, PacketChain] = {}
         self._heard: dict[int, float] = {}  # when the newest packet of each camera came
-        self._asked: set[int] = set()  # cameras of which a key picture is needed
+        self._asked: set[int] = set()  # cameras of which a key frame is needed
 
     def give(self, camera: int, data: bytes, viewers: Iterable[Watcher], now: float) -> bool:
-        """Give a camera's new packet to those who want it; False if a key picture has to be asked for.
+        """Give a camera's new packet to those who want it; False if a key frame has to be asked for.
 
         Raises ValueError.
         """
@@ -94,12 +94,12 @@ class Videos:
         return True
 
     def forget(self, camera: int) -> None:
-        """Nobody here wants that camera's video: what is kept would soon have gaps."""
+        """Forget a camera's video that nobody here wants: the kept packets would soon have gaps."""
         self._chains.pop(camera, None)
         self._asked.discard(camera)
 
-    def missing(self, viewer: Watcher, now: float) -> list[bytes]:
-        """Return what a viewer has to be given now, and note that it was."""
+    def take_missing(self, viewer: Watcher, now: float) -> list[bytes]:
+        """Return the packets that a viewer has to be given now, and move its cursors."""
         found: list[bytes] = []
         cursors = viewer.video_cursors
         for camera, chain in self._chains.items():

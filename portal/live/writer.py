@@ -78,7 +78,7 @@ class Writer:
         if connection is None or (connection.free() and not self._one_by_one.locked()):
             return
         async with self._one_by_one:
-            while not connection.free() and not connection.gone():
+            while not connection.free() and not connection.is_closing():
                 self.freed.clear()
                 await self.freed.wait()
 
@@ -87,7 +87,7 @@ class Writer:
         await self.wait_until_free()
         if self._connection is None:
             await self._send(bytes_data=data)
-        elif not self._connection.gone():
+        elif not self._connection.is_closing():
             self._viewer.write(binary_frame(data))
 
     async def send_text(self, text: str) -> None:
@@ -95,7 +95,7 @@ class Writer:
         await self.wait_until_free()
         if self._connection is None:
             await self._send(text)
-        elif not self._connection.gone():
+        elif not self._connection.is_closing():
             self._viewer.write_text(text)
 
     async def _send_together(self, packets: list[bytes]) -> None:
@@ -103,5 +103,5 @@ class Writer:
         if self._connection is None:
             for packet in packets:
                 await self._send(bytes_data=packet)
-        elif not self._connection.gone():
+        elif not self._connection.is_closing():
             self._viewer.write(b"".join(map(binary_frame, packets)))

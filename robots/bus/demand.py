@@ -1,4 +1,4 @@
-"""What somebody wants to see: a key exists while somebody watches, so that only what is wanted is captured and sent."""
+"""The demand for live data: a key exists while somebody watches, so that nothing else is captured and sent."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -9,8 +9,9 @@ from robots.bus import names, store
 
 WATCH_S = 4
 SOME_S = 0.2  # of recordings
-SLOW_S = 1.0  # a viewer who wants a picture only so often, or less often, does not make a camera capture more
-RARELY_S, RARE_S = 5.0, 2.52  # one who wants a picture in 5 s or less often is given the second of pictures so often
+SLOW_S = 1.0  # a demand for one picture so often, or less often, does not make a camera capture more
+# for one picture in `RARELY_S` or less often, pictures are made so often that each second one is enough
+RARELY_S, RARE_S = 5.0, 2.52
 RATES = ((RARELY_S, RARE_S, ".rare"), (SLOW_S, SLOW_S, ".slow"), (SOME_S, SOME_S, ".some"))  # wanted, made, name
 
 
@@ -51,7 +52,7 @@ def _possible(camera: int) -> tuple[Demand, ...]:
 
 
 def demands(slug: str, camera: int) -> frozenset[Demand]:
-    """Return what somebody wants of a camera. Raises redis.RedisError."""
+    """Return all demands for a camera's pictures, read in one call. Raises redis.RedisError."""
     possible = _possible(camera)
     kept = store.connection().mget(*(names.watch_key(slug, demand.name) for demand in possible))
     return frozenset(demand for demand, value in zip(possible, kept, strict=True) if value is not None)

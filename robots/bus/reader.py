@@ -1,4 +1,4 @@
-"""Reads what is published, in one thread: over a connection that is pinged, and found out if it is gone."""
+"""Reads published messages in one thread: pings tell whether the connection is still there."""
 
 import contextlib
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is
 
 
 class Reader:
-    """A connection for pub/sub, opened with the first channel; whoever reads makes another one after an error."""
+    """A connection for pub/sub, opened with the first channel; after an error it is of no use any more."""
 
     def __init__(self, clock: Timer) -> None:
         self._clock = clock

@@ -57,7 +57,7 @@ def test_counters_are_added_to_and_a_removed_robot_is_no_error(robot):
     services.note_usage(robot.pk, SLOT, watching=1, sent_bytes=5)
     row = Usage.objects.get()
     assert (row.at, row.online_s, row.watching, row.sent_bytes) == (SLOT, 60.0, 3, 3_000_000_005)
-    write(SLOT, [counting.Counted("no-such-robot", 1, 1)])
+    write(SLOT, [counting.Increment("no-such-robot", 1, 1)])
     assert Usage.objects.count() == 1
 
 

@@ -16,7 +16,7 @@ class Slow:
     def free(self):
         return not self.waits
 
-    def gone(self):
+    def is_closing(self):
         return False
 
     def write(self, what):
@@ -67,7 +67,7 @@ def test_a_line_that_is_free_costs_no_wait():
         waiting = asyncio.create_task(writer.wait_until_free())
         await asyncio.sleep(0)
         assert writer._one_by_one.locked() and not waiting.done()
-        line.gone = lambda: True  # who waits must not wait for ever
+        line.is_closing = lambda: True  # who waits must not wait for ever
         writer.freed.set()
         await asyncio.wait_for(waiting, CEILING_S)
 

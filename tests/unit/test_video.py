@@ -50,7 +50,7 @@ class Watcher:
 
     def empty(self, videos, now):
         if self.free and self.woken:
-            packets = [unpack(data) for data in videos.missing(self, now)]
+            packets = [unpack(data) for data in videos.take_missing(self, now)]
             self.woken = False
             for packet in packets:
                 self.take(packet)
@@ -160,12 +160,12 @@ def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
     assert videos.flows(0, 10.0 + SILENT_S - 0.1)
     assert not videos.flows(0, 10.0 + SILENT_S)
     one = Watcher()
-    assert videos.missing(one, 10.0 + SILENT_S) == []
-    assert videos.missing(one, 10.0) == packets
-    assert videos.missing(one, 10.0) == []
+    assert videos.take_missing(one, 10.0 + SILENT_S) == []
+    assert videos.take_missing(one, 10.0) == packets
+    assert videos.take_missing(one, 10.0) == []
     orphan = pack(VideoPacket(0, 9, 2000, 0, BYTES, 8, 3))
     assert [videos.give(0, orphan, [one], 11.0) for _ in range(3)] == [False, True, True], "asked for once"
-    assert videos.missing(Watcher(), 11.0) == []
+    assert videos.take_missing(Watcher(), 11.0) == []
 
 
 def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():

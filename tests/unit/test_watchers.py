@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from portal.live.loop import LoopState
 from portal.live.rooms import Room
 from portal.live.viewer import STRANGER, Viewer
-from portal.live.watchers import Watchers, together, understood
+from portal.live.watchers import Watchers, read_watchers, together
 
 SOME = st.builds(Watchers, st.integers(0, 5000), st.frozensets(st.integers(1, 30)), st.integers(0, 2**40))
 PAGES = st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.booleans()), max_size=20)  # person, drives, still here
@@ -16,16 +16,16 @@ PAGES = st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.booleans()), max
 
 @given(SOME)
 def test_what_a_process_tells_others_understand(one):
-    assert understood(one.text().encode()) == one
+    assert read_watchers(one.text().encode()) == one
 
 
 @given(st.binary(max_size=40))
 def test_what_is_not_understood_is_nobody(told):
-    assert together([understood(told)]) >= 0
+    assert together([read_watchers(told)]) >= 0
 
 
 def test_what_a_process_of_the_version_before_tells_is_understood():
-    assert together([understood(b"3 1700000000")]) == 3
+    assert together([read_watchers(b"3 1700000000")]) == 3
 
 
 @given(st.lists(SOME, max_size=5))

@@ -13,7 +13,7 @@ from workers.robot.owned import OwnedRobot
 
 
 class Listener:
-    """Passes what is published for one robot to the lanes, the stop and the dead-man timer."""
+    """Passes the messages for one robot to the lanes, the stop and the dead-man timer."""
 
     def __init__(
         self, owned: OwnedRobot, stop: Stop, grants: KnownGrants, lanes: tuple[Lane, ...], deadman: DeadManTimer

@@ -23,7 +23,7 @@ def jpeg(picture: Picture, quality: int = 88) -> bytes:
 
 
 class Due(NamedTuple):
-    """What has to be made of the next picture; `keys`: which video has to begin anew."""
+    """The forms that have to be made of the next picture; `key`, `coarse_key`: that video needs a key frame."""
 
     jpeg: bool
     video: bool
@@ -34,7 +34,7 @@ class Due(NamedTuple):
 
 
 class Steps:
-    """What is sent of one camera. Times are those of one clock (s)."""
+    """The live pictures of one camera. Times are those of one clock (s)."""
 
     def __init__(
         self, slug: str, camera: int, quantizer: int | None, coding: str = CODING, clock: Timer = SYSTEM
@@ -47,7 +47,7 @@ class Steps:
         self._coarse = False  # somebody wants coarse JPEG, when it was last looked
 
     def due(self, wanted: frozenset[bus.Demand], now: float) -> Due:
-        """Return what has to be made of a picture taken now."""
+        """Return the forms that have to be made of a picture taken now."""
         since = now - self._jpeg_at + EARLY_S
         jpeg = any(since >= demand.every_s for demand in wanted if not (demand.video or demand.coarse))
         video = {(demand.coarse, demand.key) for demand in wanted if demand.video}

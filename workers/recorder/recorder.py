@@ -46,7 +46,7 @@ class _Running:
     def __init__(self, row: Recording, grant: Grant, taping: "Taping", cameras: int) -> None:
         self.row, self.grant, self.taping, self.cameras = row, grant, taping, cameras
         self.slug = grant.robot.slug
-        self.told: dict[int, str] = {}  # the stage of each command that was told last
+        self.stages: dict[int, str] = {}  # the stage of each command that was told last
         self.over_at: float | None = None  # when its grant was found ended
 
     def channels(self) -> list[str]:
@@ -210,7 +210,7 @@ class Recorder:
         one.over_at = self._clock.monotonic() if one.over_at is None else one.over_at
         rows = list(Command.objects.filter(grant=one.grant).select_related("issued_by", "grant__robot").order_by("id"))
         for row in rows:
-            if one.told.get(row.pk) != row.state:
+            if one.stages.get(row.pk) != row.state:
                 self._tell_command(one, stage_event(row), row)
         return all(row.final for row in rows) or self._clock.monotonic() - one.over_at > REST_S
 
@@ -253,11 +253,11 @@ class Recorder:
 
     def _tell_command(self, one: _Running, stage: CommandStage, row: Command | None = None) -> None:
         """Record a stage; the first of a command with its arguments, where the database answers."""
-        if one.told.get(stage.id) in COMMAND_FINAL:
+        if one.stages.get(stage.id) in COMMAND_FINAL:
             return  # told from its row, before what the bus says of it was taken
         told = msgspec.to_builtins(stage)
-        known = stage.id in one.told
-        one.told[stage.id] = stage.state
+        known = stage.id in one.stages
+        one.stages[stage.id] = stage.state
         if not known:
             try:
                 row = row or Command.objects.select_related("issued_by", "grant__robot").filter(pk=stage.id).first()

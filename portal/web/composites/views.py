@@ -21,7 +21,7 @@ from portal.edge.counts import AddressCount
 from portal.edge.pages import leave_room
 from portal.live.loop import of_loop
 from portal.live.messages import CAMERAS
-from portal.live.snapshot import seen
+from portal.live.snapshot import visible_frame
 from portal.live.threads import Pool
 from portal.web.composites.cameras import newest, passed
 from portal.web.composites.drawn import drawn
@@ -140,7 +140,7 @@ def _newest_still(slug: str) -> bytes:
     It passes for live, so one that is older than a live stream may stand still is none.
     """
     try:
-        frame = seen(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
+        frame = visible_frame(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
         if frame is None or abs((SYSTEM.now() - frame.taken_at).total_seconds()) > GONE_S:
             return b""
         return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes()

@@ -18,16 +18,16 @@ from django.urls import path, re_path
 from portal.edge.origins import OwnOrigin, Refused
 from portal.edge.pages import FewPages
 from portal.edge.requests import Bounded
-from portal.live.consumers import RobotConsumer
-from portal.live.operators import OperatorConsumer
-from portal.live.person import PersonConsumer
+from portal.live.access import OperatorAccess
+from portal.live.person_socket import PersonSocket
+from portal.live.robot_socket import RobotSocket
 
 nowhere: Any = Refused(404, "There is no socket at this address.\n")
 sockets = URLRouter(
     [
-        path("ws/me/", PersonConsumer.as_asgi()),
-        path("ws/robots/<slug:slug>/", RobotConsumer.as_asgi()),
-        path("ws/operators/<slug:slug>/", OperatorConsumer.as_asgi()),
+        path("ws/me/", PersonSocket.as_asgi()),
+        path("ws/robots/<slug:slug>/", RobotSocket.as_asgi()),
+        path("ws/operators/<slug:slug>/", RobotSocket.as_asgi(access=OperatorAccess)),
         re_path("", nowhere),  # last
     ]
 )

@@ -133,10 +133,10 @@ MUTANTS = (
     Mutant(34, "a turn is not noted with the session in which it was accepted", "queueing/offers.py",
            "            if session:\n                TurnSession.objects.create(turn=turn, session=session, last_seen=now)\n", "",
            f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_keeps_the_turn_accepted_on_another[seed3]"),
-    Mutant(34, "the other session has 0.6 s to say that it drives on", "portal/live/viewing.py",
+    Mutant(34, "the other session has 0.6 s to say that it drives on", "portal/live/presence.py",
            "            if reported is not None and now - reported < LATELY:\n                return\n", "",
            f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine[seed18]"),
-    Mutant(34, "a page that is not the robot's does not say that its session is open", "portal/live/person.py",
+    Mutant(34, "a page that is not the robot's does not say that its session is open", "portal/live/person_socket.py",
            "        self.begin(self._check_in())\n", "",
            f"{WORLD}/test_sockets.py::"
            "test_who_signs_out_elsewhere_keeps_the_turn_whose_page_is_not_open_yet[seed1]"),

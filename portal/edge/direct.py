@@ -28,7 +28,7 @@ class Connection(Protocol):
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network."""
 
-    def is_gone(self) -> bool:
+    def is_closing(self) -> bool:
         """Return whether nothing can be written any more."""
 
     def keep(self, waits: bool) -> None:

@@ -70,9 +70,9 @@ class Ws(WebSocketsSansIOProtocol):
 
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network."""
-        return self._taken and not self.is_gone()
+        return self._taken and not self.is_closing()
 
-    def is_gone(self) -> bool:
+    def is_closing(self) -> bool:
         """Return whether nothing can be written any more."""
         return self.close_sent or self.transport.is_closing()
 
@@ -98,7 +98,7 @@ class Ws(WebSocketsSansIOProtocol):
         self._call_ready = call
 
     def _judge(self) -> None:
-        self.ready = self._taken and not self._kept and not self.is_gone()
+        self.ready = self._taken and not self._kept and not self.is_closing()
 
     @property
     def close_sent(self) -> bool:

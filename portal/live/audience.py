@@ -1,4 +1,4 @@
-"""How many watch each robot, and what is sent to them: counted in memory, added to the database each minute.
+"""The watchers of each robot and the bytes sent to them: counted in memory, added to the database each minute.
 
 Nobody is named. What a process has counted in its last minute is lost when it is killed.
 """
@@ -13,7 +13,6 @@ from datetime import datetime
 
 from django.db import Error
 
-from portal.live.loops import of_loop
 from portal.live.threads import ANYBODY
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
@@ -24,8 +23,8 @@ EVERY_S = 60.0
 
 
 @dataclass(frozen=True)
-class Counted:
-    """What is to be added to the counters of a robot."""
+class Increment:
+    """The numbers to be added to the counters of a robot."""
 
     slug: str
     watching: int
@@ -34,7 +33,7 @@ class Counted:
 
 @dataclass(eq=False)
 class Seat:
-    """One watcher; whoever sends to it alone adds to `sent_bytes`."""
+    """One watcher; `sent_bytes` counts the bytes that are sent to it alone."""
 
     sent_bytes: int = 0
 
@@ -66,11 +65,11 @@ class Audience:
             if not seats:
                 self._here.pop(slug, None)
 
-    def sent(self, slug: str, count: int) -> None:
+    def add_sent(self, slug: str, count: int) -> None:
         """Count bytes that were sent to several watchers at once."""
         self._sent[slug] += count
 
-    def take(self, now: datetime) -> tuple[datetime, list[Counted]]:
+    def take(self, now: datetime) -> tuple[datetime, list[Increment]]:
         """Return the present five minutes and what is to be added to them; nothing of it is returned again."""
         slot = slot_of(now)
         if slot != self._slot:
@@ -84,7 +83,7 @@ class Audience:
             more = max(0, self._most[slug] - self._told[slug])
             self._told[slug] += more
             if more or self._sent[slug]:
-                counted.append(Counted(slug, more, self._sent[slug]))
+                counted.append(Increment(slug, more, self._sent[slug]))
         self._sent.clear()
         self._most = Counter({slug: len(seats) for slug, seats in self._here.items()})
         return slot, counted
@@ -102,12 +101,9 @@ class Audience:
                 return
 
 
-def write(slot: datetime, counted: list[Counted]) -> None:
+def write(slot: datetime, counted: list[Increment]) -> None:
     """Add to the counters; robots that were removed meanwhile are left out."""
     keys = dict(Robot.objects.filter(slug__in=[one.slug for one in counted]).values_list("slug", "pk"))
     for one in counted:
         if one.slug in keys:
             note_usage(keys[one.slug], slot, watching=one.watching, sent_bytes=one.sent_bytes)
-
-
-audience = of_loop(Audience)

@@ -34,7 +34,7 @@ class CodeRefused(Exception):
     """The stream is not opened; the text says why."""
 
 
-class Meant(msgspec.Struct, frozen=True):
+class Bearer(msgspec.Struct, frozen=True):
     """For whom a code is: keys of the person and of the grant, and the robot's slug."""
 
     user: int
@@ -51,7 +51,7 @@ def grant_driven(robot: Robot, user: Any, now: datetime) -> Grant:
 
 def give(robot: Robot, user: Any, now: datetime) -> str:
     """Return a fresh code for the person who drives the robot. Raises GrantOver, RedisError."""
-    meant = Meant(user.pk, grant_driven(robot, user, now).pk, robot.slug)
+    meant = Bearer(user.pk, grant_driven(robot, user, now).pk, robot.slug)
     code = secrets.token_urlsafe(32)
     bus.connection().set(_key(code), msgspec.json.encode(meant), ex=CODE_S)
     return code
@@ -89,10 +89,10 @@ def _key(code: str) -> str:
     return bus.code_key(hashlib.sha256(code.encode()).hexdigest())
 
 
-def _taken(code: str) -> Meant | None:
+def _taken(code: str) -> Bearer | None:
     """Return for whom the code is, once."""
     try:
         kept: Any = bus.connection().getdel(_key(code))
     except (RedisError, OSError) as error:
         raise CodeRefused(UNKNOWN) from error
-    return msgspec.json.decode(kept, type=Meant) if kept is not None else None
+    return msgspec.json.decode(kept, type=Bearer) if kept is not None else None

@@ -1,8 +1,8 @@
 """One subscription per stream and process; every viewer gets the same bytes, and only the newest.
 
-Pictures never go through a channel layer. What comes is written at once to each viewer whose connection has taken
+Pictures never go through a channel layer. Each message is written at once to each viewer whose connection has taken
 everything before it: no copy, task or queue for a viewer. For the others it waits in their mailbox: a slow viewer skips
-pictures and states; a viewer that missed an event is told to read everything again.
+pictures and states; a viewer that missed an event is sent a new snapshot.
 """
 
 import asyncio
@@ -15,37 +15,34 @@ from string import digits
 from typing import Any
 
 import msgspec
-import redis.asyncio as aioredis
 from redis.exceptions import RedisError
 
-from portal.live.loops import of_loop
-from portal.live.messages import Watch
-from portal.live.rooms import Cameras, Room, Viewer
-from portal.live.sessions import session_watch
-from portal.live.store import listener
+from portal.live.audience import Audience
+from portal.live.rooms import Room
+from portal.live.sessions import SessionWatch
+from portal.live.store import SILENT_S, Reader
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
-from portal.live.watchers import together, understood
+from portal.live.viewer import Cameras, Viewer, Wish
+from portal.live.watchers import read_watchers, together
 from robots import bus
-from robots.kit.clock import SYSTEM
 from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
-PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
+MARK_S = 2.0  # between two marks of the demand, which count for `bus.WATCH_S`
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
-NEWEST_S = 1.0  # a viewer that wishes again and again is not given the same pictures again and again
 HEARD_S = 1.0  # that a new viewer waits for the subscription
 
 
 class Hub:
     """The hub of one event loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, audience: Audience, sessions: SessionWatch) -> None:
+        self._audience, self._sessions = audience, sessions
         self._rooms: dict[str, Room] = {}
         self._tasks: set[asyncio.Task[None]] = set()
-        self._redis: aioredis.Redis | None = None
-        self._pubsub: Any = None
+        self._reader = Reader(bus.sessions_channel(), self._take, self._lose, self._follow_all)
         self._subscribing = asyncio.Lock()
         self._restoring: set[str] = set()
         self._listened: dict[str, set[str]] = {}  # channels that Redis was asked for, by robot
@@ -55,40 +52,44 @@ class Hub:
         self.streams = Streams()
         self.link = False
 
-    def attach(self, viewer: Viewer, cameras: Cameras | None = None) -> None:
-        """Add a viewer; the first one starts the reader. `cameras`: those of the robot, if that was read."""
-        room = self._rooms.setdefault(viewer.slug, Room(viewer.slug))
+    def attach(self, viewer: Viewer, cameras: Cameras | None = None, wish: Wish | None = None) -> None:
+        """Add a viewer; the first one starts the reader.
+
+        `cameras`: those of the robot, if that was read. `wish`: what the viewer wants, if it has said so.
+        """
+        room = self._rooms.setdefault(viewer.slug, Room(viewer.slug, self._audience))
         room.cameras = room.cameras if cameras is None else cameras
-        room.cut(viewer)
+        viewer.choose((wish or viewer.wish).within(room.cameras))
         known = room.watched()
         room.add(viewer)
-        self._give_newest(viewer)
-        viewer.wait()  # for the byte streams
+        room.give_newest(viewer)
+        viewer.wake()  # for the byte streams
         if not self._tasks:
-            self._hold(self._read())
+            self._hold(self._reader.run())
             self._hold(self._keep_watch())
-        elif not room.heard.is_set() or room.watched() != known:
+        elif not room.confirmation.is_set() or room.watched() != known:
             self._hold(self._follow(viewer.slug))
 
-    async def heard(self, slug: str, within_s: float | None = HEARD_S) -> bool:
+    async def wait_until_subscribed(self, slug: str, within_s: float | None = HEARD_S) -> bool:
         """Wait until nothing told of a robot can be missed; not while Redis is away. Return False if it took longer."""
         room = self._rooms.get(slug)
         if room is None or self._away:
             return True
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(within_s):
-                return await room.heard.wait()
+                return await room.confirmation.wait()
         return False
 
-    def choose(self, viewer: Viewer, wish: Watch) -> None:
-        """Send the viewer what it wishes from now on, the newest picture of each camera at once."""
+    def choose(self, viewer: Viewer, wish: Wish) -> None:
+        """Change the viewer's wish, and send it the newest picture of each camera at once."""
+        room = self._rooms.get(viewer.slug)
+        if room is None:
+            return
         known = self._needed(viewer.slug)
         with self._changing(viewer):
-            viewer.wish(wish)
-            if (room := self._rooms.get(viewer.slug)) is not None:
-                room.cut(viewer)
-        self._give_newest(viewer)
-        viewer.wait()
+            viewer.choose(wish.within(room.cameras))
+        room.give_newest(viewer)
+        viewer.wake()
         if not self._needed(viewer.slug) <= known:
             self._hold(self._follow(viewer.slug))
 
@@ -96,11 +97,11 @@ class Hub:
         room = self._rooms.get(slug)
         return {*room.watched(), *room.keys()} if room is not None else set()
 
-    def seat(self, viewer: Viewer, person: int, drives: bool) -> None:
-        """Count the viewer as a page of this person, who drives or not; 0 for nobody."""
-        if (viewer.person, viewer.drives) != (person, drives):
+    def count_as(self, viewer: Viewer, visitor: int) -> None:
+        """Count the viewer as a page of this person; an operator as nobody (0)."""
+        if viewer.visitor != visitor:
             with self._changing(viewer):
-                viewer.person, viewer.drives = person, drives
+                viewer.visitor = visitor
 
     async def trace(self, viewer: Viewer, on: bool) -> None:
         """Send the viewer the wire trace from now on, or no more."""
@@ -111,7 +112,7 @@ class Hub:
 
     @contextlib.contextmanager
     def _changing(self, viewer: Viewer) -> Iterator[None]:
-        """Change during the body of a `with` statement what a viewer wants."""
+        """Change a viewer's wish or visitor during the body of a `with` statement."""
         room = self._rooms.get(viewer.slug)
         here = room is not None and viewer in room.viewers
         if room is not None and here:
@@ -122,19 +123,14 @@ class Hub:
             if room is not None and here:
                 room.add(viewer)
 
-    def _give_newest(self, viewer: Viewer) -> None:
-        room, now = self._rooms.get(viewer.slug), SYSTEM.awake()
-        if room is None or viewer.coarse or now < viewer.newest_from:  # what is kept is whole
-            return
-        for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it
-            if camera in viewer.cameras and not room.flows(viewer, camera):
-                viewer.newest_from = now + NEWEST_S
-                viewer.put_picture(camera, data)
+    def news(self, viewer: Viewer) -> list[bytes]:
+        """Return packets of byte streams that a viewer was not given yet, and note that it is."""
+        return self.streams.news(viewer.slug, viewer.stream_cursors)
 
     def video(self, viewer: Viewer) -> list[bytes]:
         """Return packets of video that a viewer was not given yet, and note that it is."""
         room = self._rooms.get(viewer.slug)
-        return room.missing(viewer) if room is not None else []
+        return room.take_missing(viewer) if room is not None else []
 
     def _hold(self, coroutine: Any) -> None:
         task = asyncio.create_task(coroutine)
@@ -167,10 +163,10 @@ class Hub:
         return room.strangers if room is not None else 0
 
     async def _follow(self, slug: str) -> None:
-        """Subscribe to what a robot's viewers want, while it has any."""
+        """Subscribe to the channels that a robot's viewers want, while it has any."""
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:  # the last caller sees the present state
-                if self._pubsub is None:
+                if self._reader.pubsub is None:
                     return
                 room = self._rooms.get(slug)
                 async with asyncio.timeout(SILENT_S):  # a connection that died without a word
@@ -178,40 +174,45 @@ class Hub:
                     if room is None:
                         del self._listened[slug]
                         if listened:  # none would mean all
-                            await self._pubsub.unsubscribe(*listened)
+                            await self._reader.pubsub.unsubscribe(*listened)
                         return
                     new = room.channels() - listened
-                    if not room.asked:  # again where it was heard for a room before: the answer tells that it is
+                    if not room.requested:  # again where it was heard for a room before: the answer tells that it is
                         new.add(bus.events_channel(slug))
                         self._awaited[slug] += 1
-                        room.asked = True
+                        room.requested = True
                     if new:
                         listened |= new
-                        await self._pubsub.subscribe(*new)
+                        await self._reader.pubsub.subscribe(*new)
             await self._mark_watched(slug)
             if not self.streams.knows(slug):
                 await self._restore(slug)
 
     async def _unfollow(self, slug: str) -> None:
-        """Hear no more of a robot what nobody wants any more."""
+        """Unsubscribe from a robot's channels that nobody wants any more."""
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:
                 room, listened = self._rooms.get(slug), self._listened.get(slug)
-                if self._pubsub is None or room is None or not listened or not (gone := listened - room.channels()):
+                if (
+                    self._reader.pubsub is None
+                    or room is None
+                    or not listened
+                    or not (gone := listened - room.channels())
+                ):
                     return
                 listened -= gone
                 for camera in list(room.newest):
                     room.outdate(camera)
                 async with asyncio.timeout(SILENT_S):
-                    await self._pubsub.unsubscribe(*gone)
+                    await self._reader.pubsub.unsubscribe(*gone)
 
     async def _restore(self, slug: str) -> None:
-        """Read what is kept of a robot's byte streams, where its beginning was not heard."""
-        if slug in self._restoring or self._redis is None:
+        """Read a robot's byte streams as Redis keeps them, where their beginning was not heard."""
+        if slug in self._restoring or self._reader.connection is None:
             return
         self._restoring.add(slug)
         try:
-            kept = self._redis.pipeline(transaction=False)
+            kept = self._reader.connection.pipeline(transaction=False)
             for stream in range(MOST):
                 kept.lrange(bus.stream_key(slug, stream), 0, -1)
             with contextlib.suppress(RedisError, OSError, ValueError):
@@ -224,48 +225,21 @@ class Hub:
         else:
             self._rooms[slug].wake()
 
-    async def _read(self) -> None:
-        while True:
-            try:
-                await self._read_once()
-            except (RedisError, OSError) as error:
-                log.debug("hub: %s", error)
-            except Exception:  # whatever it is, every robot's viewers depend on this loop
-                log.exception("the connection to Redis ended")
-            self._away = True
-            self._set_link(False)
-            await asyncio.sleep(0.3)
+    async def _follow_all(self) -> None:
+        """Subscribe to the channels of all robots, over a connection that has just been opened."""
+        self._awaited.clear()
+        self._listened.clear()
+        for slug, room in list(self._rooms.items()):
+            room.confirmation.clear()
+            room.requested = False
+            self.streams.forget(slug)  # packets were missed
+            await self._follow(slug)
 
-    async def _read_once(self) -> None:
-        connection = listener()
-        try:
-            pubsub = connection.pubsub()
-            async with asyncio.timeout(SILENT_S):
-                await pubsub.subscribe(bus.sessions_channel())
-            # not before it is open: who asks while it opens would open a second one, which nobody reads
-            self._redis, self._pubsub = connection, pubsub
-            self._awaited.clear()
-            self._listened.clear()
-            for slug, room in list(self._rooms.items()):
-                room.heard.clear()
-                room.asked = False
-                self.streams.forget(slug)  # packets were missed
-                await self._follow(slug)
-            await pubsub.ping()  # answered after all that was asked before
-            while message := await pubsub.get_message(timeout=SILENT_S):
-                self._take(message)
-        finally:  # whoever asks from now on must not open the old connection again
-            self._redis = self._pubsub = None
-            await connection.aclose()
+    def _lose(self) -> None:
+        self._away = True
+        self._set_link(False)
 
     def _take(self, message: dict[str, Any]) -> None:
-        """Handle a message; one that cannot be handled changes nothing for those that follow."""
-        try:
-            self._handle(message)
-        except Exception:
-            log.exception("a message on the bus could not be handled: %r", message.get("channel"))
-
-    def _handle(self, message: dict[str, Any]) -> None:
         match message["type"]:
             case "message":
                 self._route(message["channel"].decode(), message["data"])
@@ -275,8 +249,8 @@ class Hub:
                 self._away = False
                 self._set_link(True)
                 for slug, room in self._rooms.items():
-                    if room.asked and not self._awaited[slug]:
-                        room.heard.set()
+                    if room.requested and not self._awaited[slug]:
+                        room.confirmation.set()
 
     def _confirmed(self, channel: str) -> None:
         """Redis sends everything of this channel from now on."""
@@ -287,20 +261,19 @@ class Hub:
         if self._awaited[slug] <= 0:
             del self._awaited[slug]
             if self.link and slug in self._rooms:
-                self._rooms[slug].heard.set()
+                self._rooms[slug].confirmation.set()
 
     def _set_link(self, up: bool) -> None:
         if up != self.link:
             self.link = up
             for room in self._rooms.values():
                 for viewer in room.viewers:
-                    viewer.resync = True
-                room.wake()
+                    viewer.ask_snapshot()
 
     def _route(self, channel: str, data: bytes) -> None:
         if channel == bus.sessions_channel():
             if data.isdigit():
-                session_watch().check_soon(int(data))
+                self._sessions.check_soon(int(data))
             return
         _, slug, what = channel.split(":", 2)
         room = self._rooms.get(slug)
@@ -310,7 +283,7 @@ class Hub:
         if kind in ("frames", "coarse"):
             room.give_picture(int(what.removeprefix(kind) or 0), data, kind == "coarse")
         elif kind in ("video", "coarsevideo"):
-            if not room.give_video(data, kind == "coarsevideo"):
+            if not room.give_video(int(what.removeprefix(kind) or 0), data, kind == "coarsevideo"):
                 self._hold(self._ask_keys(slug))
         elif what == "stream":
             self._give_packet(slug, room, data)
@@ -329,11 +302,11 @@ class Hub:
     def _give_packet(self, slug: str, room: Room, data: bytes) -> None:
         if not self.streams.take(slug, data):
             self._hold(self._restore(slug))
-        room.give_packets(lambda viewer: self.streams.news(slug, viewer.told))
+        room.give_packets(lambda viewer: self.streams.news(slug, viewer.stream_cursors))
 
     async def _keep_watch(self) -> None:
         while True:
-            await asyncio.sleep(PING_S)
+            await asyncio.sleep(MARK_S)
             try:
                 await self._keep_watch_once()
             except Exception:
@@ -343,17 +316,14 @@ class Hub:
         await self._mark(bus.web_key())
         if bus.lost_events() and self.link:
             await URGENT.run(bus.make_up)
-        if self._pubsub is not None:
-            with contextlib.suppress(RedisError, OSError):  # who reads finds out
-                await self._pubsub.ping()
         for slug in list(self._rooms):
             await self._unfollow(slug)
-            await self._follow(slug)  # also what somebody wished while Redis was away
+            await self._follow(slug)  # also for wishes that came while Redis was away
             await self._count(slug)
 
     async def _count(self, slug: str) -> None:
         """Tell the other web processes how many watch here, and everybody here how many watch in all."""
-        room, store = self._rooms.get(slug), self._redis
+        room, store = self._rooms.get(slug), self._reader.connection
         if room is None or store is None:
             return
         key = bus.watchers_key(slug)
@@ -364,7 +334,7 @@ class Hub:
             both.expire(key, 10 * COUNT_S)
             both.hgetall(key)
             *_, told = await both.execute()
-            counts = {name: understood(value) for name, value in told.items()}
+            counts = {name: read_watchers(value) for name, value in told.items()}
             if old := [name for name, one in counts.items() if now - one.at > COUNT_S]:
                 await store.hdel(key, *old)
             room.give_count(together(one for name, one in counts.items() if name not in old))
@@ -382,10 +352,7 @@ class Hub:
             await self._mark(bus.watch_key(slug, one))
 
     async def _mark(self, key: str) -> None:
-        if self._redis is None:
+        if self._reader.connection is None:
             return
         with contextlib.suppress(RedisError, OSError):
-            await self._redis.set(key, 1, ex=bus.WATCH_S)
-
-
-hub = of_loop(Hub)
+            await self._reader.connection.set(key, 1, ex=bus.WATCH_S)

@@ -19,7 +19,6 @@ from django.conf import settings
 from django.db import Error
 
 from accounts.services import preview_job
-from portal.live.loops import of_loop
 from portal.live.messages import Plan
 from portal.live.people import current_user
 from portal.live.threads import Pool
@@ -41,17 +40,19 @@ PREPARE = Pool("preview", 1)
 
 
 class Asker(Protocol):
-    """A socket that has asked."""
+    """The page that asks for previews."""
 
-    over: bool
+    @property
+    def closed(self) -> bool:
+        """Return whether nobody waits for an answer any more."""
 
-    def planned(self, said: str) -> None:
-        """Receive the answer."""
+    def answer(self, text: str) -> None:
+        """Receive an answer."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """A person's newest question, and its socket."""
+    """A person's newest question, and the page that asks."""
 
     asker: Asker
     scope: dict[str, Any]
@@ -60,7 +61,7 @@ class Question:
 
     def refuse(self, text: str) -> None:
         """Answer with a sentence."""
-        self.asker.planned(json.dumps({"t": "plan", "n": self.message.n, "ok": False, "text": text}))
+        self.asker.answer(json.dumps({"t": "plan", "n": self.message.n, "ok": False, "text": text}))
 
 
 def job_of(question: Question) -> previews.Job:
@@ -106,7 +107,7 @@ class Previewer:
                     await asyncio.sleep(max(0.005, min(self._rest_of(p) for p in self._waiting)))
                     continue
                 question = self._waiting.pop(person)
-                if not question.asker.over:
+                if not question.asker.closed:
                     await self._serve(person, question)
         finally:
             await self._end()
@@ -128,7 +129,7 @@ class Previewer:
         rest, text = EACH_S, ""
         try:
             job = await PREPARE.orm(job_of)(question)
-            question.asker.planned((await self._compute(job)).decode())
+            question.asker.answer((await self._compute(job)).decode())
         except NotPermitted as error:
             rest, text = REFUSED_S, str(error)
             question.refuse(text)
@@ -178,7 +179,4 @@ class Previewer:
         if process is not None:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
-            await process.communicate()  # `wait` alone would wait for ever for what it has said beyond an answer
-
-
-previewer = of_loop(Previewer)
+            await process.communicate()  # `wait` alone would wait for ever for bytes that come after an answer

@@ -16,7 +16,6 @@ from django.contrib.auth import get_user_model
 from django.contrib.sessions.models import Session
 from django.db import Error
 
-from portal.live.loops import of_loop
 from portal.live.people import session_key
 from portal.live.threads import Pool
 from queueing.models import PlaceEnd
@@ -41,7 +40,7 @@ class SignIn:
 
 @dataclass(frozen=True)
 class Ending:
-    """Why a socket is closed: code, text for the page, and what happens to place and turn."""
+    """The reason why a socket is closed: code, text for the page, and the consequence for place and turn."""
 
     code: int
     text: str
@@ -69,7 +68,7 @@ class Signed(Protocol):
         """Note soon in the database that the person is present."""
 
     async def shut(self, ending: Ending) -> None:
-        """Close the socket and release what belongs to it."""
+        """Close the socket and give up its place or turn, as the ending says."""
 
 
 def sign_in_of(scope: dict[str, Any], user: Any) -> SignIn | None:
@@ -160,6 +159,3 @@ class SessionWatch:
                 self._ending.add(task)
                 task.add_done_callback(self._ending.discard)
             await asyncio.sleep(APART_S)
-
-
-session_watch = of_loop(SessionWatch)

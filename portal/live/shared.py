@@ -1,6 +1,6 @@
-"""What everybody sees of a robot: read once for all who ask at about the same time.
+"""The public part of a robot's snapshot: read once for all who ask at about the same time.
 
-Who is not signed in gets it as it is; to the others only what is theirs is added. Whoever drives does not wait for it.
+Strangers get it as it is; people who are signed in get their own part added. An operator does not wait for it.
 """
 
 import asyncio
@@ -10,7 +10,6 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from django.contrib.auth.models import AnonymousUser
 
-from portal.live.loops import of_loop
 from portal.live.snapshot import snapshot
 from portal.live.threads import EVERYBODY
 from robots.kit.clock import SYSTEM
@@ -18,7 +17,7 @@ from robots.kit.clock import SYSTEM
 T = TypeVar("T")
 
 
-class Shown(NamedTuple):
+class SharedSnapshot(NamedTuple):
     """A snapshot as JSON: without a person, and of somebody who is not signed in."""
 
     public: str
@@ -26,7 +25,7 @@ class Shown(NamedTuple):
 
 
 def with_person(public: str, me: dict[str, Any]) -> str:
-    """Return the snapshot with what is a person's of it."""
+    """Return the public part of a snapshot with a person's own part."""
     return f'{public[:-1]}, "me": {json.dumps(me)}}}'
 
 
@@ -60,16 +59,16 @@ class Snapshots:
     """The snapshots of one event loop, one for each robot."""
 
     def __init__(self) -> None:
-        self._of: dict[str, Shared[Shown]] = {}
+        self._of: dict[str, Shared[SharedSnapshot]] = {}
 
-    async def ask(self, slug: str, link: Callable[[], bool]) -> Shown:
+    async def ask(self, slug: str, link: Callable[[], bool]) -> SharedSnapshot:
         """Return the snapshot. Raises django.db.Error and Robot.DoesNotExist."""
 
-        async def work() -> Shown:
+        async def work() -> SharedSnapshot:
             shown = await EVERYBODY.orm(snapshot)(slug, AnonymousUser(), SYSTEM.now(), link())
             me = shown.pop("me")
             public = json.dumps(shown)
-            return Shown(public, with_person(public, me))
+            return SharedSnapshot(public, with_person(public, me))
 
         shared = self._of.setdefault(slug, Shared(work))
         try:
@@ -77,6 +76,3 @@ class Snapshots:
         finally:
             if shared.idle() and self._of.get(slug) is shared:
                 del self._of[slug]
-
-
-snapshots = of_loop(Snapshots)

@@ -98,7 +98,7 @@ def entry_info(entry: Entry) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def seen(frame: Frame | None, user: Any) -> Frame | None:
+def visible_frame(frame: Frame | None, user: Any) -> Frame | None:
     """Return the picture, unless the entry about its turn is hidden, and with it the picture from this person."""
     hidden = hidden_of(frame.grant_id) if frame is not None and frame.grant_id is not None else None
     return frame if frame is None or hidden is None or may_see_picture(hidden, frame.file, user) else None
@@ -106,7 +106,7 @@ def seen(frame: Frame | None, user: Any) -> Frame | None:
 
 def shown_still(robot: Robot, user: Any) -> Frame | None:
     """Return the newest picture, unless it is hidden from this person."""
-    return seen(newest_still(robot), user)
+    return visible_frame(newest_still(robot), user)
 
 
 def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
@@ -119,7 +119,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
     mine = _mine(grant, user)
     if not mine:
-        frame, before = seen(frame, user), seen(before, user)
+        frame, before = visible_frame(frame, user), visible_frame(before, user)
     return {
         "t": "snapshot",
         "now_ms": ms_of(now),

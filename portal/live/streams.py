@@ -1,49 +1,51 @@
 """The byte streams of robots that somebody watches, kept once a process; viewers get them from the key packet on."""
 
-from robots.kit.contract.streams import MOST, Chain, unpack
+from robots.kit.contract.packet_chain import START, Cursor, PacketChain
+from robots.kit.contract.streams import MOST, unpack
 
-EARLY = 64  # deltas kept while what they follow is read from Redis
+EARLY = 64  # deltas kept while the packets before them are read from Redis
 
 
 class Streams:
-    """What a hub knows of the streams of its robots."""
+    """The byte streams of a hub's robots, as far as they are known."""
 
     def __init__(self) -> None:
-        self._chains: dict[str, dict[int, Chain]] = {}
+        self._chains: dict[str, dict[int, PacketChain]] = {}
         self._early: dict[str, list[bytes]] = {}
 
     def take(self, slug: str, data: bytes) -> bool:
-        """Take a packet that was heard; False if what it follows was missed and has to be read. Raises ValueError."""
+        """Take a packet; False if the packet before it was missed and has to be read. Raises ValueError."""
         chains = self._chains.get(slug)
-        if chains is not None and chains.setdefault(unpack(data).stream, Chain()).add(data):
-            return True
+        if chains is not None:
+            chain = chains.setdefault(unpack(data).stream, PacketChain(unpack))
+            if chain.add(data) or chain.has(data):
+                return True
         self._early.setdefault(slug, []).append(data)
         del self._early[slug][:-EARLY]
         return False
 
     def restore(self, slug: str, kept: list[list[bytes]]) -> None:
-        """Take over what Redis keeps of each stream, then what was heard meanwhile. Raises ValueError."""
+        """Take over the packets of each stream that Redis keeps, then those heard meanwhile. Raises ValueError."""
         chains = self._chains.setdefault(slug, {})
         early = self._early.pop(slug, [])
         for index, packets in enumerate(kept[:MOST]):
             heard = [data for data in early if unpack(data).stream == index]
             if packets or heard:
-                chains.setdefault(index, Chain()).restore(packets, heard)
+                chains.setdefault(index, PacketChain(unpack)).restore(packets, heard)
 
-    def news(self, slug: str, told: dict[int, tuple[list[bytes], int]]) -> list[bytes]:
-        """Return what a viewer was not told yet, and note in `told` that it is; a slow one skips to the newest key."""
+    def news(self, slug: str, cursors: dict[int, Cursor]) -> list[bytes]:
+        """Return what a viewer was not given yet, and move its cursors; a slow one skips to the newest key packet."""
         new: list[bytes] = []
         for index, chain in self._chains.get(slug, {}).items():
-            packets, count = told.get(index, ([], 0))
-            new += chain.packets[count if packets is chain.packets else 0 :]
-            told[index] = (chain.packets, len(chain.packets))
+            new += chain.packets[chain.position(cursors.get(index, START)) :]
+            cursors[index] = chain.end
         return new
 
     def knows(self, slug: str) -> bool:
-        """Tell whether what Redis keeps of that robot was read."""
+        """Return whether the packets that Redis keeps of that robot were read."""
         return slug in self._chains
 
     def forget(self, slug: str) -> None:
-        """Nobody watches that robot any more."""
+        """Forget a robot that nobody watches any more."""
         self._chains.pop(slug, None)
         self._early.pop(slug, None)

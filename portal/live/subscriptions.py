@@ -2,17 +2,15 @@
 
 import asyncio
 import logging
+from typing import Any
 
 import msgspec
-from redis.exceptions import RedisError
 
-from portal.live.loops import of_loop
-from portal.live.store import listener
+from portal.live.store import Reader
 from robots import bus
 from robots.kit.packets import StandingChanged, decode_standing
 
 log = logging.getLogger(__name__)
-AGAIN_S, SILENT_S = 0.5, 7.0
 
 
 class Subscriber:
@@ -24,12 +22,12 @@ class Subscriber:
         self._queues: frozenset[int] | None = None  # not known yet: each may be its own
         self._told: set[int] = set()  # queues that changed since the places began to be read
 
-    def begins(self) -> None:
-        """Note that the places are read now: what changes from now on may be missing in them."""
+    def begin_reading(self) -> None:
+        """Note that the places are read now: later changes may be missing in them."""
         self.changed.clear()
         self._told.clear()
 
-    def has_read(self, queues: frozenset[int]) -> None:
+    def end_reading(self, queues: frozenset[int]) -> None:
         """Note in which queues the person is. One that changed while the places were read is read again."""
         self._queues = queues
         if self._told & queues:
@@ -48,13 +46,14 @@ class Subscriptions:
     def __init__(self) -> None:
         self.link = False
         self._subscribers: dict[Subscriber, None] = {}  # in the order in which they came
+        self._reader = Reader(bus.people_channel(), self._take, self._lose, self._prepare)
         self._task: asyncio.Task[None] | None = None
 
     def attach(self, subscriber: Subscriber) -> None:
         """Add a subscriber; the first one starts the task that reads."""
         self._subscribers[subscriber] = None
         if self._task is None or self._task.done():
-            self._task = asyncio.create_task(self._read())
+            self._task = asyncio.create_task(self._reader.run())
 
     def detach(self, subscriber: Subscriber) -> None:
         """Remove a subscriber; without any the task ends."""
@@ -66,35 +65,18 @@ class Subscriptions:
     def __len__(self) -> int:
         return len(self._subscribers)
 
-    async def _read(self) -> None:
-        while True:
-            try:
-                await self._read_once()
-            except (RedisError, OSError, ValueError) as error:
-                log.debug("subscription to people: %s", error)
-            if self.link:
-                self.link = False
-                self._wake_all()  # who waits for messages looks by itself from now on
-            await asyncio.sleep(AGAIN_S)
+    def _lose(self) -> None:
+        if self.link:
+            self.link = False
+            self._wake_all()  # each socket looks at the database by itself from now on
 
-    async def _read_once(self) -> None:
-        connection = listener()
-        try:
-            pubsub = connection.pubsub(ignore_subscribe_messages=True)
-            async with asyncio.timeout(SILENT_S):
-                await pubsub.subscribe(bus.people_channel())
-            self.link = True
-            self._wake_all()  # messages sent meanwhile were lost
-            silent = 0
-            while silent < 2:  # the second time the ping was not answered: the connection is gone
-                message = await pubsub.get_message(timeout=SILENT_S)
-                silent = 0 if message is not None else silent + 1
-                if message is None:
-                    await pubsub.ping()
-                elif message["type"] == "message":
-                    self._wake(message["data"])
-        finally:
-            await connection.aclose()
+    async def _prepare(self) -> None:
+        self.link = True
+        self._wake_all()  # messages sent meanwhile were lost
+
+    def _take(self, message: dict[str, Any]) -> None:
+        if message["type"] == "message":
+            self._wake(message["data"])
 
     def _wake_all(self) -> None:
         for subscriber in self._subscribers:
@@ -108,6 +90,3 @@ class Subscriptions:
             return
         for subscriber in self._subscribers:
             subscriber.hear(told)
-
-
-subscriptions = of_loop(Subscriptions)

@@ -1,8 +1,8 @@
 """Thread pools beside the event loop; strangers cannot occupy those of others.
 
 People who stand in a queue and staff have a pool of their own, in which one person uses at most `EACH` threads. So
-requests of strangers never delay a heartbeat. Whoever drives a robot has a pool that nobody else uses, so that a crowd
-that waits delays no command. Urgent work that needs only Redis (stop, keep-alives) has another.
+requests of strangers never delay a heartbeat. Operators have a pool that nobody else uses, so that a crowd that waits
+delays no command. Urgent work that needs only Redis (stop, keep-alives) has another.
 """
 
 import asyncio
@@ -56,5 +56,5 @@ class Pool:
 URGENT = Pool("urgent", 4)  # stop and keep-alives
 DRIVERS = Pool("drivers", 4)  # people who hold a robot's grant, one a robot
 KNOWN = Pool("known", 8)  # people who wait in a queue, or are staff
-EVERYBODY = Pool("everybody", 2)  # what is read once for all who watch a robot
+EVERYBODY = Pool("everybody", 2)  # the part of snapshots that is read once for all who watch a robot
 ANYBODY = Pool("anybody", 4)

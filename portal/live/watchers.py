@@ -1,6 +1,6 @@
-"""How many people watch a robot: whoever drives it is left out, and a person with several pages is one.
+"""The number of people who watch a robot: its operator is left out, and a person with several pages is one.
 
-Each web process tells the others through Redis who watches there. Each page of somebody who is not signed in counts.
+Each web process tells the others through Redis who watches there. Each page of a stranger counts.
 """
 
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Watchers(NamedTuple):
-    """Those of one web process: pages of strangers, people who are signed in (keys), and when that was (s)."""
+    """The watchers of one web process: pages of strangers, people who are signed in (keys), and when that was (s)."""
 
     strangers: int
     people: frozenset[int]
@@ -19,8 +19,8 @@ class Watchers(NamedTuple):
         return " ".join(map(str, (self.strangers, self.at, *sorted(self.people))))
 
 
-def understood(told: bytes) -> Watchers:
-    """Return what another process tells; nobody, long ago, if that is not understood."""
+def read_watchers(told: bytes) -> Watchers:
+    """Return the watchers of another process; nobody, long ago, if its text is not understood."""
     try:
         strangers, at, *people = map(int, told.split())
     except ValueError:

@@ -38,8 +38,8 @@ LIBRARIES = (
     "numpy", "cv2", "scipy.spatial.transform", "av",
 )  # fmt: skip
 OURS = (  # not those that are run: `python -m` loads these again
-    "portal.celery", "portal.urls", "portal.edge.protocols", "portal.live.consumers", "portal.edge.origins",
-    "portal.live.operators", "portal.live.person", "portal.edge.requests", "portal.edge.pages",
+    "portal.celery", "portal.urls", "portal.edge.protocols", "portal.live.robot_socket", "portal.edge.origins",
+    "portal.live.person_socket", "portal.edge.requests", "portal.edge.pages",
     "portal.edge.cache", "portal.management.commands.demo", "portal.keep.seeding", "queueing.tasks",
     "workers.process.tasks",
     "workers.process.bootstep", "workers.process.wiring", "workers.recorder.recorder", "portal.broadcast.following",

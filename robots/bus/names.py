@@ -17,7 +17,7 @@ def events_channel(slug: str) -> str:
 
 
 def channel_of(slug: str, what: str) -> str:
-    """Return the channel of what is watched: `state`, `trace`, or what `watched_as` returns."""
+    """Return the channel of what is watched: `state`, `trace`, or the name of a demand."""
     return f"farhand:{slug}:{what.partition('.')[0]}"
 
 
@@ -29,11 +29,6 @@ def frames_of(camera: int, coarse: bool = False) -> str:
 def video_of(camera: int, coarse: bool = False) -> str:
     """Return the name of a camera's video: `video` for the first, `video1`, `video2`...; `coarsevideo`..."""
     return f"{'coarse' if coarse else ''}video{camera or ''}"
-
-
-def key_of(camera: int, coarse: bool = False) -> str:
-    """Return what a web process asks for that needs a key picture of a camera's video."""
-    return f"{video_of(camera, coarse)}.key"
 
 
 def frames_channel(slug: str, camera: int = 0, coarse: bool = False) -> str:

@@ -1,4 +1,4 @@
-"""Byte streams on the bus: they are sent, and the store keeps what newcomers are given of them."""
+"""Byte streams on the bus: packets are sent, and the store keeps those that newcomers need."""
 
 import redis
 
@@ -10,7 +10,7 @@ STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so lon
 def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:
     """Send packets of a byte stream and keep them for who comes later, together or not at all.
 
-    `from_key`: the first is a key packet, so what was kept is over.
+    `from_key`: the first is a key packet, which replaces the packets that were kept.
     """
     key = names.stream_key(slug, stream)
     try:
@@ -40,7 +40,7 @@ def kept_stream(slug: str, stream: int) -> list[bytes] | None:
 
 
 def keep_stream(slug: str, stream: int) -> bool:
-    """Keep what newcomers are given of a byte stream for another while; False if it is there no more."""
+    """Keep the packets of a byte stream for another while; False if they are there no more."""
     try:
         return bool(store.connection().expire(names.stream_key(slug, stream), STREAM_S))
     except (redis.RedisError, OSError):

@@ -17,6 +17,11 @@ from portal.run import serve
 from tests.conftest import wait_for
 from tests.rig import free_port
 
+OF_SOCKETS = (
+    "RobotSocket", "Socket", "Writer", "SnapshotSender", "Requests", "Presence", "PlanSender",
+    "WebSocketsSansIOProtocol", "Ws",
+)  # fmt: skip
+
 
 class WebHere:
     """A web process in a thread of this one."""
@@ -50,18 +55,18 @@ class WebHere:
         """Return what the web process holds for sockets: viewers, robots listened to, sockets, tasks, connections."""
 
         def count():
-            from portal.live.hub import hub
-            from portal.live.line import lines
+            from portal.live.loop import of_loop
+            from portal.live.socket import sockets
 
-            here = hub()
+            here = of_loop().hub
             names = [t.get_coro().__qualname__ for t in asyncio.all_tasks()]
-            pubsub = here._pubsub.channels if here._pubsub is not None else {}
+            pubsub = here._reader.pubsub.channels if here._reader.pubsub is not None else {}
             return {
                 "viewers": sum(len(room.viewers) for room in here._rooms.values()),
                 "pictures": sum(len(room.newest) for room in here._rooms.values()),
                 "robots listened to": sum(b":state" in name for name in pubsub),
-                "sockets": len(lines),
-                "tasks": sum(n.startswith(("RobotConsumer", "Line", "WebSocketsSansIOProtocol", "Ws", "Hub._follow")) for n in names),
+                "sockets": len(sockets),
+                "tasks": sum(n.partition(".")[0] in OF_SOCKETS or n.startswith("Hub._follow") for n in names),
                 "connections": len(self.server.server_state.connections),
             }  # fmt: skip
 

@@ -12,7 +12,7 @@ from websockets.exceptions import InvalidStatus
 
 from portal.edge import dropped as counting
 from portal.edge.dropped import dropped
-from portal.live import consumers
+from portal.live import access
 from tests.conftest import wait_for
 from tests.faults.here import closed, handshake, heard, line
 
@@ -76,7 +76,7 @@ def test_a_robot_that_is_full(web, owned, log, monkeypatch):
 
 
 def test_an_account_that_has_enough(web, owned, people, log, monkeypatch):
-    monkeypatch.setattr(consumers.accounts(), "most", 0)
+    monkeypatch.setattr(access.accounts(), "most", 0)
 
     def act():
         with line(web, people["ada"]) as one:

@@ -9,9 +9,9 @@ from urllib.parse import quote
 
 import pytest
 
-from portal.live.hub import PING_S, Hub
-from portal.live.messages import Watch
-from portal.live.rooms import Viewer
+from portal.live.hub import MARK_S
+from portal.live.loop import LoopState
+from portal.live.viewer import Viewer, Wish
 from robots import bus
 from robots.kit.packets import Changed, picture_packet
 from robots.models import Robot
@@ -34,7 +34,7 @@ async def ended(hub):
 
 async def come_and_go(chance):
     """Let viewers come and go in any order until nobody is left; return the channels that the hub listens to then."""
-    hub, here = Hub(), []
+    hub, here = LoopState().hub, []
     for _ in range(chance.randint(1, 12)):
         if here and chance.random() < 0.5:
             hub.detach(here.pop(chance.randrange(len(here))))
@@ -50,9 +50,9 @@ async def come_and_go(chance):
             await asyncio.sleep(0.01)
     with contextlib.suppress(TimeoutError):
         async with asyncio.timeout(20):
-            while len(hub._pubsub.channels) > 1:
+            while len(hub._reader.pubsub.channels) > 1:
                 await asyncio.sleep(0.01)
-    left = set(hub._pubsub.channels)
+    left = set(hub._reader.pubsub.channels)
     await ended(hub)
     return left
 
@@ -68,20 +68,20 @@ def test_a_wish_while_the_connection_opens_is_followed(redis_server):
     """After the channels of its robot were asked for, before Redis has answered all."""
 
     async def wish():
-        hub, one = Hub(), Viewer("mercury")
+        hub, one = LoopState().hub, Viewer("mercury")
         hub.attach(one)
         async with asyncio.timeout(10):
             while not hub._listened.get("mercury"):
                 await asyncio.sleep(0)
             assert not hub.link
-            hub.choose(one, Watch([1]))
+            hub.choose(one, Wish(frozenset({1})))
             while not hub.link:
                 await asyncio.sleep(0.005)
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(PING_S / 2):
-                    while bus.channel_of("mercury", "frames1").encode() not in hub._pubsub.channels:
+                async with asyncio.timeout(MARK_S / 2):
+                    while bus.channel_of("mercury", "frames1").encode() not in hub._reader.pubsub.channels:
                         await asyncio.sleep(0.005)
-        found = set(hub._pubsub.channels)
+        found = set(hub._reader.pubsub.channels)
         await ended(hub)
         return found
 
@@ -92,9 +92,9 @@ def told(web):
     """Return the channels that the web process has asked Redis for, and what Redis is told is watched."""
 
     def listened():
-        from portal.live.hub import hub
+        from portal.live.loop import of_loop
 
-        return {name.removeprefix("farhand:mercury:") for name in hub()._listened.get("mercury", ())}
+        return {name.removeprefix("farhand:mercury:") for name in of_loop().hub._listened.get("mercury", ())}
 
     prefix = bus.watch_key("mercury", "").encode()
     return web.ask(listened), {key.removeprefix(prefix).decode() for key in bus.connection().keys(prefix + b"*")}
@@ -129,7 +129,7 @@ def test_what_one_process_could_not_send_is_made_up_though_it_sends_nothing_more
         while not heard(one, "snapshot")["link"]:
             pass
         with monkeypatch.context() as away:
-            away.setattr(bus, "_send", lambda *_: -1)
+            away.setattr(bus.publishing, "reach", lambda *_: -1)
             Robot.objects.update(name="Mercury the Second")
             assert not bus.publish("mercury", Changed("robot"))
         while heard(one, "snapshot", 30)["robot"]["name"] != "Mercury the Second":

@@ -10,7 +10,6 @@ from robots import bus
 from robots.kit.clock import SYSTEM
 from tests.conftest import wait_for
 from tests.faults.proxy import Proxy
-from workers.guard import listen
 from workers.guard.listen import Listener
 
 pytestmark = pytest.mark.timed
@@ -18,8 +17,8 @@ pytestmark = pytest.mark.timed
 
 @pytest.fixture
 def listening(redis_server, settings, tmp_path, monkeypatch):
-    monkeypatch.setattr(listen, "PING_S", 0.2)
-    monkeypatch.setattr(listen, "SILENT_S", 1.5)
+    monkeypatch.setattr(bus.reader, "PING_S", 0.2)
+    monkeypatch.setattr(bus.reader, "SILENT_S", 1.5)
     monkeypatch.setattr(bus.store, "OPEN_S", 0.5)
     proxy = Proxy(str(tmp_path / "redis.sock"), settings.REDIS_URL.removeprefix("unix://"))
     direct = settings.REDIS_URL

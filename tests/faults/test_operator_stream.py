@@ -10,8 +10,7 @@ from django.test import Client
 from websockets.exceptions import ConnectionClosed
 
 from portal.live import codes
-from portal.live.consumers import RobotConsumer
-from portal.live.operators import OperatorConsumer
+from portal.live.access import Access, OperatorAccess
 from queueing.models import Turn
 from queueing.services import end_turn
 from robots import bus, services
@@ -218,7 +217,7 @@ def test_the_stream_ends_with_the_turn(web, drives, monkeypatch, silently):
         for said in (first, heard(public, "snapshot")):
             assert said["me"]["can"]["drive"]
         if not silently:  # the event alone ends it, not the look that a busy machine may take first
-            monkeypatch.setattr(OperatorConsumer, "judge", RobotConsumer.judge)
+            monkeypatch.setattr(OperatorAccess, "judge", Access.judge)
         end(silently, monkeypatch)
         if not silently:
             wait_for(lambda: not heard(own, "snapshot")["me"]["can"]["drive"], 10, "the page is told first")

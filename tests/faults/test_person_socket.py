@@ -8,7 +8,7 @@ from datetime import timedelta
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from portal.live import person
+from portal.live import person_socket
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
@@ -49,9 +49,10 @@ def told(one, state, seconds=5):
 
 def nothing_left(web):
     def subscribers():
-        from portal.live.subscriptions import subscriptions as here
+        from portal.live.loop import of_loop
 
-        return len(here()), here()._task
+        people = of_loop().people
+        return len(people), people._task
 
     web.nothing_left()
     wait_for(lambda: web.ask(subscribers) == (0, None), 5, "no subscriber")
@@ -75,7 +76,7 @@ def test_the_whole_way_from_another_page(web, people, robot):
 
 
 def test_an_offer_that_is_made_while_the_places_are_read_is_told_at_once(web, people, robot, monkeypatch):
-    read, offered = person.standings, []
+    read, offered = person_socket.standings, []
 
     def standings(*args):
         found = read(*args)
@@ -84,7 +85,7 @@ def test_an_offer_that_is_made_while_the_places_are_read_is_told_at_once(web, pe
             time.sleep(0.5)  # that the queue changed is heard before the answer is
         return found
 
-    monkeypatch.setattr(person, "standings", standings)
+    monkeypatch.setattr(person_socket, "standings", standings)
     with me(web, people["ada"]) as one:
         told(one, "")
         queue.join(robot, people["ada"], SYSTEM.now())
@@ -169,7 +170,7 @@ def test_without_redis_it_looks_by_itself(web, people, robot, redis_server):
 
 
 def test_it_is_told_again_at_the_moments_that_are_announced():
-    from portal.live.person import PULSE_S, next_look_s
+    from portal.live.person_socket import PULSE_S, next_look_s
 
     def at(left_s):
         return next_look_s({"places": [{"until_ms": left_s * 1000, "kept_until_ms": None, "idle_ms": None}]}, 0)

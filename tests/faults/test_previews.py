@@ -26,21 +26,21 @@ def ask(one, n, kind="ready", **args):
 
 
 def count(web):
-    from portal.live.previews import previewer
+    from portal.live.loop import of_loop
 
-    return web.ask(lambda: previewer().computed)
+    return web.ask(lambda: of_loop().previews.computed)
 
 
 def child(web):
-    from portal.live.previews import previewer
+    from portal.live.loop import of_loop
 
-    return web.ask(lambda: previewer()._process and previewer()._process.pid)
+    return web.ask(lambda: of_loop().previews._process and of_loop().previews._process.pid)
 
 
 def busy():
-    from portal.live.previews import previewer
+    from portal.live.loop import of_loop
 
-    return previewer().computing
+    return of_loop().previews.computing
 
 
 @pytest.mark.asvs("2.4.1", "15.2.2")

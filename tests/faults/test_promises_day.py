@@ -13,7 +13,7 @@ import pytest
 from django.db import connections
 from websockets.exceptions import ConnectionClosed
 
-from portal.live import audience, hub, person, sessions, viewing
+from portal.live import audience, hub, person_socket, sessions, store, writer
 from portal.run import serve
 from robots import bus, services
 from robots.kit.clock import SYSTEM
@@ -78,8 +78,8 @@ def rounds(monkeypatch):
         monkeypatch.setattr(module, name, call)
 
     for module, name in (
-        (hub, "PING_S"), (sessions, "CHECK_S"), (sessions, "APART_S"), (person, "PULSE_S"), (audience, "EVERY_S"),
-        (viewing, "IDLE_S"),
+        (hub, "MARK_S"), (store, "PING_S"), (sessions, "CHECK_S"), (sessions, "APART_S"), (person_socket, "PULSE_S"), (audience, "EVERY_S"),
+        (writer, "IDLE_S"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, getattr(module, name) / FASTER)
     monkeypatch.setattr(bus.demand, "WATCH_S", 1)  # the least that Redis knows

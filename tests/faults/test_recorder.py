@@ -71,7 +71,7 @@ def ended(rig):
 
 def passed(rig, pictures, states):
     """Wait until so many have passed on the bus since the recorder listens."""
-    wait_for(lambda: bus.how_watched(rig.robot.slug, 0).some, 10, "the recorder's wish")
+    wait_for(lambda: bus.Demand(every_s=bus.SOME_S) in bus.demands(rig.robot.slug, 0), 10, "the recorder's wish")
     here = {bus.frames_channel(rig.robot.slug).encode(): pictures, bus.state_channel(rig.robot.slug).encode(): states}
     with bus.listener().pubsub(ignore_subscribe_messages=True) as channel:
         channel.subscribe(*here)

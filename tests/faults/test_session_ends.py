@@ -14,8 +14,9 @@ from django.contrib.sessions.models import Session
 from django.test import Client
 
 from accounts.models import Clearance
-from portal.live import viewing
-from portal.live.sessions import RAN_OUT_S, session_watch
+from portal.live import presence
+from portal.live.loop import of_loop
+from portal.live.sessions import RAN_OUT_S
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
@@ -137,7 +138,7 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
     bob = Browser(people["bob"])
 
     def ends_nothing():
-        return not session_watch()._ending
+        return not of_loop().sessions._ending
 
     try:
         with here.open(web) as one, phone.open(second_process) as other, bob.open(second_process) as third:
@@ -163,7 +164,7 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
 
 
 def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(web, people, driving, monkeypatch):
-    monkeypatch.setattr(viewing, "OTHERS_S", 0.0)
+    monkeypatch.setattr(presence, "OTHERS_S", 0.0)
     here, phone = Browser(people["ada"]), Browser(people["ada"])
     with here.open(web) as one, phone.open(web) as other:
         for each in (one, other):
@@ -171,7 +172,7 @@ def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(w
         wait_for(lambda: driving.sessions.count() == 2, 5, "both sessions of the turn")
         here.sign_out()
         assert closed(one)[0] == 4401
-        wait_for(lambda: web.ask(lambda: not session_watch()._ending), 5, "what ends with the socket")
+        wait_for(lambda: web.ask(lambda: not of_loop().sessions._ending), 5, "what ends with the socket")
         assert not turn_ended(driving)
         phone.sign_out()
         assert closed(other)[0] == 4401
@@ -180,7 +181,7 @@ def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(w
 
 
 def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, people, driving, monkeypatch):
-    monkeypatch.setattr(viewing, "OTHERS_S", 3.0)  # how soon it answers is not what is judged
+    monkeypatch.setattr(presence, "OTHERS_S", 3.0)  # how soon it answers is not what is judged
     here, phone = Browser(people["ada"]), Browser(people["ada"])
     with here.open(web) as one, phone.open(web) as other:
         for each in (one, other):
@@ -189,13 +190,13 @@ def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, 
         driving.sessions.update(last_seen=SYSTEM.now() - timedelta(minutes=1))
         here.sign_out()
         assert closed(one)[0] == 4401
-        wait_for(lambda: web.ask(lambda: not session_watch()._ending), 10, "what ends with the socket")
+        wait_for(lambda: web.ask(lambda: not of_loop().sessions._ending), 10, "what ends with the socket")
         assert not turn_ended(driving)
 
 
 def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, monkeypatch):
     armed, begun, gone, noted = (threading.Event() for _ in range(4))
-    seen, disconnect, session_over = queue.note_presence, viewing.mark_disconnected, viewing.end_session
+    seen, disconnect, session_over = queue.note_presence, presence.mark_disconnected, presence.end_session
 
     def seen_late(*args, **kwargs):
         if armed.is_set():
@@ -214,8 +215,8 @@ def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, m
         session_over(*args)
 
     monkeypatch.setattr(queue, "note_presence", seen_late)
-    monkeypatch.setattr(viewing, "mark_disconnected", disconnect_at_once)
-    monkeypatch.setattr(viewing, "end_session", over_then)
+    monkeypatch.setattr(presence, "mark_disconnected", disconnect_at_once)
+    monkeypatch.setattr(presence, "end_session", over_then)
     here = Browser(people["ada"])
     with here.open(web) as one:
         heard(one, "snapshot")
@@ -229,7 +230,7 @@ def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, m
 
 
 def test_a_session_whose_page_was_closed_keeps_no_turn(web, people, driving, monkeypatch):
-    monkeypatch.setattr(viewing, "OTHERS_S", 0.0)
+    monkeypatch.setattr(presence, "OTHERS_S", 0.0)
     here, phone = Browser(people["ada"]), Browser(people["ada"])
     with here.open(web) as one:
         with phone.open(web) as other:
@@ -283,9 +284,9 @@ def test_nothing_is_asked_while_nobody_is_signed_in(web, people):
         heard(one, "snapshot")
 
         def watching():
-            from portal.live.sessions import session_watch
+            from portal.live.loop import of_loop
 
-            return session_watch()._task is not None and not session_watch()._task.done()
+            return of_loop().sessions._task is not None and not of_loop().sessions._task.done()
 
         assert not web.ask(watching)
         with Browser(people["bob"]).open(web) as two:

@@ -62,7 +62,7 @@ def test_a_burst_closes_the_socket_once(web):
 @pytest.mark.timed
 @pytest.mark.asvs("2.4.1")
 def test_sockets_of_one_address_that_keep_just_within_their_own_limit_are_ended_and_a_calm_one_stays(web, monkeypatch):
-    monkeypatch.setattr("portal.live.line.OF_ADDRESS", AddressRate(5.0, 60.0))
+    monkeypatch.setattr("portal.live.socket.OF_ADDRESS", AddressRate(5.0, 60.0))
     with line(web) as calm, ExitStack() as stack:
         floods = [stack.enter_context(line(web, max_queue=None)) for _ in range(4)]
         for one in (calm, *floods):
@@ -88,7 +88,7 @@ def test_a_stranger_is_told_to_sign_in_and_costs_no_thread(web, monkeypatch):
 
     with line(web) as one:
         heard(one, "snapshot")
-        monkeypatch.setattr("portal.live.consumers.act", never)
+        monkeypatch.setattr("portal.live.robot_socket.act", never)
         for asked in ({"t": "join"}, {"t": "stop"}, {"t": "command", "kind": "noop", "args": {}, "seq": 1}):
             one.send(json.dumps(asked))
             answer = heard(one, "answer")

@@ -47,8 +47,8 @@ def test_a_newcomer_gets_the_group_since_the_last_key_picture_and_who_wants_jpeg
     with line(web, path=PATH) as first, line(web) as plain:
         heard(first, "snapshot")
         heard(plain, "snapshot")
-        both = bus.Wanted(each=True, video=True, key=True)
-        wait_for(lambda: bus.how_watched("mercury", 0) == both, 5, "the wishes of both")
+        both = {bus.Demand(), bus.Demand(video=True), bus.Demand(video=True, key=True)}
+        wait_for(lambda: bus.demands("mercury", 0) == both, 5, "the wishes of both")
         sent = [packet(n, n in (1, 8)) for n in range(1, 13)]
         for one in sent:
             bus.publish_video("mercury", one)
@@ -69,7 +69,7 @@ def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web, monkeypat
     with line(web) as one:
         heard(one, "snapshot")
         one.send(json.dumps(WISH))
-        wait_for(lambda: bus.how_watched("mercury", 0).video, 5, "the wish")
+        wait_for(lambda: bus.Demand(video=True) in bus.demands("mercury", 0), 5, "the wish")
         for n in range(1, 5):
             bus.publish_video("mercury", packet(n, n == 1))
         assert pictures(one, 4) == [packet(n, n == 1) for n in range(1, 5)]
@@ -88,7 +88,7 @@ def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web, monkeypat
         bus.publish_video("mercury", packet(5))
         assert pictures(one, 1) == [packet(5)]
         one.send(json.dumps(WISH | {"every_s": 5}))
-        wait_for(lambda: bus.how_watched("mercury", 0).rarely, 5, "the other wish")
+        wait_for(lambda: bus.Demand(every_s=bus.RARE_S) in bus.demands("mercury", 0), 5, "the other wish")
         bus.publish_video("mercury", packet(6))
         bus.publish_picture("mercury", b"\x02" + bytes(50))
         assert pictures(one, 1)[0][0] == PICTURE
@@ -121,10 +121,10 @@ def test_after_a_packet_was_missed_a_key_picture_is_asked_for(web):
         heard(one, "snapshot")
         bus.publish_video("mercury", packet(1, True))
         assert pictures(one, 1) == [packet(1, True)]
-        bus.key_comes("mercury", 0)
-        assert not bus.how_watched("mercury", 0).key
+        bus.end_key_demand("mercury", 0)
+        assert bus.Demand(video=True, key=True) not in bus.demands("mercury", 0)
         bus.publish_video("mercury", packet(3))
-        wait_for(lambda: bus.how_watched("mercury", 0).key, 5, "the request")
+        wait_for(lambda: bus.Demand(video=True, key=True) in bus.demands("mercury", 0), 5, "the request")
         bus.publish_video("mercury", packet(4))
         bus.publish_video("mercury", packet(5, True))
         assert pictures(one, 1) == [packet(5, True)]

@@ -15,9 +15,9 @@ from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
 from portal.edge.dropped import dropped
-from portal.live import consumers, shared, viewing
+from portal.live import access, shared, snapshot_sender
 from portal.live.snapshot import snapshot
-from portal.live.viewing import LEAST_S
+from portal.live.snapshot_sender import LEAST_S
 from robots import bus
 from robots.kit.packets import Changed, Notice
 from robots.models import Robot
@@ -252,9 +252,9 @@ def test_what_everybody_sees_is_read_once_for_all_who_are_signed_in_too(web, peo
         read.append(user.pk)
         return snapshot(slug, user, *more)
 
-    for room in (shared, viewing):
+    for room in (shared, snapshot_sender):
         monkeypatch.setattr(room, "snapshot", counted)
-    monkeypatch.setattr(consumers.accounts(), "most", 100)
+    monkeypatch.setattr(access.accounts(), "most", 100)
     with contextlib.ExitStack() as stack:
         crowd = [stack.enter_context(line(web, people[name])) for name in ("bob", "eve") for _ in range(15)]
         for one in crowd:
@@ -285,7 +285,7 @@ def test_a_person_who_only_watches_is_sent_no_snapshot_for_each_of_many_changes(
 
 
 def test_an_account_has_so_many_sockets_and_no_more(web, people, monkeypatch):
-    monkeypatch.setattr(consumers.accounts(), "most", 3)
+    monkeypatch.setattr(access.accounts(), "most", 3)
     with contextlib.ExitStack() as stack:
         for _ in range(3):
             heard(stack.enter_context(line(web, people["ada"])), "snapshot")

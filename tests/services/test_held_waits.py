@@ -7,9 +7,11 @@ from math import inf
 import pytest
 from asgiref.sync import async_to_sync, sync_to_async
 
-from portal.live import actions, consumers, viewing
+from portal.live import actions, controls, robot_socket, snapshot_sender
+from portal.live.loop import LoopState
 from portal.live.messages import Accept, Keep, Released
 from portal.live.messages import Command as Asked
+from portal.live.role import Role
 from queueing import services as queue
 from robots import bus, services
 from robots.grants import open_grant
@@ -113,17 +115,19 @@ class Line:
     def __init__(self, robot, people, monkeypatch, kind):
         now = SYSTEM.now()
         services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
-        monkeypatch.setattr(viewing, "current_user", lambda scope: people["ada"])
-        monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
+        monkeypatch.setattr(snapshot_sender, "current_user", lambda scope: people["ada"])
         monkeypatch.setattr(
             bus.owner, "send", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
         )
-        self.heard, self.page, self.said, self.tasks = [], consumers.RobotConsumer(), [], []
-        self.page.slug, self.page.scope, self.page.me = robot.slug, {}, people["ada"].pk
-        self.page._held = frozenset({kind})
-        self.page._snapshot(True)
+        self.heard, self.page, self.said, self.tasks = [], robot_socket.RobotSocket(), [], []
+        self.page.scope = {"url_route": {"kwargs": {"slug": robot.slug}}}
+        self.page.shared = LoopState()
+        self.page.prepare()
+        self.controls = self.page.controls
+        self.controls.kinds = frozenset({kind})
+        _, self.page.role, _ = self.page.snapshots.read(True)
         self.page.begin = lambda task: task.close()
-        self.page._answer = self.answer
+        self.page.requests.answer = self.answer
 
     async def answer(self, message, answer):
         self.said.append(answer)
@@ -151,7 +155,7 @@ def test_controls_are_heard_as_soon_as_their_command_is_written(line, then, hear
     async def typed():
         await line.type(line.press, *then)
         assert line.heard == [], "nobody knows yet which command they hold"
-        await line.page._written(line.press, 70)
+        await line.controls.assign(line.press, 70)
 
     asyncio.run(typed())
     assert line.heard == heard
@@ -161,7 +165,7 @@ def test_controls_are_heard_as_soon_as_their_command_is_written(line, then, hear
 def test_from_then_on_each_keep_alive_names_the_command(line):
     async def typed():
         await line.type(line.press)
-        await line.page._written(line.press, 70)
+        await line.controls.assign(line.press, 70)
         await line.type(Keep(seq=SEQ), Released(seq=SEQ), Keep(seq=SEQ))
 
     asyncio.run(typed())
@@ -172,8 +176,8 @@ def test_from_then_on_each_keep_alive_names_the_command(line):
 def test_controls_that_fell_silent_before_the_command_was_written_do_not_count(line):
     async def typed():
         await line.type(line.press)
-        line.page._pressed_at -= consumers.HEARD_S + 0.01
-        await line.page._written(line.press, 70)
+        line.controls._heard_at -= controls.HEARD_S + 0.01
+        await line.controls.assign(line.press, 70)
 
     asyncio.run(typed())
     assert line.heard == []
@@ -182,11 +186,11 @@ def test_controls_that_fell_silent_before_the_command_was_written_do_not_count(l
 @EACH
 def test_a_press_counts_whatever_the_last_snapshot_said(line):
     """It may have been read before the turn began, or not at all, because the database was away."""
-    line.page.operating = False
+    line.page.role = Role(line.page.role.person)
 
     async def typed():
         await line.type(line.press, Keep(seq=SEQ))
-        await line.page._written(line.press, 70)
+        await line.controls.assign(line.press, 70)
         await line.type(Keep(seq=SEQ), Released(seq=SEQ))
 
     asyncio.run(typed())
@@ -199,9 +203,9 @@ def test_a_press_that_comes_before_the_turn_was_accepted_keeps_its_motion(line, 
     services.end_grant(open_grant(robot), GrantEnd.STAFF, "over", SYSTEM.now())
     queue.join(robot, people["ada"], SYSTEM.now())
     queue.tick(SYSTEM.now())
-    line.page._snapshot(True)
-    assert not line.page.operating
-    monkeypatch.setattr(consumers, "HEARD_S", inf)  # the database takes as long as it takes
+    _, line.page.role, _ = line.page.snapshots.read(True)
+    assert not line.page.role.grant
+    monkeypatch.setattr(controls, "HEARD_S", inf)  # the database takes as long as it takes
     monkeypatch.setattr(actions, "current_user", lambda scope: people["ada"])
     monkeypatch.setattr(line.page, "orm", lambda function, *args: sync_to_async(function)(*args))
     monkeypatch.setattr(line.page, "begin", lambda task: line.tasks.append(asyncio.create_task(task)))
@@ -229,15 +233,15 @@ def test_a_page_whose_press_wrote_no_command_keeps_no_motion_of_another(line, ro
 
     async def typed():
         await line.type(line.press, Keep(seq=SEQ))
-        await line.page._written(line.press, 0)
+        await line.controls.assign(line.press, 0)
         await line.type(Keep(seq=SEQ), Released(seq=SEQ))
-        while not line.page._asked.full():
-            line.page._asked.put_nowait((line.press, False))
+        while not line.page.requests._queue.full():
+            line.page.requests._queue.put_nowait((line.press, False))
         await line.type(line.press, Keep(seq=SEQ))
 
     asyncio.run(typed())
     assert line.heard == []
-    assert line.said[-1].code == "busy" and not line.page._pressed
+    assert line.said[-1].code == "busy" and not line.controls._pressed
 
 
 @pytest.mark.parametrize(

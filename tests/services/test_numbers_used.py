@@ -5,7 +5,8 @@ import asyncio
 import pytest
 from django.test import Client
 
-from portal.live import actions, consumers
+from portal.live import actions, robot_socket
+from portal.live.loop import LoopState
 from portal.live.messages import Command as Asked
 from robots import services
 from robots.kit.clock import SYSTEM
@@ -86,8 +87,12 @@ def test_two_that_come_at_the_same_moment_are_told_apart(robot, people, grant, o
 def test_a_press_that_was_refused_holds_no_motion_of_another_page(robot, people, grant, scope, monkeypatch):
     monkeypatch.setattr("robots.bus.publishing.send", lambda channel, data: True)
     services.issue(robot.slug, people["ada"], "up", {}, 7)
-    page = consumers.RobotConsumer()
-    page.slug, page.scope, page.me, page._pressed, page._asked = robot.slug, scope, people["ada"].pk, 7, asyncio.Queue()
+    page = robot_socket.RobotSocket()
+    page.scope = {**scope, "url_route": {"kwargs": {"slug": robot.slug}}}
+    page.shared = LoopState()
+    page.prepare()
+    requests, controls = page.requests, page.controls
+    controls._pressed = 7
     asked = Asked(kind="down", args={}, seq=7)
     answers, refused = [], actions.act(scope, robot.slug, asked)
 
@@ -98,13 +103,13 @@ def test_a_press_that_was_refused_holds_no_motion_of_another_page(robot, people,
         answers.append(answer)
         raise asyncio.CancelledError
 
-    page.orm, page._answer = here, answered
+    page.orm, requests.answer = here, answered
 
     async def served():
-        page._asked.put_nowait((asked, False))
+        requests._queue.put_nowait((asked, False))
         with pytest.raises(asyncio.CancelledError):
-            await page._serve()
+            await requests.run()
 
     asyncio.run(served())
     assert [one.code for one in answers] == ["number_used"]
-    assert page._pressed == page._holding == 0
+    assert controls._pressed == controls._command == 0

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from portal.live import consumers
+from portal.live import presence
 from robots.kit.clock import SYSTEM
 from tests.waiting import CEILING_S
 
@@ -23,19 +23,18 @@ def test_the_presence_that_a_ping_notes_is_never_noted_after_the_socket_has_ende
         SYSTEM.sleep(SLOW_S)
         told.append("here")
 
-    monkeypatch.setattr(consumers, "current_user", lambda scope: user)
-    monkeypatch.setattr(consumers, "Robot", SimpleNamespace(objects=SimpleNamespace(get=lambda slug: slug)))
-    monkeypatch.setattr(consumers.queue, "note_presence", seen)
-    monkeypatch.setattr(consumers.queue, "note_disconnection", lambda *_: told.append("left"))
-    page = consumers.RobotConsumer()
-    page.scope = {}
-    monkeypatch.setattr(page, "goes_on_elsewhere", lambda person: False)
-    ping = threading.Thread(target=page._mark_seen)
+    monkeypatch.setattr(presence, "current_user", lambda scope: user)
+    monkeypatch.setattr(presence, "Robot", SimpleNamespace(objects=SimpleNamespace(get=lambda slug: slug)))
+    monkeypatch.setattr(presence.queue, "note_presence", seen)
+    monkeypatch.setattr(presence.queue, "note_disconnection", lambda *_: told.append("left"))
+    socket = SimpleNamespace(scope={}, closed=False)
+    page = presence.Presence(socket, "mercury", SimpleNamespace(continues_elsewhere=lambda person: False))
+    ping = threading.Thread(target=page.mark_seen)
     ping.start()
     assert begun.wait(CEILING_S)
-    page.over = True
-    page._mark_left()
+    socket.closed = True
+    page.mark_left()
     ping.join(CEILING_S)
     assert told == ["here", "left"]
-    page._mark_seen()  # one that was begun before, in a thread that waited
+    page.mark_seen()  # one that was begun before, in a thread that waited
     assert told == ["here", "left"]

@@ -47,7 +47,7 @@ def test_pictures_are_masked_before_they_are_stored_or_published(robot, settings
     stored = eyes.photograph(STATE)
     assert seen(cv2.imread(str(configured.MEDIA_ROOT / stored["file"]))) == (0, 255)
     sent = []
-    monkeypatch.setattr("workers.media.pictures.bus.how_watched", lambda slug, camera: ALL)
+    monkeypatch.setattr("workers.media.pictures.bus.demands", lambda slug, camera: ALL)
     monkeypatch.setattr(eyes._steps[0], "due", lambda wanted, now: ALL)
     monkeypatch.setattr(eyes._steps[0], "send", lambda due, shot, *rest: sent.append(shot.picture))
     assert eyes.live_once(STATE)

@@ -8,7 +8,7 @@ import threading
 import pytest
 import redis
 
-from portal.live import subscriptions
+from portal.live import store
 from portal.live.subscriptions import Subscriber, Subscriptions
 from robots import bus
 from tests.conftest import wait_for
@@ -40,8 +40,8 @@ def test_a_connection_for_pub_sub_is_given_up(silent, monkeypatch):
 
 
 def test_the_subscription_to_people_is_tried_again(silent, monkeypatch):
-    monkeypatch.setattr(subscriptions, "SILENT_S", 0.1)
-    monkeypatch.setattr(subscriptions, "AGAIN_S", 0.01)
+    monkeypatch.setattr(store, "SILENT_S", 0.1)
+    monkeypatch.setattr(store, "AGAIN_S", 0.01)
 
     async def attached():
         made, one = Subscriptions(), Subscriber(1)

@@ -45,11 +45,11 @@ def test_a_command_and_a_page_need_no_driver(unloadable, robot, people, client):
 @pytest.mark.django_db
 @pytest.mark.parametrize("which", ["mercury", "pa10"], indirect=True)
 def test_a_socket_needs_no_driver(unloadable, robot):
-    from portal.live.consumers import RobotConsumer
+    from portal.live.robot_socket import RobotSocket
 
-    consumer = RobotConsumer()
-    consumer.slug, consumer.scope = robot.slug, {}
-    held, _ = consumer._look()
+    socket = RobotSocket()
+    socket.slug, socket.scope = robot.slug, {}
+    _, held, _ = socket.look()
     assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_tool"}}[robot.driver]
 
 

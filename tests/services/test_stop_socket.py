@@ -5,7 +5,8 @@ from datetime import timedelta
 
 import pytest
 
-from portal.live import consumers, viewing
+from portal.live import robot_socket, snapshot_sender
+from portal.live.loop import LoopState
 from portal.live.messages import Stop
 from portal.live.snapshot import status_of
 from robots import bus, services
@@ -22,11 +23,12 @@ def page(robot, people, monkeypatch):
     """Return a function that makes a person's socket, as it is after its first snapshot."""
 
     def of(name):
-        monkeypatch.setattr(viewing, "current_user", lambda scope: people[name])
-        monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
-        made = consumers.RobotConsumer()
-        made.slug, made.scope = robot.slug, {}
-        made._snapshot(True)
+        monkeypatch.setattr(snapshot_sender, "current_user", lambda scope: people[name])
+        made = robot_socket.RobotSocket()
+        made.scope = {"url_route": {"kwargs": {"slug": robot.slug}}}
+        made.shared = LoopState()
+        made.prepare()
+        _, made.role, _ = made.snapshots.read(True)
         return made
 
     return of

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from portal.live import audience as counting
 from portal.live.audience import Audience, write
-from portal.live.consumers import RobotConsumer
+from portal.live.loop import of_loop
+from portal.live.robot_socket import RobotSocket
 from portal.live.sessions import SESSIONS
 from portal.live.threads import ANYBODY, DRIVERS, EVERYBODY, KNOWN
 from robots import services
@@ -56,7 +57,7 @@ def test_counters_are_added_to_and_a_removed_robot_is_no_error(robot):
     services.note_usage(robot.pk, SLOT, watching=1, sent_bytes=5)
     row = Usage.objects.get()
     assert (row.at, row.online_s, row.watching, row.sent_bytes) == (SLOT, 60.0, 3, 3_000_000_005)
-    write(SLOT, [counting.Counted("no-such-robot", 1, 1)])
+    write(SLOT, [counting.Increment("no-such-robot", 1, 1)])
     assert Usage.objects.count() == 1
 
 
@@ -127,15 +128,15 @@ def test_a_socket_is_a_visitor_and_what_it_is_sent_is_counted(robot, redis_serve
     async def visit():
         path, route = f"/ws/robots/{robot.slug}/", {"kwargs": {"slug": robot.slug}}
         scope = {"type": "websocket", "path": path, "url_route": route, "headers": [], "subprotocols": []}
-        socket = ApplicationCommunicator(RobotConsumer.as_asgi(), scope)
+        socket = ApplicationCommunicator(RobotSocket.as_asgi(), scope)
         await socket.send_input({"type": "websocket.connect"})
         assert (await socket.receive_output(10))["type"] == "websocket.accept"
         size = len((await socket.receive_output(10))["text"])
-        during = counted(counting.audience())[1][robot.slug]
+        during = counted(of_loop().audience)[1][robot.slug]
         await socket.send_input({"type": "websocket.disconnect", "code": 1000})
         await socket.wait(10)
-        counted(counting.audience(), AT)  # what was sent while it ended
-        return size, during, counted(counting.audience(), AT + timedelta(minutes=5))[1]
+        counted(of_loop().audience, AT)  # what was sent while it ended
+        return size, during, counted(of_loop().audience, AT + timedelta(minutes=5))[1]
 
     size, (watching, sent), after = asyncio.run(visit())
     assert watching == 1

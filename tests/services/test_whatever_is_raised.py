@@ -357,8 +357,8 @@ def test_pictures_go_on_without_what_corrects_them(opened, monkeypatch):
 
     pictures = type(opened.pictures)(opened.owned.robot, opened.clock, opened.owned.picture, lambda *_: Good())
     pictures._brightness = Corrector()
-    everything = bus.Wanted(*[True] * len(bus.Wanted._fields))
-    monkeypatch.setattr(bus, "how_watched", lambda *_: everything)
+    everything = frozenset(bus.demand._possible(0))
+    monkeypatch.setattr(bus, "demands", lambda *_: everything)
     for error in (None, *ALL):
         Corrector.error = error
         assert pictures.live_once(REST) is True

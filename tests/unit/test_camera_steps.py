@@ -4,9 +4,12 @@ from collections import Counter
 
 import pytest
 
-from robots.bus import RARE_S, SOME_S, Wanted
+from robots.bus import RARE_S, SLOW_S, SOME_S, Demand
 from workers.media.steps import COARSE_S, Steps
 
+EACH, VIDEO, COARSE_JPEG, COARSE_VIDEO = Demand(), Demand(video=True), Demand(coarse=True), Demand(0, True, True)
+SOME, SLOW, RARE = (Demand(every_s=every_s) for every_s in (SOME_S, SLOW_S, RARE_S))
+KEY, COARSE_KEY = Demand(video=True, key=True), Demand(0, True, True, key=True)
 EVERY_S, SECONDS = 0.05, 10.0
 WAYS = ("jpeg", "video", "coarse", "coarse_video")
 
@@ -37,30 +40,30 @@ ALL, COARSE, SECONDLY = round(SECONDS / EVERY_S), SECONDS / COARSE_S, SECONDS
 @pytest.mark.parametrize(
     ("wanted", "counts"),
     [
-        (Wanted(), {}),
-        (Wanted(each=True), {"jpeg": ALL}),
-        (Wanted(video=True), {"video": ALL}),
-        (Wanted(each=True, video=True, now_and_then=True), {"jpeg": ALL, "video": ALL}),
-        (Wanted(video=True, now_and_then=True), {"video": ALL, "jpeg": SECONDLY}),
-        (Wanted(coarse=True), {"coarse": COARSE}),
-        (Wanted(coarse_video=True, coarse=True), {"coarse": COARSE, "coarse_video": COARSE}),
-        (Wanted(coarse_video=True, now_and_then=True), {"coarse_video": COARSE, "jpeg": SECONDLY}),
-        (Wanted(now_and_then=True), {"jpeg": SECONDLY}),
-        (Wanted(rarely=True), {"jpeg": SECONDS / RARE_S}),
-        (Wanted(rarely=True, now_and_then=True), {"jpeg": SECONDLY}),
-        (Wanted(some=True, now_and_then=True), {"jpeg": SECONDS / SOME_S}),
-        (Wanted(some=True, coarse=True), {"jpeg": SECONDS / SOME_S, "coarse": COARSE}),
-        (Wanted(key=True, coarse_key=True), {}),
+        ([], {}),
+        ([EACH], {"jpeg": ALL}),
+        ([VIDEO], {"video": ALL}),
+        ([EACH, VIDEO, SLOW], {"jpeg": ALL, "video": ALL}),
+        ([VIDEO, SLOW], {"video": ALL, "jpeg": SECONDLY}),
+        ([COARSE_JPEG], {"coarse": COARSE}),
+        ([COARSE_VIDEO, COARSE_JPEG], {"coarse": COARSE, "coarse_video": COARSE}),
+        ([COARSE_VIDEO, SLOW], {"coarse_video": COARSE, "jpeg": SECONDLY}),
+        ([SLOW], {"jpeg": SECONDLY}),
+        ([RARE], {"jpeg": SECONDS / RARE_S}),
+        ([RARE, SLOW], {"jpeg": SECONDLY}),
+        ([SOME, SLOW], {"jpeg": SECONDS / SOME_S}),
+        ([SOME, COARSE_JPEG], {"jpeg": SECONDS / SOME_S, "coarse": COARSE}),
+        ([KEY, COARSE_KEY], {}),
     ],
-    ids=lambda one: "+".join(f for f in one._fields if getattr(one, f)) or "nothing" if isinstance(one, Wanted) else "",
+    ids=lambda one: "+".join(demand.name for demand in one) or "nothing" if isinstance(one, list) else "",
 )
 def test_each_way_is_made_as_often_as_somebody_wants_it(wanted, counts):
-    found = made(wanted)
+    found = made(frozenset(wanted))
     assert found.keys() == counts.keys()
     for way, count in counts.items():
         assert abs(found[way] - count) <= 2, way
 
 
 def test_a_key_picture_that_is_asked_for_is_one_of_the_right_video():
-    due = Steps("rover", 0, 8).due(Wanted(video=True, coarse_video=True, coarse_key=True), 1.0)
+    due = Steps("rover", 0, 8).due(frozenset({VIDEO, COARSE_VIDEO, COARSE_KEY}), 1.0)
     assert (due.key, due.coarse_key) == (False, True)

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from portal.live import rooms
 from portal.live.messages import Watch
-from portal.live.rooms import Cameras, Room, Viewer
+from portal.live.rooms import Room
+from portal.live.viewer import Cameras, Viewer, Wish
 from robots.kit.contract.video import VideoPacket, pack
 from robots.kit.packets import TAKEN_DOWN, Changed
 
@@ -26,8 +27,7 @@ def computed(monkeypatch):
 
 def viewer(room, *cameras, **wish):
     one = Viewer("arm")
-    one.wish(Watch(list(cameras), **wish))
-    room.cut(one)
+    one.choose(Wish.of(Watch(list(cameras), **wish)).within(room.cameras))
     room.add(one)
     return one
 
@@ -64,9 +64,9 @@ class Line:
 
 def placed(room, line, **wish):
     one = Viewer("arm", line)
-    one.wish(Watch([0], **wish))
+    one.choose(Wish.of(Watch([0], **wish)))
     room.add(one)
-    one.emptied()
+    one.set_empty()
     return one
 
 
@@ -79,15 +79,15 @@ def test_a_picture_goes_at_once_to_whoever_is_ready_and_waits_for_the_others(com
         for n in range(3):
             room.give_picture(0, b"%d" % n)
         assert [line.written for line in lines] == [[b"0", b"1", b"2"], [b"0"], [], []]
-        assert [v.frames for v in (one, two, three, gone)] == [{}, {0: b"2"}, {0: b"2"}, {}]
+        assert [v._pictures for v in (one, two, three, gone)] == [{}, {0: b"2"}, {0: b"2"}, {}]
         lines[1].emptied(9)
         room.give_picture(0, b"3")
         assert lines[1].written == [b"0"], "what waits in the mailbox comes first"
-        two.frames.clear()
-        two.emptied()
+        assert two.take_picture() == b"3"
+        two.set_empty()
         room.give_picture(0, b"4")
         assert (lines[0].written[-1], lines[1].written) == (b"4", [b"0", b"4"])
-        assert gone.groups == ()
+        assert gone._groups == ()
 
     asyncio.run(give())
 
@@ -137,29 +137,29 @@ def test_nothing_is_computed_or_kept_for_nobody(computed):
     one = viewer(room, 1)
     for coarse in (False, True):
         room.give_picture(0, b"\x02 picture", coarse)
-        assert room.give_video(KEY, coarse)
-        assert room.give_video(NEXT, coarse), "no key picture is asked for"
+        assert room.give_video(0, KEY, coarse)
+        assert room.give_video(0, NEXT, coarse), "no key picture is asked for"
         room.give_state(b"\x80 compact", True)
     assert not computed
-    assert not any(videos._groups for videos in room.videos.values())
+    assert not any(videos._chains for videos in room.videos.values())
     room.give_picture(1, b"\x02 picture")
     assert computed == [b"\x02 picture"]
-    assert one.frames == {1: b"\x02 picture"}
+    assert one._pictures == {1: b"\x02 picture"}
 
 
 def test_whoever_films_later_gets_no_part_of_a_group_that_has_gaps():
     async def film():
         room = Room("arm")
         first = viewer(room, 0, video="vp8")
-        assert room.give_video(KEY, False)
+        assert room.give_video(0, KEY, False)
         room.remove(first)
-        assert room.give_video(NEXT, False)
+        assert room.give_video(0, NEXT, False)
         second = viewer(room, 0, video="vp8")
-        assert room.missing(second) == []
+        assert room.take_missing(second) == []
         assert room.keys() == {"video.key"}
-        assert not room.give_video(AFTER, False), "a key picture is needed"
-        assert room.give_video(KEY, False)
-        assert room.missing(second) == [KEY]
+        assert not room.give_video(0, AFTER, False), "a key picture is needed"
+        assert room.give_video(0, KEY, False)
+        assert room.take_missing(second) == [KEY]
 
     asyncio.run(film())
 
@@ -180,8 +180,7 @@ def test_channels_are_those_of_what_somebody_wants():
     plain, small = viewer(room, 0), viewer(room, 2, compact=True, video="vp8", coarse=True)
     assert room.channels() == ALWAYS | {"farhand:arm:frames", "farhand:arm:compact", "farhand:arm:coarsevideo2"}
     room.remove(plain)
-    slow = viewer(room, 1, every_s=5.0)
-    slow.trace = True
+    viewer(room, 1, every_s=5.0).trace = True
     room.remove(small)
     assert room.channels() == ALWAYS | {"farhand:arm:frames1"}
 
@@ -189,10 +188,10 @@ def test_channels_are_those_of_what_somebody_wants():
 def test_cameras_that_the_robot_does_not_have_are_left_out_of_a_wish():
     room = Room("arm")
     room.cameras = Cameras(2)
-    assert viewer(room, 0, 1, 2, 7).cameras == {0, 1}
+    assert viewer(room, 0, 1, 2, 7).wish.cameras == {0, 1}
     assert room.watched() == {"frames", "frames1"}
     room.cameras = Cameras(0)
-    assert viewer(room, 0, 5).cameras == set()
+    assert viewer(room, 0, 5).wish.cameras == set()
 
 
 def test_who_decodes_another_coding_than_the_robots_gets_jpeg():

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live import rooms
-from portal.live.messages import Watch
-from portal.live.rooms import SOUNDS, Room, Viewer
+from portal.live.rooms import Room
+from portal.live.viewer import SOUNDS, Viewer, Wish
 from robots.kit.contract.sound import HEAD, LARGEST, LONGEST_MS, TYPE, SoundPacket, pack, sentence, unpack
 from workers.media.pacing import DEPTH, MOST, Pacer
 
@@ -99,8 +99,7 @@ def test_a_file_that_comes_at_once_is_slowed_down():
 
 
 def listener(room, **wish):
-    one = Viewer("arm")
-    one.wish(Watch([0], **wish))
+    one = Viewer("arm", wish=Wish(**wish))
     room.add(one)
     return one
 
@@ -124,14 +123,13 @@ def test_only_those_who_listen_are_given_sound_and_a_slow_one_keeps_a_third_of_a
         packets = [b"%d" % n for n in range(20)]
         for data in packets:
             room.give_sound(data)
-        assert plain.take_sounds() == ()
-        assert one.take_sounds() == tuple(packets[-SOUNDS:])
-        assert one.take_sounds() == ()
+        assert plain.take_sounds() == []
+        assert one.take_sounds() == packets[-SOUNDS:]
+        assert one.take_sounds() == []
         room.give_sound(b"last")
-        one.wish(Watch([0]))
-        assert one.take_sounds() == (), "it wants no sound any more"
-        one.sound = True
         room.remove(one)
+        one.choose(Wish())
+        assert one.take_sounds() == [], "it wants no sound any more"
         assert "sound" not in room.watched()
         assert not room.listeners
 

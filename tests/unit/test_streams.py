@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live.streams import Streams
+from robots.kit.contract.packet_chain import PacketChain
 from robots.kit.contract.session import Session
-from robots.kit.contract.streams import Chain, StreamPacket, pack, unpack
+from robots.kit.contract.streams import StreamPacket, pack, unpack
 
 STEPS = st.lists(st.sampled_from(["key", "delta", "delta", "delta"]), max_size=30)
 
@@ -90,7 +91,7 @@ def test_any_bytes_are_a_packet_or_refused(data):
     except ValueError:
         return
     assert unpack(pack(packet)) == packet
-    Chain().add(data)
+    PacketChain(unpack).add(data)
 
 
 @pytest.mark.parametrize("data", [b"", b"\x01" * 16, b"\x03" * 15])

@@ -3,7 +3,7 @@
 import asyncio
 from types import SimpleNamespace
 
-from portal.live.viewing import Viewing
+from portal.live.writer import Writer
 from tests.waiting import CEILING_S
 
 
@@ -16,7 +16,7 @@ class Slow:
     def free(self):
         return not self.waits
 
-    def is_gone(self):
+    def is_closing(self):
         return False
 
     def write(self, what):
@@ -27,16 +27,16 @@ class Slow:
 
 def test_nothing_that_always_has_more_keeps_the_rest_waiting():
     async def run():
-        line, viewing = Slow(), Viewing()
-        viewing.viewer = SimpleNamespace(connection=line)
+        line = Slow()
+        writer = Writer(SimpleNamespace(connection=line), None, asyncio.Event(), None)
 
         async def pictures():
             while True:
-                await viewing._free()
+                await writer.wait_until_free()
                 line.write("picture")
 
         async def snapshot():
-            await viewing._free()
+            await writer.wait_until_free()
             line.write("snapshot")
 
         always = asyncio.create_task(pictures())
@@ -47,7 +47,7 @@ def test_nothing_that_always_has_more_keeps_the_rest_waiting():
             for _ in range(5):
                 await asyncio.sleep(0)
             line.waits = False
-            viewing._freed.set()
+            writer.freed.set()
         for _ in range(5):
             await asyncio.sleep(0)
         always.cancel()
@@ -59,16 +59,16 @@ def test_nothing_that_always_has_more_keeps_the_rest_waiting():
 
 def test_a_line_that_is_free_costs_no_wait():
     async def run():
-        line, viewing = Slow(), Viewing()
-        viewing.viewer = SimpleNamespace(connection=line)
-        await viewing._free()
-        assert not viewing._one_by_one.locked()
+        line = Slow()
+        writer = Writer(SimpleNamespace(connection=line), None, asyncio.Event(), None)
+        await writer.wait_until_free()
+        assert not writer._one_by_one.locked()
         line.write("picture")
-        waiting = asyncio.create_task(viewing._free())
+        waiting = asyncio.create_task(writer.wait_until_free())
         await asyncio.sleep(0)
-        assert viewing._one_by_one.locked() and not waiting.done()
-        line.is_gone = lambda: True  # who waits must not wait for ever
-        viewing._freed.set()
+        assert writer._one_by_one.locked() and not waiting.done()
+        line.is_closing = lambda: True  # who waits must not wait for ever
+        writer.freed.set()
         await asyncio.wait_for(waiting, CEILING_S)
 
     asyncio.run(run())

@@ -11,9 +11,11 @@ from hypothesis import strategies as st
 
 from portal.edge.direct import binary_frame
 from portal.live.messages import Watch
-from portal.live.rooms import Room, Viewer
-from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
-from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
+from portal.live.rooms import Room
+from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, VideoCursors, Videos
+from portal.live.viewer import Viewer, Wish
+from robots.kit.contract.packet_chain import PacketChain
+from robots.kit.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, VideoPacket, pack, unpack
 from tests.waiting import CEILING_S, wait_for
 from workers.media.video import KEYS_S, Shot, Video
 
@@ -25,7 +27,7 @@ class Watcher:
     """A viewer whose line is free or busy as the test says; it checks what it is given."""
 
     def __init__(self, camera=0):
-        self.camera, self.given, self.free, self.woken, self.joins_from = camera, {}, True, False, 0.0
+        self.camera, self.video_cursors, self.free, self.woken = camera, VideoCursors(), True, False
         self.got = []
 
     def films(self, camera):
@@ -43,12 +45,12 @@ class Watcher:
         assert packet.key or (self.got and packet.follows == self.got[-1].number and packet.run == self.got[-1].run)
         self.got.append(packet)
 
-    def wait(self):
+    def wake(self):
         self.woken = True
 
     def empty(self, videos, now):
         if self.free and self.woken:
-            packets = [unpack(data) for data in videos.missing(self, now)]
+            packets = [unpack(data) for data in videos.take_missing(self, now)]
             self.woken = False
             for packet in packets:
                 self.take(packet)
@@ -75,7 +77,7 @@ def test_whatever_a_line_does_and_whatever_is_lost_each_packet_follows_the_one_b
         if data.draw(st.integers(0, 9)) == 0:
             continue  # lost on the way to this process
         here = [w for w in watchers if w is not late or n >= late_from]
-        asked += not videos.give(packet, here, now)
+        asked += not videos.give(0, packet, here, now)
         for one in here:
             one.free = data.draw(st.booleans())
             given_now = one.empty(videos, now)
@@ -88,13 +90,13 @@ def test_whatever_a_line_does_and_whatever_is_lost_each_packet_follows_the_one_b
 def test_a_newcomer_gets_the_group_since_the_last_key_picture_at_once_and_then_what_comes():
     videos, packets = Videos(), film(30, {15})
     for n, packet in enumerate(packets[:25], 1):
-        videos.give(packet, [], n / 10)
+        videos.give(0, packet, [], n / 10)
     one = Watcher()
-    one.wait()
+    one.wake()
     one.empty(videos, 2.5)
     assert [p.number for p in one.got] == list(range(15, 26))
     for n, packet in enumerate(packets[25:], 26):
-        videos.give(packet, [one], n / 10)
+        videos.give(0, packet, [one], n / 10)
     assert [p.number for p in one.got] == list(range(15, 31))
 
 
@@ -104,7 +106,7 @@ def test_a_slow_viewer_is_given_little_that_it_missed_and_otherwise_skips_to_the
     for n, packet in enumerate(packets, 1):
         one.free = n not in busy
         one.empty(videos, n / 10)
-        videos.give(packet, [one], n / 10)
+        videos.give(0, packet, [one], n / 10)
     assert [p.number for p in one.got] == [*range(1, 20), *range(41, 61)]
 
 
@@ -115,22 +117,22 @@ def test_a_slow_viewer_is_given_all_that_it_missed_if_that_is_no_more_bytes_than
             one.free = not 5 <= n < 22
             one.empty(videos, n / 10)
             data = bytes(1000 if n == 1 else size)
-            videos.give(pack(VideoPacket(0, n, 100 * n, 0, data, n - 1 if n > 1 else None)), [one], n / 10)
+            videos.give(0, pack(VideoPacket(0, n, 100 * n, 0, data, n - 1 if n > 1 else None)), [one], n / 10)
         assert 17 * (size + HEAD.size) - (1000 + HEAD.size) == (17 if skips else 0)
         assert [p.number for p in one.got] == list(range(1, 5 if skips else 41))
 
 
 def test_who_asks_again_within_a_second_is_given_the_group_then_and_not_before():
     videos, one = Videos(), Watcher()
-    one.given, one.joins_from = {0: LATER}, JOIN_S
+    one.video_cursors[0], one.video_cursors.joins_from = LATER, JOIN_S
     for n, packet in enumerate(film(20, {4}), 1):
         now = n / 10
         if n > 4:
-            videos.give(packet, [one] if n > 5 else [], now)
+            videos.give(0, packet, [one] if n > 5 else [], now)
             assert bool(one.got) == (now > JOIN_S), n
             one.empty(videos, now)
         else:
-            videos.give(packet, [], now)
+            videos.give(0, packet, [], now)
     assert [p.number for p in one.got] == list(range(4, 21))
 
 
@@ -141,30 +143,29 @@ def test_who_has_fallen_far_behind_is_not_woken_before_the_next_key_picture():
         one.free = not 5 <= n < 15
         one.empty(videos, n / 10)
         one.woken = one.woken and not one.free
-        videos.give(packet, [one], n / 10)
+        videos.give(0, packet, [one], n / 10)
         woken += [n] * one.woken
     assert [p.number for p in one.got] == [*range(1, 5), *range(25, 31)]
     assert woken == list(range(5, 15))
 
 
 def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
-    room, viewer = Room("mercury"), Viewer("mercury")
-    viewer.wish(Watch([0], video="vp8"))
+    room, viewer = Room("mercury"), Viewer("mercury", wish=Wish(video="vp8"))
     room.add(viewer)
     assert room.watched() == {"video"}
     assert room.keys() == {"video.key"}
     videos, packets = Videos(), film(3, set())
     for packet in packets:
-        assert videos.give(packet, [], 10.0)
+        assert videos.give(0, packet, [], 10.0)
     assert videos.flows(0, 10.0 + SILENT_S - 0.1)
     assert not videos.flows(0, 10.0 + SILENT_S)
     one = Watcher()
-    assert videos.missing(one, 10.0 + SILENT_S) == []
-    assert videos.missing(one, 10.0) == packets
-    assert videos.missing(one, 10.0) == []
+    assert videos.take_missing(one, 10.0 + SILENT_S) == []
+    assert videos.take_missing(one, 10.0) == packets
+    assert videos.take_missing(one, 10.0) == []
     orphan = pack(VideoPacket(0, 9, 2000, 0, BYTES, 8, 3))
-    assert [videos.give(orphan, [one], 11.0) for _ in range(3)] == [False, True, True], "asked for once"
-    assert videos.missing(Watcher(), 11.0) == []
+    assert [videos.give(0, orphan, [one], 11.0) for _ in range(3)] == [False, True, True], "asked for once"
+    assert videos.take_missing(Watcher(), 11.0) == []
 
 
 def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
@@ -175,8 +176,7 @@ def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
         (0.0, "vp8", True): "coarsevideo1", (0.0, "", True): "coarse1",
     }  # fmt: skip
     for (every_s, video, coarse), name in wishes.items():
-        viewer = Viewer("arm")
-        viewer.wish(Watch([1], every_s, video=video, coarse=coarse))
+        viewer = Viewer("arm", wish=Wish.of(Watch([1], every_s, video=video, coarse=coarse)))
         room.add(viewer)
         assert room.watched() == {name}
         assert viewer.films(1) is name.endswith("video1")
@@ -190,10 +190,10 @@ def test_a_jpeg_picture_is_not_kept_when_newer_ones_come_as_video_alone():
     packets = film(3, set())
     room.add(plain)
     room.give_picture(0, b"\x02 old")
-    room.give_video(packets[0], False)
+    room.give_video(0, packets[0], False)
     assert room.newest == {0: b"\x02 old"}, "JPEG is made as well"
     room.remove(plain)
-    room.give_video(packets[1], False)
+    room.give_video(0, packets[1], False)
     assert room.newest == {}
 
 
@@ -205,7 +205,7 @@ def test_any_bytes_are_a_packet_or_refused(data):
         return
     if packet.follows is None or packet.number > packet.follows:
         assert unpack(pack(packet)) == packet
-    Group().add(data)
+    PacketChain(unpack).add(data)
 
 
 def test_a_picture_too_far_back_cannot_be_followed():
@@ -313,7 +313,9 @@ def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
 
 def test_a_request_is_kept_until_a_key_picture_is_encoded_and_is_answered_then(monkeypatch):
     sent, told = queue.Queue(), []
-    fake = SimpleNamespace(publish_video=lambda *what: sent.put(what[1]), key_comes=lambda *what: told.append(what))
+    fake = SimpleNamespace(
+        publish_video=lambda *what: sent.put(what[1]), end_key_demand=lambda *what: told.append(what)
+    )
     monkeypatch.setattr("workers.media.video.bus", fake)
     video = Video("rover", 0)
     video.take(Shot(scene(1), 1, 0, 100))

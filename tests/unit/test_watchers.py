@@ -5,9 +5,10 @@ import asyncio
 from hypothesis import given
 from hypothesis import strategies as st
 
-from portal.live.hub import Hub
-from portal.live.rooms import Room, Viewer
-from portal.live.watchers import Watchers, together, understood
+from portal.live.loop import LoopState
+from portal.live.rooms import Room
+from portal.live.viewer import STRANGER, Viewer
+from portal.live.watchers import Watchers, read_watchers, together
 
 SOME = st.builds(Watchers, st.integers(0, 5000), st.frozensets(st.integers(1, 30)), st.integers(0, 2**40))
 PAGES = st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.booleans()), max_size=20)  # person, drives, still here
@@ -15,16 +16,16 @@ PAGES = st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.booleans()), max
 
 @given(SOME)
 def test_what_a_process_tells_others_understand(one):
-    assert understood(one.text().encode()) == one
+    assert read_watchers(one.text().encode()) == one
 
 
 @given(st.binary(max_size=40))
 def test_what_is_not_understood_is_nobody(told):
-    assert together([understood(told)]) >= 0
+    assert together([read_watchers(told)]) >= 0
 
 
 def test_what_a_process_of_the_version_before_tells_is_understood():
-    assert together([understood(b"3 1700000000")]) == 3
+    assert together([read_watchers(b"3 1700000000")]) == 3
 
 
 @given(st.lists(SOME, max_size=5))
@@ -39,7 +40,7 @@ def test_a_robots_room_counts_strangers_pages_and_people_who_do_not_drive(pages)
         room = Room("mercury")
         for person, drives, stays in pages:
             viewer = Viewer("mercury")
-            viewer.stranger, viewer.person, viewer.drives = not person, person, bool(person) and drives
+            viewer.visitor = STRANGER if not person else 0 if drives else person
             room.add(viewer)
             if not stays:
                 room.remove(viewer)
@@ -52,14 +53,14 @@ def test_a_robots_room_counts_strangers_pages_and_people_who_do_not_drive(pages)
 
 def test_whose_turn_begins_watches_no_more_and_does_again_when_it_is_over():
     async def counts():
-        hub, seen = Hub(), []
+        hub, seen = LoopState().hub, []
         room = hub._rooms.setdefault("mercury", Room("mercury"))
         pages = [Viewer("mercury"), Viewer("mercury")]  # of one person
         for viewer in pages:
             room.add(viewer)
         for drives in (False, True, False):
             for viewer in pages:
-                hub.seat(viewer, 7, drives)
+                hub.count_as(viewer, 0 if drives else 7)
             seen.append(hub.watchers("mercury"))
         return seen
 

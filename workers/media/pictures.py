@@ -39,7 +39,7 @@ def grey(picture: Picture) -> Picture:
 
 
 @dataclass(frozen=True)
-class TakenPicture:
+class StillPicture:
     """A picture of the robot at rest, as pixels and as a JPEG; its number, its time, and the verdict about its rest."""
 
     picture: Picture
@@ -134,16 +134,16 @@ class Pictures:
         finally:
             self._wanted.clear()
 
-    def _take(self) -> TakenPicture:
+    def _take(self) -> StillPicture:
         """Take a picture of the robot at rest with the first camera. Raises CameraFault."""
         with self.cameras[0].lock:
             verdict = self.settle()
             picture = self.grab(self._stills.exposure_s) if self._stills else verdict.picture
             number = self.cameras[0].next()
         shown, self.newest_at = self._corrected(picture), self._clock.now()
-        return TakenPicture(shown, jpeg(shown), number, self.newest_at, verdict)
+        return StillPicture(shown, jpeg(shown), number, self.newest_at, verdict)
 
-    def _stored(self, taken: TakenPicture, state: RobotState) -> dict[str, Any] | None:
+    def _stored(self, taken: StillPicture, state: RobotState) -> dict[str, Any] | None:
         """Write the file and return the fields of its row; None where that failed."""
         at, shape, verdict = taken.at, taken.picture.shape, taken.verdict
         name = f"frames/{self._robot.slug}/{at:%Y%m%d}/{at:%H%M%S}{at.microsecond // 1000:03d}-{frame_name()}.jpg"
@@ -170,13 +170,13 @@ class Pictures:
             return True
         now = self._clock.monotonic()
         try:
-            wanted = bus.how_watched(self._robot.slug, camera)
+            wanted = bus.demands(self._robot.slug, camera)
         except (redis.RedisError, OSError):
             return False
         steps = self._steps[camera]
         due = steps.due(wanted, now)
         if not any((due.jpeg, due.video, due.coarse, due.coarse_video)):
-            return any(wanted._replace(now_and_then=False, rarely=False))
+            return any(demand.every_s < bus.SLOW_S for demand in wanted)
         try:
             with source.lock:
                 if first and self._wanted.is_set():

@@ -23,7 +23,7 @@ def jpeg(picture: Picture, quality: int = 88) -> bytes:
 
 
 class Due(NamedTuple):
-    """The forms in which the next picture has to be made; `keys`: the video that has to begin anew."""
+    """The forms that have to be made of the next picture; `key`, `coarse_key`: that video needs a key frame."""
 
     jpeg: bool
     video: bool
@@ -34,7 +34,7 @@ class Due(NamedTuple):
 
 
 class Steps:
-    """The forms in which one camera's pictures are sent. Times are those of one clock (s)."""
+    """The live pictures of one camera. Times are those of one clock (s)."""
 
     def __init__(
         self, slug: str, camera: int, quantizer: int | None, coding: str = CODING, clock: Timer = SYSTEM
@@ -46,15 +46,20 @@ class Steps:
         self._jpeg_at = self._coarse_at = float("-inf")
         self._coarse = False  # somebody wants coarse JPEG, when it was last looked
 
-    def due(self, wanted: bus.Wanted, now: float) -> Due:
-        """Return what has to be made of a picture taken now."""
+    def due(self, wanted: frozenset[bus.Demand], now: float) -> Due:
+        """Return the forms that have to be made of a picture taken now."""
         since = now - self._jpeg_at + EARLY_S
-        rates = ((wanted.some, bus.SOME_S), (wanted.now_and_then, bus.SLOW_S), (wanted.rarely, bus.RARE_S))
-        jpeg = wanted.each or any(asked and since >= every_s for asked, every_s in rates)
-        self._coarse = wanted.coarse
+        jpeg = any(since >= demand.every_s for demand in wanted if not (demand.video or demand.coarse))
+        video = {(demand.coarse, demand.key) for demand in wanted if demand.video}
+        self._coarse = any(demand.coarse and not demand.video for demand in wanted)
         coarse = now - self._coarse_at >= 0.9 * COARSE_S
         return Due(
-            jpeg, wanted.video, wanted.coarse and coarse, wanted.coarse_video and coarse, wanted.key, wanted.coarse_key
+            jpeg,
+            (False, False) in video,
+            coarse and self._coarse,
+            coarse and (True, False) in video,
+            (False, True) in video,
+            (True, True) in video,
         )
 
     def send(self, due: Due, shot: Shot, posture: tuple[float, ...], now: float) -> None:

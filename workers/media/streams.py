@@ -7,12 +7,12 @@ from robots import bus
 from robots.kit.clock import Clock
 from robots.kit.contract.streams import LONGEST, MOST_DELTAS, Stream, StreamPacket, pack
 
-REFRESH_S = 5.0  # between two looks whether Redis still has what newcomers are given
+REFRESH_S = 5.0  # between two looks whether Redis still has the packets for newcomers
 
 
 @dataclass
 class _Outgoing:
-    """One stream: what was told since its last key packet, and how much of that is published."""
+    """One stream: the packets since its last key packet, and how many of them are published."""
 
     number: int = 0
     packets: list[bytes] = field(default_factory=list)
@@ -36,7 +36,7 @@ class Streams:
         self._refreshed, self._run = 0.0, 0
 
     def restart(self, epoch: int) -> None:
-        """Take a key packet next, under this epoch: a new driver knows nothing of what the last one told."""
+        """Take a key packet next, under this epoch: a new driver knows nothing of the packets of the last one."""
         with self._lock:
             self._run = epoch
             for one in self._out:
@@ -45,7 +45,7 @@ class Streams:
     def take(self, name: str, data: bytes, key: bool) -> bool:
         """Take the next packet; True if the one after it has to be a key packet. Asks no store.
 
-        A delta that nothing stands before, or too many of them, is left out.
+        A delta without a key packet before it, or after too many deltas, is left out.
 
         Raises:
             ValueError: the spec declares no such stream, or the packet is too long.
@@ -68,7 +68,7 @@ class Streams:
             return one.full
 
     def publish(self) -> None:
-        """Publish what is new; what Redis does not take is tried again the next time."""
+        """Publish new packets; those that Redis does not take are tried again the next time."""
         refresh = bool(self._out) and self._clock.monotonic() - self._refreshed >= REFRESH_S
         if refresh:
             self._refreshed = self._clock.monotonic()

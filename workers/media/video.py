@@ -3,7 +3,7 @@
 The encoder has a thread of its own, and drops pictures that come faster than it can encode. The thread has the priority
 of all others: one of lower priority would keep Python's lock from them. PyAV encodes without that lock, but is loaded
 with it: that is done before the owner's other threads run.
-What fails here ends the video for a while; JPEG pictures do not depend on it.
+A failure here ends the video for a while; JPEG pictures do not depend on it.
 """
 
 import logging
@@ -26,8 +26,8 @@ OPTIONS = {"deadline": "good", "cpu-used": "3", "lag-in-frames": "0", "auto-alt-
 FINE = 20  # with a coarser quantizer noise is filtered out first; a finer one keeps everything
 ENOUGH = 50_000_000  # bits a second, so that the quantizer alone decides
 IDLE_S = 10.0  # without a picture; then the encoder is given up
-KEYS_S = 0.5  # between two key pictures that were asked for, at least
-EARLY_S = 0.1  # a key picture may come so much before its time rather than after it
+KEYS_S = 0.5  # between two key frames that were asked for, at least
+EARLY_S = 0.1  # a key frame may come so much before its time rather than after it
 PAUSE_S = 10.0  # after a failure
 FAILED = "the video of camera %d failed; pictures go on as JPEG"
 
@@ -98,7 +98,7 @@ class Video:
         self._paused_until = 0.0
         self._encoder: Encoder | None = None
         self._run, self._last, self._last_ms = os.urandom(1)[0], 0, 0
-        self._key_ms = self._key_bytes = self._bytes = 0  # the newest key picture, and all that follows it
+        self._key_ms = self._key_bytes = self._bytes = 0  # the newest key frame, and all that follows it
 
     @property
     def running(self) -> bool:
@@ -155,11 +155,11 @@ class Video:
             self._key_made()
 
     def _key_made(self) -> None:
-        """Forget the requests for a key picture that came before it was encoded."""
+        """Forget the requests for a key frame that came before it was encoded."""
         with self._news:
             asked, self._key = self._key, False
         if asked:
-            bus.key_comes(self._slug, self._camera, self._coarse)
+            bus.end_key_demand(self._slug, self._camera, self._coarse)
 
     def packet(self, shot: Shot, asked: bool = False) -> bytes:
         """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
@@ -178,9 +178,9 @@ class Video:
         return made
 
     def _key_due(self, shot: Shot, asked: bool) -> bool:
-        """Return whether a key picture is due: after 2 s, but later while the changes since are few bytes.
+        """Return whether a key frame is due: after 2 s, but later while the changes since are few bytes.
 
-        A newcomer is given all since the last one: so that is at most 2 s, or twice the bytes of a key picture.
+        A newcomer is given all since the last one: so that is at most 2 s, or twice the bytes of a key frame.
         """
         since_s, paused_s = (shot.at_ms - self._key_ms) / 1000, (shot.at_ms - self._last_ms) / 1000
         if since_s < 0 or since_s >= LONGEST_S - EARLY_S or paused_s >= GROUP_S - EARLY_S:

@@ -9,7 +9,7 @@ import socket
 from collections.abc import Callable, Iterable
 from datetime import timedelta
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import msgspec
 import redis
@@ -38,7 +38,6 @@ MARK_S = 1.5  # between two marks that pictures are wanted; a mark counts for fo
 LISTEN_S = 0.25  # while something is recorded
 NO_ROOM = "The server's disk had no room for it."
 REST_S = 4.0  # that commands of an ended grant may take to end
-GONE_S = 7.0  # Redis answers each ping; after this silence it is taken for gone
 
 
 class _Running:
@@ -47,7 +46,7 @@ class _Running:
     def __init__(self, row: Recording, grant: Grant, taping: "Taping", cameras: int) -> None:
         self.row, self.grant, self.taping, self.cameras = row, grant, taping, cameras
         self.slug = grant.robot.slug
-        self.told_stages: dict[int, str] = {}  # the stage of each command that was told last
+        self.stages: dict[int, str] = {}  # the stage of each command that was told last
         self.over_at: float | None = None  # when its grant was found ended
 
     def channels(self) -> list[str]:
@@ -64,11 +63,10 @@ class Recorder:
         self.running: dict[int, _Running] = {}  # by grant
         self._ending: list[_Running] = []
         self._refused: set[int] = set()  # grants that are not recorded
-        self._pubsub: Any = None
-        self._heard: set[str] = set()
+        self._reader: bus.Reader | None = None
         self._offset = timedelta(0)  # the database's time minus ours
         self._zero_ns = 0  # the database's time when the monotonic clock began, as found before a recording
-        self._looked = self._marked = self._answered = -1e9
+        self._looked = self._marked = -1e9
         self._soon = self._left = True
         self._movies: MovieMaker | None = None
 
@@ -86,26 +84,21 @@ class Recorder:
         self._end_all()
 
     def _listen(self, over: Callable[[], bool]) -> None:
-        self._pubsub, self._heard = bus.listener().pubsub(), set()
+        reader = self._reader = bus.Reader(self._clock)
         for one in self.running.values():
             self._hear(one.channels())
             self._before(one)  # what was not heard meanwhile
-        self._looked, self._answered = -1e9, self._clock.monotonic()
+        self._looked = -1e9
         while not over():
             self._look_if_due()
-            if not self._pubsub.subscribed:  # no robot is recorded
+            if not reader.channels:  # no robot is recorded
                 self._clock.sleep(LOOK_S)
-                self._answered = self._clock.monotonic()
                 continue
             busy = self.running or self._ending
-            message = self._pubsub.get_message(True, SOON_S if self._soon else LISTEN_S if busy else LOOK_S)
+            message = reader.read(SOON_S if self._soon else LISTEN_S if busy else LOOK_S)
             while message is not None:
-                self._answered = self._clock.monotonic()
-                if message["type"] == "message":
-                    self._take(message["channel"].decode(), message["data"])
-                message = self._pubsub.get_message(True, 0) if self._clock.monotonic() < self._next else None
-            if self._clock.monotonic() - self._answered > GONE_S:
-                raise redis.ConnectionError("Redis is silent")
+                self._take(*message)
+                message = reader.read(0) if self._clock.monotonic() < self._next else None
 
     @property
     def _next(self) -> float:
@@ -113,22 +106,18 @@ class Recorder:
         return min(self._looked + LOOK_S, self._marked + MARK_S) if self.running else self._looked + LOOK_S
 
     def _hang_up(self) -> None:
-        if self._pubsub is not None:
-            self._pubsub.close()
-        self._pubsub = None
+        if self._reader is not None:
+            self._reader.close()
+        self._reader = None
 
     def _hear(self, channels: Iterable[str]) -> None:
-        new = set(channels) - self._heard
-        if new and self._pubsub is not None:
-            self._pubsub.subscribe(*new)
-            self._heard |= new
+        if self._reader is not None:
+            self._reader.subscribe(channels)
 
     def _look_if_due(self) -> None:
         now = self._clock.monotonic()
         if now - self._looked >= LOOK_S or (self._soon and now - self._looked >= SOON_S):
             self._looked, self._soon = now, False
-            if self._pubsub.subscribed:
-                self._pubsub.ping()
             try:
                 self._look()
             except Error as error:
@@ -144,7 +133,7 @@ class Recorder:
         """Ask for pictures of its cameras, no more than it takes."""
         if one.taping.every_s < inf:
             for camera in range(one.cameras):
-                bus.watch(one.slug, bus.watched_as(camera, max(bus.SOME_S, one.taping.every_s)))
+                bus.watch(one.slug, bus.demand_for(camera, max(bus.SOME_S, one.taping.every_s)).name)
 
     def _look(self) -> None:
         """Find out which grants are open, and begin and end recordings after them."""
@@ -221,7 +210,7 @@ class Recorder:
         one.over_at = self._clock.monotonic() if one.over_at is None else one.over_at
         rows = list(Command.objects.filter(grant=one.grant).select_related("issued_by", "grant__robot").order_by("id"))
         for row in rows:
-            if one.told_stages.get(row.pk) != row.state:
+            if one.stages.get(row.pk) != row.state:
                 self._tell_command(one, stage_event(row), row)
         return all(row.final for row in rows) or self._clock.monotonic() - one.over_at > REST_S
 
@@ -264,11 +253,11 @@ class Recorder:
 
     def _tell_command(self, one: _Running, stage: CommandStage, row: Command | None = None) -> None:
         """Record a stage; the first of a command with its arguments, where the database answers."""
-        if one.told_stages.get(stage.id) in COMMAND_FINAL:
+        if one.stages.get(stage.id) in COMMAND_FINAL:
             return  # told from its row, before what the bus says of it was taken
         told = msgspec.to_builtins(stage)
-        known = stage.id in one.told_stages
-        one.told_stages[stage.id] = stage.state
+        known = stage.id in one.stages
+        one.stages[stage.id] = stage.state
         if not known:
             try:
                 row = row or Command.objects.select_related("issued_by", "grant__robot").filter(pk=stage.id).first()
@@ -283,12 +272,9 @@ class Recorder:
             one.taping.tell("events", self.now_ns(), _event(what, text, "warning"))
 
     def _end(self, one: _Running) -> None:
-        if self._pubsub is not None:
+        if self._reader is not None:
             others = {c for other in self.running.values() for c in other.channels()}
-            gone = set(one.channels()) - others
-            if gone:  # none would mean all
-                self._pubsub.unsubscribe(*gone)
-            self._heard -= gone
+            self._reader.unsubscribe(set(one.channels()) - others)
         one.taping.close()
         self._ending.append(one)
 

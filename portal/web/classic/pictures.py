@@ -15,7 +15,7 @@ from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404
 from django.utils.crypto import constant_time_compare, salted_hmac
 
-from portal.live.snapshot import seen
+from portal.live.snapshot import visible_frame
 from robots.kit.drivers.panels import panel_of
 from robots.models import Frame, Robot
 
@@ -50,7 +50,7 @@ def picture(request: HttpRequest, slug: str, name: str) -> HttpResponse:
     panel = panel_of(robot.driver) if has_classic_console(robot) else None
     if panel is None or not constant_time_compare(name, name_of(robot, frame, request.user)):
         raise Http404("There is no such picture.")
-    if frame is not None and seen(frame, request.user) is None:
+    if frame is not None and visible_frame(frame, request.user) is None:
         raise Http404("This picture is hidden.")
     path = Path(settings.MEDIA_ROOT) / frame.file if frame else None
     drawing = panel.compose(path, robot.description(), frame.joints if frame else [])

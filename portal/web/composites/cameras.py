@@ -1,10 +1,9 @@
 """A camera's pictures as they come, as motion JPEG and one at a time."""
 
 import asyncio
-import contextlib
 
-from portal.live.hub import hub
-from portal.live.rooms import Viewer
+from portal.live.loop import of_loop
+from portal.live.viewer import Viewer, Wish
 from portal.web.composites.parts import GONE_S, Parts, shared
 from robots.kit.clock import SYSTEM
 from robots.kit.packets import read_picture, taken_ms
@@ -14,14 +13,13 @@ FRESH_S, SAME_S = 2.0, 1.0
 Taken = tuple[int, bytes] | None
 
 
-def _old(viewer: Viewer, camera: int) -> bytes | None:
-    """Return the picture that a viewer got when it came, unless it is fresh. A picture that comes later is fresh.
+def _fresh(kept: bytes | None) -> bytes | None:
+    """Return the picture that a viewer was given when it came, if it is fresh. What comes later is fresh.
 
     So a picture is shown also if the clocks of the robot's host and of this one differ.
     """
-    kept = viewer.frames.get(camera)
     age_s = SYSTEM.now().timestamp() - taken_ms(kept) / 1000 if kept is not None else 0.0
-    return None if abs(age_s) < FRESH_S else kept
+    return kept if abs(age_s) < FRESH_S else None
 
 
 class Passed(Parts):
@@ -34,18 +32,14 @@ class Passed(Parts):
     async def make(self, viewer: Viewer) -> None:
         """Hand on each picture; end when none comes any more, for a frozen stream must not look live."""
         loop = asyncio.get_running_loop()
-        seen, kept = loop.time(), _old(viewer, self._camera)
+        seen, picture = loop.time(), _fresh(viewer.take_picture(self._camera))
         while loop.time() - seen < GONE_S:
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(1.0):
-                    await viewer.wake.wait()
-            viewer.wake.clear()
-            viewer.events.clear()
-            viewer.state = None
-            picture = viewer.frames.pop(self._camera, None)
-            if picture is not None and picture is not kept:
+            if picture is not None:
                 seen = loop.time()
                 self.tell(read_picture(picture))
+            await viewer.wait_for_mail(1.0)
+            viewer.drop_events()
+            picture = viewer.take_picture(self._camera)
 
 
 def passed(slug: str, camera: int) -> Parts:
@@ -71,19 +65,17 @@ async def newest(slug: str, camera: int) -> Taken:
 
 
 async def _look(slug: str, camera: int) -> Taken:
-    viewer = Viewer(slug)
-    viewer.cameras = frozenset({camera})
-    hub().attach(viewer)
-    kept = _old(viewer, camera)
+    viewer = Viewer(slug, wish=Wish(frozenset({camera})))
+    of_loop().hub.attach(viewer)
+    packet = _fresh(viewer.take_picture(camera))
     try:
         async with asyncio.timeout(NEXT_S):
-            while viewer.frames.get(camera, kept) is kept:
-                await viewer.wake.wait()
-                viewer.wake.clear()
-                viewer.events.clear()
-        packet = viewer.frames[camera]
+            while packet is None:
+                await viewer.wait_for_mail(NEXT_S)
+                viewer.drop_events()
+                packet = viewer.take_picture(camera)
         return taken_ms(packet), read_picture(packet)
     except TimeoutError:
         return None
     finally:
-        hub().detach(viewer)
+        of_loop().hub.detach(viewer)

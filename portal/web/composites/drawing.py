@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from django.db import Error
 
-from portal.live.hub import hub
-from portal.live.rooms import Viewer
+from portal.live.loop import of_loop
 from portal.live.threads import ANYBODY, Pool
+from portal.live.viewer import Viewer
 from portal.web.composites.parts import GONE_S, Parts, shared
 from queueing.services import in_order
 from robots.kit.contract.capabilities import Composite
@@ -53,10 +53,9 @@ class Drawing(Parts):
         while clock() - heard < GONE_S:
             due = max(due + EVERY_S, clock())
             await asyncio.sleep(due - clock())
-            packets = hub().streams.news(self.slug, viewer.told)
-            news, picture = (viewer.state, viewer.frames.pop(0, None))
-            viewer.state = None
-            viewer.events.clear()
+            packets = of_loop().hub.news(viewer)
+            news, picture = viewer.take_state(), viewer.take_picture(0)
+            viewer.drop_events()
             if news is not None:
                 heard = clock()
             seen = clock() if picture is not None else seen

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 
-from portal.live.hub import hub
-from portal.live.rooms import Viewer
+from portal.live.loop import of_loop
+from portal.live.viewer import Viewer, Wish
 
 log = logging.getLogger(__name__)
 GONE_S = 5.0  # without a state: the robot's owner is gone; without a picture: its camera is
@@ -83,15 +83,14 @@ class Parts(ABC):
         told.set()
 
     async def _run(self) -> None:
-        viewer = Viewer(self.slug)
-        viewer.cameras = self._cameras
-        hub().attach(viewer)
+        viewer = Viewer(self.slug, wish=Wish(self._cameras))
+        of_loop().hub.attach(viewer)
         try:
             await self.make(viewer)
         except Exception:
             log.exception("the moving picture %s of %s failed", self._key[2], self.slug)
         finally:
-            hub().detach(viewer)
+            of_loop().hub.detach(viewer)
             self._end()
 
     def _end(self) -> None:

@@ -19,9 +19,9 @@ from django.utils.http import http_date
 
 from portal.edge.limits import AddressCount
 from portal.edge.pages import leave_room
-from portal.live.audience import audience
+from portal.live.loop import of_loop
 from portal.live.messages import CAMERAS
-from portal.live.snapshot import seen
+from portal.live.snapshot import visible_frame
 from portal.live.threads import Pool
 from portal.web.composites.cameras import newest, passed
 from portal.web.composites.drawing import shared_drawing
@@ -140,7 +140,7 @@ def _newest_still(slug: str) -> bytes:
     It passes for live, so one that is older than a live stream may stand still is none.
     """
     try:
-        frame = seen(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
+        frame = visible_frame(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
         if frame is None or abs((SYSTEM.now() - frame.taken_at).total_seconds()) > GONE_S:
             return b""
         return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes()
@@ -173,7 +173,7 @@ async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Stil
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
             shown = make()
-            with shown.watched(), audience().one(slug) as seat:
+            with shown.watched(), of_loop().audience.one(slug) as seat:
                 first = await still() if still is not None else b""
                 async for part in ordered(shown.parts(first)):
                     seat.sent_bytes += len(part)

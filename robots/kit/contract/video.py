@@ -1,4 +1,4 @@
-"""Pictures of a camera as video: key pictures, which stand alone, and pictures that change the one before.
+"""Pictures of a camera as video: key frames, which stand alone, and pictures that change the one before.
 
 `docs/reference/channels.md` says the format; `tests/vectors/video_packets.json` holds packets that Python and
 TypeScript read alike.
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 HEAD = struct.Struct("<BBBBIqI")
 TYPE = 4
 FARTHEST = 255  # between the numbers of two pictures of which one changes the other
-GROUP_S = 2.0  # from one key picture to the next, if what lies between has more bytes than a key picture
+GROUP_S = 2.0  # from one key frame to the next, if what lies between has more bytes than a key frame
 LONGEST_S = 10.0  # and at most
 
 
@@ -18,7 +18,7 @@ LONGEST_S = 10.0  # and at most
 class VideoPacket:
     """One picture: camera, number, ms taken, id of the still of this pose (0: none), and the coded bytes of it.
 
-    `follows` is the number of the picture that it changes; None for a key picture. Numbers count up, with gaps.
+    `follows` is the number of the picture that it changes; None for a key frame. Numbers count up, with gaps.
     `run` tells one run of an encoder from another: a picture follows pictures of the same run alone.
     """
 
@@ -52,28 +52,3 @@ def unpack(data: bytes) -> VideoPacket:
     _, camera, run, back, number, at_ms, still = HEAD.unpack_from(data)
     follows = (number - back) & 0xFFFFFFFF if back else None
     return VideoPacket(camera, number, at_ms, still, data[HEAD.size :], follows, run)
-
-
-class Group:
-    """The newest key picture of a camera and what follows it, each packet changing the one before."""
-
-    def __init__(self) -> None:
-        self.packets: list[bytes] = []  # another list for each key picture, so that readers notice
-        self.times: list[int] = []  # ms, of each
-        self._run = self._newest = 0
-
-    def add(self, data: bytes) -> bool:
-        """Add a packet; False if it changes another picture than the newest here, so that a key picture is needed.
-
-        Raises ValueError.
-        """
-        packet = unpack(data)
-        if packet.key:
-            self.packets, self.times, self._run = [], [], packet.run
-        elif not self.packets or packet.run != self._run or packet.follows != self._newest:
-            self.packets, self.times = [], []
-            return False
-        self.packets.append(data)
-        self.times.append(packet.at_ms)
-        self._newest = packet.number
-        return True

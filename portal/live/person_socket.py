@@ -12,12 +12,13 @@ from typing import Any
 
 from django.db import Error
 
-from portal.live.line import Line
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
 from portal.live.people import current_user, session_key
+from portal.live.role import Role
 from portal.live.sessions import sign_in_of
+from portal.live.socket import Socket
 from portal.live.standing import act, places
-from portal.live.subscriptions import Subscriber, subscriptions
+from portal.live.subscriptions import Subscriber
 from portal.stores import down_text
 from queueing.services import note_open_session, note_waiting, standings
 from robots.kit.clock import SYSTEM
@@ -30,7 +31,7 @@ MOMENTS_S = (60, 20, 10, 0)
 SIGNED_OUT = 4401
 
 
-class PersonConsumer(Line):
+class PersonSocket(Socket):
     """One page of one person who is signed in."""
 
     wire = PERSON
@@ -40,8 +41,8 @@ class PersonConsumer(Line):
         self._subscriber: Subscriber | None = None
         self._waits, self._seen = False, 0.0
 
-    async def opened(self) -> None:
-        """Find out who it is; the socket closes if nobody is signed in."""
+    async def open(self) -> None:
+        """Read the person of the session; the socket closes if nobody is signed in."""
         try:
             user = await self.orm(current_user, self.scope)
         except Error:
@@ -50,16 +51,16 @@ class PersonConsumer(Line):
         if not user.is_authenticated:
             await self.close(SIGNED_OUT)
             return
-        self.me = user.pk
+        self.role = Role(user.pk)
         self.sign(sign_in_of(self.scope, user))
         self._subscriber = Subscriber(user.pk)
-        subscriptions().attach(self._subscriber)
+        self.shared.people.attach(self._subscriber)
         self.begin(self._serve(self._subscriber))
 
-    async def left(self) -> None:
+    async def release(self) -> None:
         """Remove the subscription."""
         if self._subscriber is not None:
-            subscriptions().detach(self._subscriber)
+            self.shared.people.detach(self._subscriber)
 
     async def take(self, message: PersonMessage) -> None:
         """Note the presence, send the places again, or carry out a request."""
@@ -88,10 +89,10 @@ class PersonConsumer(Line):
 
     async def _check_in(self) -> None:
         with contextlib.suppress(Error):
-            await self.orm(note_open_session, self.me, session_key(self.scope), SYSTEM.now())
+            await self.orm(note_open_session, self.role.person, session_key(self.scope), SYSTEM.now())
 
     async def refuse(self, error: NotUnderstood) -> None:
-        """Say what was wrong with a request."""
+        """Answer a request that was not understood."""
         await self._answer(error.to, "", str(error))
 
     async def _answer(self, to: str, robot: str, wrong: str) -> None:
@@ -117,7 +118,7 @@ class PersonConsumer(Line):
     async def _serve(self, subscriber: Subscriber) -> None:
         """Send the person's places whenever they changed, and at certain moments."""
         while True:
-            subscriber.begins()
+            subscriber.begin_reading()
             try:
                 seen = await self.orm(self._look)
             except Error:
@@ -127,9 +128,9 @@ class PersonConsumer(Line):
                 await self.close(SIGNED_OUT)
                 return
             shown, queues = seen
-            subscriber.has_read(queues)
+            subscriber.end_reading(queues)
             states = {one["state"] for one in shown["places"]}
-            self.known = bool(states - {"missed", "ended"})
+            self.role = Role(self.role.person, queued=bool(states - {"missed", "ended"}))
             self._waits = bool(states & {"waiting", "offered"})
             await self.send(json.dumps(shown))
             await asyncio.sleep(LEAST_S)
@@ -139,14 +140,14 @@ class PersonConsumer(Line):
         """Wait for a change or for the next moment; a person without a place gets a pulse meanwhile."""
         while True:
             seconds = next_look_s(shown, SYSTEM.now().timestamp() * 1000)
-            if not subscriptions().link:
-                seconds = min(seconds, UNLINKED_S if self.known else PULSE_S)
+            if not self.shared.people.link:
+                seconds = min(seconds, UNLINKED_S if self.role.queued else PULSE_S)
             try:
                 async with asyncio.timeout(seconds):
                     await subscriber.changed.wait()
                 return
             except TimeoutError:
-                if self.known or not subscriptions().link:
+                if self.role.queued or not self.shared.people.link:
                     return
             await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
 

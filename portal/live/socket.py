@@ -1,4 +1,4 @@
-"""Base class of sockets: limited messages in, and a clean end whatever is received or raised."""
+"""Base class of sockets: messages are limited, and each socket ends cleanly after any message or exception."""
 
 import asyncio
 import contextlib
@@ -11,14 +11,18 @@ from channels.generic.websocket import AsyncWebsocketConsumer
 
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressRate, Bucket
+from portal.live.audience import Seat
+from portal.live.loop import LoopState, of_loop
 from portal.live.messages import NotUnderstood, Wire
-from portal.live.sessions import Ending, SignIn, session_watch
-from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
+from portal.live.people import session_key
+from portal.live.role import Role
+from portal.live.sessions import Ending, SignIn
+from portal.live.threads import Pool
 from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
-CALM, CALM_BURST = 3.0, 30.0  # the same of one that stays open whatever others of its network address send
+CALM, CALM_BURST = 3.0, 30.0  # the same of a socket that stays open though others of its network address send more
 OF_ADDRESS = AddressRate(rate=500.0, burst=3000.0)  # of all sockets of a network address; a page sends one in 5 s
 BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
 CLOSE_S = 1.0  # for sending a close
@@ -26,28 +30,30 @@ AGAIN_S = 1.0  # between two attempts to end a task
 LEAVE_S = 5.0  # for the work after a socket has ended
 
 
-class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
-    """A socket. Subclasses define the messages (`wire`) and `opened`, `take`, `refuse` and `left`."""
+class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
+    """A socket. Subclasses define the messages (`wire`) and `prepare`, `open`, `take`, `refuse` and `release`."""
 
     wire: ClassVar[Wire[Any]]
+    shared: LoopState
+    protocol: str | None = None  # of WebSocket, that is spoken with a peer that offers it
+    pool: Pool | None = None  # the threads for its queries; None: those for the person's role
     sign_in: SignIn | None = None
+    role = Role()
+    closed = False
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.over = False
-        self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
-        self.operating = False  # whether they drive the robot
+        self.seat = Seat()  # counts what is sent
         self._tokens, self._filled = BURST, SYSTEM.awake()
         self._calm = Bucket(CALM, CALM_BURST)
         self._tasks: dict[asyncio.Task[None], None] = {}  # in the order in which they began
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
 
-    def subprotocol(self) -> str | None:
-        """Return which of the protocols that the peer offers is spoken; None: it need not offer any."""
-        return None
+    def prepare(self) -> None:
+        """Make the parts of the socket; `scope` and `shared` are known."""
 
-    async def opened(self) -> None:
+    async def open(self) -> None:
         """Start; the socket is accepted."""
 
     async def take(self, message: Any) -> None:
@@ -56,30 +62,33 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     async def refuse(self, error: NotUnderstood) -> None:
         """Answer a message that was not understood; the socket stays open."""
 
-    async def left(self) -> None:
+    async def release(self) -> None:
         """Release everything; called once, however the socket ended, after its tasks have ended."""
 
-    def pool(self) -> Pool:
-        """Return the threads for this kind of person."""
-        return DRIVERS if self.operating else KNOWN if self.known else ANYBODY
+    @property
+    def stranger(self) -> bool:
+        """Return whether nobody is signed in, and nobody will be: a sign-in makes a new session."""
+        return self.role.anonymous or not session_key(self.scope)
 
     async def orm(self, function: Callable[..., Any], *args: Any) -> Any:
         """Query the database in the threads for this kind of person."""
-        return await self.pool().orm(function, self.me)(*args)
+        return await (self.pool or self.role.pool).orm(function, self.role.person)(*args)
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        """Serve the socket to its end; tasks are ended whatever was raised."""
-        lines.add(self)
+        """Serve the socket to its end; its tasks are ended after any exception."""
+        self.scope, self.shared = scope, of_loop()
+        sockets.add(self)
         self._main = asyncio.current_task()
         try:
+            self.prepare()
             await super().__call__(scope, receive, send)
         except asyncio.CancelledError:
             if not self._cut:
                 raise
         finally:
-            self.over = True
-            lines.discard(self)
-            session_watch().remove(self)
+            self.closed = True
+            sockets.discard(self)
+            self.shared.sessions.remove(self)
             await self._clear()
 
     async def _clear(self) -> None:
@@ -89,7 +98,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             await asyncio.wait(list(self._tasks), timeout=AGAIN_S)
         try:
             async with asyncio.timeout(LEAVE_S):
-                await self.left()
+                await self.release()
         except Exception as error:  # noqa: BLE001 - a store may be away; nothing depends on this
             log.debug("the work after the end of a socket failed: %s", error)
 
@@ -101,12 +110,13 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         """
         if message["type"] == "websocket.disconnect":
             raise StopConsumer
-        if self.over:
+        if self.closed:
             return
         try:
             if message["type"] == "websocket.connect":
-                await self.accept(self.subprotocol())
-                await self.opened()
+                offered = self.scope.get("subprotocols", ())
+                await self.accept(self.protocol if self.protocol in offered else None)
+                await self.open()
             else:
                 await self._receive(message.get("text"))
         except OSError as error:  # the connection was just lost; `disconnect` follows
@@ -116,11 +126,11 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             await self.close(FAILED)
 
     def _may(self, now: float) -> bool:
-        """Return whether the peer may send one more message; whoever drives is not counted for the network address."""
+        """Return whether the peer may send one more message; an operator is not counted for the network address."""
         # no Bucket, because a command passes as few files as possible
         self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
         self._filled = now
-        return self._tokens >= 0 and (self.operating or self._of_address_or_calm(now))
+        return self._tokens >= 0 and (self.role.grant > 0 or self._of_address_or_calm(now))
 
     def _of_address_or_calm(self, now: float) -> bool:
         calm, address = self._calm.take(now), str((self.scope.get("client") or ("",))[0])
@@ -152,21 +162,22 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         if task.cancelled() or task.exception() is None:
             return
         log.error("a socket's task failed", exc_info=task.exception())
-        if not self.over:
+        if not self.closed:
             self.begin(self.close(FAILED))
 
     async def send(self, text_data: str | None = None, bytes_data: bytes | None = None, close: bool = False) -> None:
-        """Send; a connection that has ended, or ends meanwhile, is not an error."""
-        if self.over:
+        """Send, and count the bytes; a connection that has ended, or ends meanwhile, is not an error."""
+        self.seat.sent_bytes += len(bytes_data if bytes_data is not None else text_data or "")
+        if self.closed:
             return
         with contextlib.suppress(OSError):
             await super().send(text_data, bytes_data, close)
 
     async def close(self, code: int | None = None, reason: str | None = None) -> None:
         """Close the socket; a peer that does not read is cut off. Can be repeated."""
-        if self.over:
+        if self.closed:
             return
-        self.over = True
+        self.closed = True
         try:
             async with asyncio.timeout(CLOSE_S):
                 await super().close(code, reason)
@@ -178,10 +189,10 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             pass
 
     def sign(self, sign_in: SignIn | None) -> None:
-        """Note who uses the socket; it ends with their session."""
-        if sign_in is not None and self.sign_in is None and not self.over:
+        """Note the sign-in of the socket's person; it ends with their session."""
+        if sign_in is not None and self.sign_in is None and not self.closed:
             self.sign_in = sign_in
-            session_watch().add(self)
+            self.shared.sessions.add(self)
 
     def judge(self, user: Any) -> Ending | None:
         """Return why the socket must end though its session may go on; runs in a thread."""
@@ -195,4 +206,4 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         await self.close(ending.code, ending.text)
 
 
-lines: set[Line] = set()  # the sockets that this process serves
+sockets: set[Socket] = set()  # the sockets that this process serves

@@ -10,8 +10,8 @@ from typing import Any
 from django.conf import settings
 from django.db import Error
 
-from portal.edge.limits import AddressCount
 from portal.edge.dropped import drop
+from portal.edge.limits import AddressCount
 from portal.live import codes
 from portal.live.hub import Hub
 from portal.live.people import current_user

@@ -10,7 +10,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState
 from robots.models import Frame, Lease
 from tests.services.owner import made_owner
-from workers.media.pictures import TakenPicture
+from workers.media.pictures import StillPicture
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 NAN = float("nan")
@@ -55,7 +55,7 @@ def test_a_picture_keeps_the_values_of_its_moment(robot, people):
     owner = made_owner(robot, people)
     state = RobotState(0.0, (0.1, 0.2), (), False, True, values={"charge": 80.0, "heat": NAN})
     verdict = SimpleNamespace(stable=True, reason="", difference=0.0, tries=1)
-    fields = owner.pictures._stored(TakenPicture(np.zeros((4, 6), np.uint8), b"jpeg", 1, SYSTEM.now(), verdict), state)
+    fields = owner.pictures._stored(StillPicture(np.zeros((4, 6), np.uint8), b"jpeg", 1, SYSTEM.now(), verdict), state)
     kept = Frame.objects.get(pk=Frame.objects.create(robot=robot, **fields).pk)
     assert (kept.joints, kept.pose, kept.values) == ([0.1, 0.2], [], {"charge": 80.0})
 

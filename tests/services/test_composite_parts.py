@@ -59,7 +59,7 @@ def test_an_old_still_does_not_pass_for_live(robot, settings, tmp_path, age_s, s
 @pytest.mark.parametrize(("method", "limit", "status"), [("post", "", 405), ("head", "", 200), ("get", "COMPOSITES", 429)])  # fmt: skip
 def test_who_gets_no_stream_has_no_picture_read(robot, settings, monkeypatch, method, limit, status):
     settings.LIMITS = settings.LIMITS | ({limit: 0} if limit else {})
-    looked = views.Looked(robot.slug, robot.spec(), 1, True)
+    looked = views.LiveRobot(robot.slug, robot.spec(), 1, True)
 
     async def look(slug):
         return looked

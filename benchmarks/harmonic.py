@@ -84,7 +84,7 @@ class Joiner:
 
     def look(self, now_ns: int) -> None:
         """Note what is there."""
-        shown = self.edge.current.shown if self.edge.current is not None else 0
+        shown = self.edge.current.playable if self.edge.current is not None else 0
         self.had_ns += [now_ns] * (shown - len(self.had_ns))
 
     @property

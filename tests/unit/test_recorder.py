@@ -9,7 +9,9 @@ from workers.recorder.recorder import Recorder
 
 def test_the_end_of_a_command_is_recorded_once():
     kept = []
-    one = SimpleNamespace(stages={7: "queued"}, taping=SimpleNamespace(tell=lambda topic, at_ns, data: kept.append(data)))
+    one = SimpleNamespace(
+        stages={7: "queued"}, taping=SimpleNamespace(tell=lambda topic, at_ns, data: kept.append(data))
+    )
     recorder = Recorder()
     for state in ("acknowledged", "completed", "accepted", "acknowledged", "completed"):
         recorder._tell_command(one, CommandStage(7, 1, 3, "up", state))

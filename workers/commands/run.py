@@ -221,7 +221,7 @@ class Runner:
         else:
             if spec.replaceable:
                 permit = replaceable(owned, self._lane, permit)
-            package = self._packages.begin(command)
+            package = self._packages.begin(command) if "text" in command.args else ""
             outcome = owned.driver.execute(command.kind, command.args, permit, on_stage)
         result: dict[str, Any] = {"sent": outcome.sent} | ({"ended": why} if why else {})
         result |= {"package": package} if package else {}

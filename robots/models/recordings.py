@@ -76,7 +76,7 @@ class Recording(models.Model):
         return f"/recordings/{self.key}/"
 
     @property
-    def shown(self) -> bool:
+    def replayable(self) -> bool:
         """Return whether there is a file to replay."""
         return self.state in SHOWN
 

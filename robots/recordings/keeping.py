@@ -198,7 +198,7 @@ def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -
         with hold(recording) as row:
             row.taken_out = [*row.taken_out, span]
             Recording.objects.filter(pk=row.pk).update(taken_out=row.taken_out)
-            if row.shown:
+            if row.replayable:
                 _rewrite(row)
     changed = {recording.pk for recording in meant}
     lapses = Movie.objects.filter(robot=robot, day__isnull=False)
@@ -221,7 +221,7 @@ def _beginning_with(robot: Robot, at: datetime, still: int, camera: int) -> list
     found = []
     later = Recording.objects.filter(robot=robot, began_at__gt=at).exclude(state=RecordingState.REMOVED)
     for recording in later.order_by("began_at"):
-        first = _first_still(path_of(recording), camera) if recording.shown else still
+        first = _first_still(path_of(recording), camera) if recording.replayable else still
         if first == still:
             found.append(recording)
         elif first:
@@ -247,7 +247,7 @@ def forget_names(keys: Iterable[int]) -> None:
     """Write again those files, of accounts that are deleted, into which an earlier version wrote the handle."""
     for recording in Recording.objects.filter(pk__in=list(keys)):
         with hold(recording) as row:
-            if row.shown and _names_somebody(path_of(row)):
+            if row.replayable and _names_somebody(path_of(row)):
                 _rewrite(row)
 
 

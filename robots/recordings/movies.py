@@ -28,7 +28,7 @@ Kind, State = Movie.Kind, Movie.State
 
 def ask(recording: Recording, kind: str, now: datetime) -> Movie:
     """Return the movie of a recording; a new one waits to be made. Raises BadRequest."""
-    if not recording.shown:
+    if not recording.replayable:
         raise BadRequest("There is no recording of which a movie could be made.")
     same = {"recording": recording, "kind": _kind(kind), "version": recording.version}
     return _asked(same, Movie(robot=recording.robot, asked_at=now, **same))
@@ -130,7 +130,7 @@ def plan_of(movie: Movie) -> dict[str, Any]:
     """Return what the process that makes movies has to read; no files if nothing is left."""
     if movie.recording is not None:
         path = keeping.path_of(movie.recording)
-        shown = movie.recording.shown and path.exists()
+        shown = movie.recording.replayable and path.exists()
         files = [(str(path), ms_of(movie.recording.began_at))] if shown else []
         return {"hz": 5, "files": files, "plot": plot_of(movie.recording) if files else None}
     assert movie.day is not None

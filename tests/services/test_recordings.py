@@ -278,7 +278,7 @@ def test_only_staff_remove_a_recording(roles, client):
         client.force_login(roles[role])
         assert client.post("/admin/robots/recording/", asked).status_code in (302, 403)
         recording.refresh_from_db()
-        assert recording.shown, role
+        assert recording.replayable, role
         with pytest.raises(NotStaff):
             services.remove_recording(recording, roles[role])
     client.force_login(roles["superuser"])

@@ -55,7 +55,7 @@ def may_see(recording: Recording, found: About | None, user: Any) -> bool:
 def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About | None]:
     """Return the recording at an address, with its turn or job. `shown`: it has to have a file. Raises Http404."""
     recording = Recording.objects.select_related("robot", "grant").filter(key=key).first()
-    if recording is None or (shown and not recording.shown):
+    if recording is None or (shown and not recording.replayable):
         raise Http404(NONE)
     found = about(recording)
     if not may_see(recording, found, user):

@@ -39,9 +39,9 @@ def films_of(grants: Any, user: Any) -> list[Film]:
 def film_of(recording: Recording) -> Film:
     """Return a recording with its movie."""
     movies = recording.movies.filter(version=recording.version, kind=Movie.Kind.MP4)
-    movie = movies.first() if recording.shown else None
+    movie = movies.first() if recording.replayable else None
     running = recording.state == RecordingState.RUNNING
     ended = recording.ended_at or recording.grant.ended_at
     soon = ended is not None and timedelta(0) <= SYSTEM.now() - ended < SOON
-    new = recording.shown and movie is None and recording.filmed < recording.version
+    new = recording.replayable and movie is None and recording.filmed < recording.version
     return Film(recording, movie, soon and (running or new) and is_filmed(recording))

@@ -40,9 +40,9 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     movies = movies_of(recording)
     context: dict[str, Any] = {
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
-        "view": recording.shown, "movies": movies, "arriving": arriving(movies), "replaying": True,
+        "view": recording.replayable, "movies": movies, "arriving": arriving(movies), "replaying": True,
     }  # fmt: skip
-    if recording.shown:
+    if recording.replayable:
         try:
             described, console = robot.description(), console_of(robot.driver)
             context |= {"description_json": console_facts(robot, None), "views": description.views(described)}

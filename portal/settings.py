@@ -16,7 +16,7 @@ from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
 from portal.edge.addresses import proxy_networks
-from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_private
+from portal.folders import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_private
 from portal.run import roles
 from portal.site import site_address
 from portal.store_urls import check_database, read_url, redis_tls

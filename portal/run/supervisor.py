@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from portal.folders import ROOT
 from portal.logs.outlet import Outlet
 from portal.logs.text import PRINTED, tidy
-from portal.places import ROOT
 from portal.run import forks
 from robots.kit.clock import SYSTEM
 

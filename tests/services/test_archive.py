@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from django.db import OperationalError, connection
 
-from portal import places
+from portal import folders
 from portal.keep import archive
 from portal.keep import restore as restoring
 from robots.models import Robot
@@ -221,7 +221,7 @@ def test_existing_files_are_tightened_and_links_are_left(tmp_path):
     (var / "db").chmod(0o666)
     (var / "link").symlink_to(outside)
     var.chmod(0o755)
-    assert places.tighten(var) >= 2
+    assert folders.tighten(var) >= 2
     assert (others(var), others(var / "db"), others(outside)) == (0, 0, 0o044)
 
 

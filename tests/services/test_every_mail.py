@@ -12,7 +12,7 @@ from django.core import mail
 from django.test import Client
 
 from accounts.adapter import AccountAdapter
-from portal.places import ROOT, TEMPLATES_DIR
+from portal.folders import ROOT, TEMPLATES_DIR
 from queueing.models import Job
 from queueing.services import Asker, ask
 from queueing.tasks import queue_tick

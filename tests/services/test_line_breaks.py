@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion
 from operatorlog.services import LONGEST, LONGEST_ANSWER
-from portal.places import ROOT
+from portal.folders import ROOT
 from queueing import services as queue
 from queueing.models import Job
 from robots.kit.clock import SYSTEM

@@ -49,7 +49,7 @@ from workers.robot.machine import Machine
 from workers.robot.owned import OwnedRobot
 from workers.robot.recovery import Recovery
 from workers.robot.settings import Restoring
-from workers.robot.states import States
+from workers.robot.state_publisher import StatePublisher
 
 log = logging.getLogger(__name__)
 LOST = 3  # exit status: the robot was held, and its lease is lost
@@ -95,7 +95,7 @@ class Owner:
         sound = Sound(slug, stamps)
         recovery = Recovery(self.owned, self.lane.gate, self.pictures)
         self.connection = Connection(self.owned, self.lane, recovery)
-        self.states = States(self.owned, self.connection, self.latch, trace, self.pace, self.streams, sound)
+        self.states = StatePublisher(self.owned, self.connection, self.latch, trace, self.pace, self.streams, sound)
         self.regain = Regain(self.owned, self.lane, self.beside, self.connection, self.watch, listen)
         self._wire_commands()
 

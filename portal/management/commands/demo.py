@@ -15,8 +15,8 @@ from django.core.management import CommandError, call_command
 from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
+from portal.folders import tighten
 from portal.keep.seeding import seed
-from portal.places import tighten
 from portal.run.processes import (
     broadcast_processes,
     enabled_processes,

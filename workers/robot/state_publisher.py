@@ -24,7 +24,7 @@ UNHEARD_S = 1.0  # between two states of an idle robot that nobody hears
 WHOLE_S = 5.0  # between two states with everything for those who want compact ones
 
 
-class States:
+class StatePublisher:
     """Publishes the newest state several times a second."""
 
     def __init__(

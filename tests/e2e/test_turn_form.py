@@ -92,7 +92,7 @@ def test_what_is_written_before_the_script_has_come_is_a_draft_too(portal, visit
     page.goto(turn.get_absolute_url())
     page.fill("#text", "An older draft.")
     page.locator("textarea[name^=s]").fill("to dig in winter")
-    page.route(re.compile(r"/turn-\w+\.js"), lambda route: held.append(route))
+    page.route(re.compile(r"/turn_form-[\w-]+\.js"), lambda route: held.append(route))
     page.goto(turn.get_absolute_url(), wait_until="commit")
     page.fill("#text", "A watch, at half past four.")
     wait_for(lambda: page.wait_for_timeout(0) or held, 10, "the script is asked for")

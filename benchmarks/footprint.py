@@ -155,13 +155,14 @@ def _running(argv: list[str | Path], env: dict[str, str], log: Path) -> Iterator
 
 @contextlib.contextmanager
 def _portal(var: Path) -> Iterator[int]:
-    """Run the portal as `make run` does, without the robot that roams; yields the supervisor once both are ready."""
+    """Run the portal as `make run` does, without the robots that roam; yields the supervisor once both are ready."""
     port, var_log = _free_port(), var.with_suffix(".log")
     plain = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND_", "DATABASE_URL", "REDIS_URL"))}
     argv: list[str | Path] = [sys.executable, "manage.py", "demo", "--port", str(port)]
     with _running(argv, {**plain, "FARHAND_VAR": str(var), "PYTHONPATH": str(ROOT)}, var_log) as pid:
         _wait(lambda: _answers(f"http://127.0.0.1:{port}/livez"), "the portal")
-        _switch_off(var, "irat")
+        for slug in ("irat", "rover"):
+            _switch_off(var, slug)
         _wait(lambda: _ready(var), "both robots")
         yield pid
 

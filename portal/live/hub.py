@@ -20,12 +20,13 @@ from redis.exceptions import RedisError
 from portal.live.audience import Audience
 from portal.live.rooms import Room
 from portal.live.sessions import SessionWatch
-from portal.live.store import SILENT_S, Reader
+from portal.live.store import Reader
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.viewer import Cameras, Viewer, Wish
 from portal.live.watchers import read_watchers, together
 from robots import bus
+from robots.bus.reader import SILENT_S
 from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
 

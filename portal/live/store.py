@@ -10,10 +10,10 @@ import redis.asyncio as aioredis
 from django.conf import settings
 from redis.exceptions import RedisError
 
+from robots.bus.reader import PING_S, SILENT_S
 from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
-PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
 AGAIN_S = 0.3  # between two attempts to open a connection
 
 _given: list[Callable[[], aioredis.Redis]] = []  # opens connections instead of the server, if there is one

@@ -20,7 +20,6 @@ from portal.folders import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_priva
 from portal.run import roles
 from portal.site import site_address
 from portal.store_urls import check_database, read_url, redis_tls
-from portal.web.consoles.caching import revalidate
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
@@ -109,7 +108,7 @@ TEMPLATES = [
                     [
                         "django.template.loaders.filesystem.Loader",
                         "django.template.loaders.app_directories.Loader",
-                        "portal.web.consoles.templates.Loader",
+                        "portal.web.consoles.files.Loader",
                     ],
                 )
             ],
@@ -257,7 +256,7 @@ STATICFILES_DIRS = [("app", FRONTEND_DIST), ("farhand", FRONTEND_DIST / "farhand
 STATICFILES_FINDERS = [
     "django.contrib.staticfiles.finders.FileSystemFinder",
     "django.contrib.staticfiles.finders.AppDirectoriesFinder",
-    "portal.web.consoles.static.Finder",
+    "portal.web.consoles.files.Finder",
 ]
 DJANGO_VITE = {
     "default": {
@@ -268,7 +267,6 @@ DJANGO_VITE = {
 }
 WHITENOISE_USE_FINDERS = True
 WHITENOISE_AUTOREFRESH = False
-WHITENOISE_ADD_HEADERS_FUNCTION = revalidate
 WHITENOISE_ALLOW_ALL_ORIGINS = False
 MEDIA_URL = "/media/"
 MEDIA_ROOT = Path(env.str("FARHAND_MEDIA", str(VAR / "media")))

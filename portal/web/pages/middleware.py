@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from typing import Any
+from wsgiref.headers import Headers
 
 from django.conf import settings
 from django.core.exceptions import BadRequest, DisallowedHost, SuspiciousOperation
@@ -21,6 +22,7 @@ log, security = logging.getLogger(__name__), logging.getLogger("farhand.security
 SHOWN = 80  # characters of a Host header
 METHODS = ("GET", "HEAD", "POST", "OPTIONS", "DELETE")  # DELETE is for people's own programs
 OWN = ("/accounts/", "/admin/", "/me/")  # pages of one person
+STABLE = ("/static/farhand/", "/static/robots/")  # addresses of files that may change
 # of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern
 WRONG = (ArithmeticError, LookupError, TypeError, ValueError, DataError, NotSupportedError, ProgrammingError)
 
@@ -123,7 +125,13 @@ class PrivatePages:
 
 
 class StaticFiles(WhiteNoiseMiddleware):
-    """WhiteNoise, with answers that an event loop sends in pieces: its own is read into memory whole under ASGI."""
+    """WhiteNoise, whose own answers are read into memory whole under ASGI; these are sent in pieces."""
+
+    def add_cache_headers(self, headers: Headers, path: str, url: str) -> None:
+        """Add `Cache-Control`; a file at a stable address is asked for again at each load of a page."""
+        super().add_cache_headers(headers, path, url)
+        if url.startswith(STABLE):
+            headers["Cache-Control"] = "no-cache"
 
     @staticmethod
     def serve(static_file: Any, request: HttpRequest) -> Any:

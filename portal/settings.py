@@ -15,11 +15,10 @@ import environ
 from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
+from portal.addresses import check_database, read_url, redis_tls, site_address
 from portal.edge.addresses import proxy_networks
 from portal.folders import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_private
 from portal.run import roles
-from portal.site import site_address
-from portal.store_urls import check_database, read_url, redis_tls
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent

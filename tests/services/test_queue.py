@@ -5,7 +5,7 @@ from datetime import timedelta
 import pytest
 from django.db import IntegrityError, transaction
 
-from portal.web.classic import tokens
+from portal.web.classic.models import fresh_token, spend_token
 from queueing import services as queue
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.estimates import wait_range
@@ -256,11 +256,11 @@ def test_the_wait_is_a_range_or_unknown(stage):
 
 def test_a_classic_token_is_good_once_and_spends_its_sisters(stage):
     robot, people, clock = stage
-    old, new = (tokens.fresh_token(robot, people["ada"], clock.now(), still) for still in (1, 2))
-    assert tokens.spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
-    assert tokens.spend_token(robot, people["ada"], new, clock.now()) is not None
-    assert tokens.spend_token(robot, people["ada"], new, clock.now()) is None
-    assert tokens.spend_token(robot, people["ada"], old, clock.now()) is None
+    old, new = (fresh_token(robot, people["ada"], clock.now(), still) for still in (1, 2))
+    assert spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
+    assert spend_token(robot, people["ada"], new, clock.now()) is not None
+    assert spend_token(robot, people["ada"], new, clock.now()) is None
+    assert spend_token(robot, people["ada"], old, clock.now()) is None
 
 
 def test_an_open_turn_whose_account_is_gone_keeps_nobody_from_an_offer(stage):

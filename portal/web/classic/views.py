@@ -14,7 +14,7 @@ from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from portal.edge.pages import leave_room
 from portal.live.snapshot import shown_still, status_of
-from portal.web.classic import tokens
+from portal.web.classic.models import fresh_token, spend_token
 from portal.web.classic.pictures import has_classic_console, name_of
 from portal.web.consoles.console import classic
 from queueing import services as queue
@@ -54,7 +54,7 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
     still = newest_still(robot)
     if not request.user.is_authenticated:
         return f"/classic/{robot.slug}/{secrets.token_urlsafe(24)}/"
-    token = tokens.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
+    token = fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
     return f"/classic/{robot.slug}/{token}/"
 
 
@@ -161,7 +161,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
     if wanted.kind == "stop":
         _stop(request, robot, now)
         return
-    spent = tokens.spend_token(robot, request.user, token, now)
+    spent = spend_token(robot, request.user, token, now)
     if spent is None:
         messages.warning(request, "That page was used before, so nothing moved. This is the current page.")
         return

@@ -10,7 +10,7 @@ from accounts.models import User
 from operatorlog.models import Entry, Visibility
 from portal.keep import archive
 from portal.keep import restore as restoring
-from portal.web.recordings import listing, views
+from portal.web.recordings import views
 from queueing.models import Job, JobRun, Turn
 from queueing.services import Asker, ask
 from robots import bus, services
@@ -351,7 +351,7 @@ def test_indexes_are_read_one_at_a_time(roles, client, monkeypatch):
 
 
 def test_many_jobs_of_guests_do_not_hide_the_other_recordings(shuttle, client, monkeypatch):
-    monkeypatch.setattr(listing, "LOOKED", 1)
+    monkeypatch.setattr(views, "LOOKED", 1)
     for age, asker in (
         (2, Asker(guest="a" * 64, network="192.0.2.1")),
         (1, Asker(guest="b" * 64, network="192.0.2.2")),

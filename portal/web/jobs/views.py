@@ -19,8 +19,8 @@ from portal.web.jobs.answers import AGAIN_S, job_fields, own_jobs_answer, refusa
 from portal.web.jobs.forms import forms, values
 from portal.web.jobs.words import request_in_words, result, share_of, stages
 from portal.web.pages.places import back_from
+from portal.web.recordings.exports import films_of
 from portal.web.recordings.figures import figures_of
-from portal.web.recordings.films import films_of
 from queueing import services as queue
 from queueing.errors import QueueError, TooOften
 from queueing.models import OPEN_JOB, Job, JobState

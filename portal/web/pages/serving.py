@@ -2,8 +2,10 @@
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
+from functools import wraps
 from pathlib import Path
+from typing import Any
 
 from django.core.handlers.asgi import ASGIRequest
 from django.http import Http404, HttpResponse, HttpResponseBase, StreamingHttpResponse
@@ -11,16 +13,25 @@ from django.http.request import HttpRequest
 
 from portal.edge.attempts import within
 
-PIECE = 65_536
+PIECE = 65_536  # bytes
 TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
 RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})\Z")
+View = Callable[..., HttpResponseBase]
 
 
-def limited(request: HttpRequest, action: str = "replay") -> HttpResponse | None:
-    """Return a refusal if this network asks for too much."""
-    if within(request, action):
-        return None
-    return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+def limited(action: str = "replay") -> Callable[[View], View]:
+    """Return a decorator for views, which answers 429 to a network that asks too often (`RATE_LIMITS[action]`)."""
+
+    def decorator(view: View) -> View:
+        @wraps(view)
+        def answer(request: HttpRequest, *args: Any, **kwargs: Any) -> HttpResponseBase:
+            if within(request, action):
+                return view(request, *args, **kwargs)
+            return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+
+        return answer
+
+    return decorator
 
 
 def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpResponseBase:

@@ -1,4 +1,4 @@
-"""Pages: landing, story, robot, status, and the person's own."""
+"""Pages: landing, story, robot, status, and the person's own; and what monitors ask for."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -7,7 +7,8 @@ from typing import Any
 from django.conf import settings
 from django.contrib.auth.decorators import login_required
 from django.core.exceptions import SuspiciousFileOperation
-from django.http import Http404, HttpRequest, HttpResponse
+from django.db import DatabaseError, connection
+from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, render
 from django.utils._os import safe_join
 from django.utils.cache import get_conditional_response
@@ -69,19 +70,16 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     turn = open_turn(robot)
     try:
-        described, console = robot.description(), console_of(robot.driver)
-        facts = console_facts(robot, request.user)
+        console = console_context(robot, request.user)
     except (LookupError, ImportError, OSError):
         return software_missing(request, robot.name)
     context = {
         **_shown(robot),
-        **asdict(console),
+        **console,
         "operator": turn.operator_name if turn else "",
         "drives": turn is not None and is_person(request.user, turn.user_id),
         "still": shown_still(robot, request.user),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
-        "description_json": facts,
-        "views": description.views(described),
         "classic": has_classic_console(robot),
         "takes_jobs": bool(job_kinds(robot)),
         "suspended": waits_for_staff(robot),
@@ -96,6 +94,18 @@ def _command(kind: CommandKind) -> dict[str, Any]:
     told = asdict(kind)
     del told["policies"]
     return told | {"asked_by": sorted(kind.asked_by)}
+
+
+def console_context(robot: Robot, user: Any) -> dict[str, Any]:
+    """Return the variables of a page that shows the robot's console.
+
+    Raises LookupError, ImportError or OSError if the robot's package is not installed.
+    """
+    return {
+        **asdict(console_of(robot.driver)),
+        "description_json": console_facts(robot, user),
+        "views": description.views(robot.description()),
+    }
 
 
 def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
@@ -148,6 +158,23 @@ def status(request: HttpRequest) -> HttpResponse:
     """Show what works."""
     robots = [_shown(r) for r in Robot.objects.all()]
     return render(request, "pages/status.html", {"robots": robots, "link": bus.alive(), "now": SYSTEM.now()})
+
+
+def livez(request: HttpRequest) -> HttpResponse:
+    """Answer that this process answers; no store is used."""
+    return HttpResponse("ok\n", content_type="text/plain; charset=utf-8")
+
+
+def readyz(request: HttpRequest) -> HttpResponse:
+    """Answer whether the database and Redis answer."""
+    try:
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT 1")
+        database = True
+    except DatabaseError:
+        database = False
+    redis = bus.alive()
+    return JsonResponse({"database": database, "redis": redis}, status=200 if database else 503)
 
 
 @never_cache

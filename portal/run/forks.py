@@ -43,7 +43,7 @@ OURS = (  # not those that are run: `python -m` loads these again
     "portal.edge.cache", "portal.management.commands.demo", "portal.keep.seeding", "queueing.tasks",
     "workers.process.tasks",
     "workers.process.bootstep", "workers.process.wiring", "workers.recorder.recorder", "portal.broadcast.following",
-    "portal.broadcast.serving", "portal.web.recordings.broadcast_key",
+    "portal.broadcast.serving", "portal.management.broadcasting",
 )  # fmt: skip
 PER_PROCESS = frozenset(
     {"FARHAND_ROLE", "FARHAND_ROBOT", "FARHAND_SCHEDULE", "PYTHONWARNINGS", "CELERY_SKIP_CHECKS"}

@@ -16,6 +16,7 @@ from django.http import HttpRequest, HttpResponse, HttpResponseBase, HttpRespons
 from django.urls import reverse
 from django.utils.cache import get_conditional_response
 from django.utils.http import http_date
+from django.views.decorators.http import require_safe
 
 from portal.edge.limits import AddressCount
 from portal.edge.pages import leave_room
@@ -23,7 +24,7 @@ from portal.live.loop import of_loop
 from portal.live.messages import CAMERAS
 from portal.live.snapshot import visible_frame
 from portal.live.threads import Pool
-from portal.web.composites.cameras import newest, passed
+from portal.web.composites.cameras import newest, shared_camera
 from portal.web.composites.drawing import shared_drawing
 from portal.web.composites.parts import GONE_S, TYPE, Parts, ordered, watchers
 from robots import bus
@@ -51,6 +52,7 @@ def _addresses() -> AddressCount:
     return AddressCount(settings.LIMITS["COMPOSITES"])
 
 
+@require_safe
 async def composite(request: HttpRequest, slug: str, name: str) -> HttpResponseBase:
     """Send a drawn picture of all that the robot shows until the reader goes or the robot's owner is gone."""
     robot = await sync_to_async(_look)(slug)
@@ -60,19 +62,19 @@ async def composite(request: HttpRequest, slug: str, name: str) -> HttpResponseB
     return _stream(request, robot, lambda: shared_drawing(slug, robot.spec, found))
 
 
+@require_safe
 async def camera(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
     """Send a camera's pictures until the reader goes or the robot's owner is gone."""
     robot = await sync_to_async(_look)(slug)
     if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
     still = partial(PICTURES.run, _newest_still, slug) if number == 0 else None
-    return _stream(request, robot, lambda: passed(slug, number), still)
+    return _stream(request, robot, lambda: shared_camera(slug, number), still)
 
 
+@require_safe
 async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
     """Redirect to the address of a camera's newest picture, which is new for each picture and can be cached."""
-    if request.method not in ("GET", "HEAD"):
-        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     robot = await sync_to_async(_look)(slug)
     if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
@@ -92,10 +94,9 @@ async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponse
     return HttpResponseRedirect(to, headers={"Cache-Control": "public, max-age=1"})
 
 
+@require_safe
 async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> HttpResponseBase:
     """Send one picture; its address is never used for another one."""
-    if request.method not in ("GET", "HEAD"):
-        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     seconds, jpeg = at_ms // 1000, None
     if number < CAMERAS and seconds < LATEST_S:
         jpeg = await PICTURES.run(bus.shot, slug, number, at_ms)
@@ -153,8 +154,6 @@ def _newest_still(slug: str) -> bytes:
 
 def _stream(request: HttpRequest, robot: LiveRobot, make: Callable[[], Parts], still: Still = None) -> HttpResponseBase:
     """Return the stream of a moving picture, or why there is none now."""
-    if request.method not in ("GET", "HEAD"):
-        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     if not robot.alive:
         return _refused(503, OFFLINE)
     address = request.META.get("REMOTE_ADDR", "")

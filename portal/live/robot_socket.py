@@ -31,8 +31,8 @@ from portal.live.messages import (
     Watch,
 )
 from portal.live.people import current_user
-from portal.live.plans import PlanSender
 from portal.live.presence import Presence
+from portal.live.previews import Question
 from portal.live.role import Role
 from portal.live.sessions import NOT_STAFF, UNCLEARED, Ending
 from portal.live.snapshot_sender import NOT_FOUND, SnapshotSender
@@ -255,3 +255,35 @@ class Requests:
 
     async def _send(self, to: str, seq: int, answer: Answer) -> None:
         await self._socket.send(json.dumps({"t": "answer", "to": to, "seq": seq or None, **answer.fields()}))
+
+
+class PlanSender:
+    """Asks for the previews of one page, and sends the newest answer; an older one that waits is dropped."""
+
+    def __init__(self, socket: Socket, slug: str) -> None:
+        self._socket, self._slug = socket, slug
+        self._text = ""  # the newest answer, while it waits
+        self._sending = False
+
+    @property
+    def closed(self) -> bool:
+        """Return whether nobody waits for an answer any more."""
+        return self._socket.closed
+
+    def ask(self, message: Plan) -> None:
+        """Ask for a preview."""
+        question = Question(self, self._socket.scope, self._slug, message)
+        self._socket.shared.previews.ask(self._socket.role.person, question)
+
+    def answer(self, text: str) -> None:
+        """Send an answer soon."""
+        self._text = text
+        if not self._sending:
+            self._sending = True
+            self._socket.begin(self._send())
+
+    async def _send(self) -> None:
+        while self._text:
+            text, self._text = self._text, ""
+            await self._socket.send(text)
+        self._sending = False

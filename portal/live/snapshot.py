@@ -6,12 +6,14 @@ from typing import Any
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of, may_see_picture
-from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.models import Turn
 from queueing.services import (
+    Forecast,
     end_of_turn,
+    forecast,
     is_news,
+    job_kinds,
     kinds_for,
     last_turn,
     offers_turns,
@@ -28,7 +30,7 @@ from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
 
-RECENT = 8
+RECENT, JOBS = 8, 50  # commands and open jobs that are listed
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 STAFF_COMMAND = (
     "handover", "Staff command running", "Staff run a command now; the robot is offered again after that.",
@@ -95,6 +97,22 @@ def entry_info(entry: Entry) -> dict[str, Any]:
     return {
         "id": entry.pk, "author": entry.author_name, "text": entry.text, "at_ms": ms_of(entry.written_at),
         "picture": entry.frame.url if entry.frame else None, "featured": entry.visibility == Visibility.FEATURED,
+    }  # fmt: skip
+
+
+def jobs_shown(robot: Robot, now: datetime) -> list[dict[str, Any]]:
+    """Return the open jobs in the order in which they will be served; none if the robot takes no jobs."""
+    if not job_kinds(robot):
+        return []
+    return [job_info(one) for one in forecast(robot, now)[:JOBS]]
+
+
+def job_info(one: Forecast) -> dict[str, Any]:
+    """Return the fields of an open job that everybody may see; of its values only the numbers."""
+    job = one.job
+    return {
+        "id": job.pk, "kind": job.kind, "state": job.state, "ahead": one.ahead, "wait_s": one.wait_s,
+        "args": {name: value for name, value in job.args.items() if isinstance(value, int | float)},
     }  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """The processes of one machine that the supervisor runs."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from django.conf import settings
@@ -44,15 +45,20 @@ def web_process(host: str, port: int, name: str = "web") -> ProcessSpec:
     )
 
 
+def _celery_worker(name: str, queues: Sequence[str]) -> tuple[str, ...]:
+    """Return the command of a Celery worker with a thread for each of its queues."""
+    return (
+        PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", str(len(queues)),
+        "-Q", ",".join(queues), "-n", f"{name}@%h", "--without-gossip", "--without-mingle", "--without-heartbeat",
+        "-l", "INFO",
+    )  # fmt: skip
+
+
 def housekeeping_process() -> ProcessSpec:
     """Return the housekeeping worker, with the scheduler and a thread for each of its queues."""
     return ProcessSpec(
         "housekeeping",
-        (
-            PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "3", "-Q",
-            f"{bus.TICKS},{bus.PROBES},{bus.HOUSEKEEPING}", "-n", "housekeeping@%h",
-            "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
-        ),
+        _celery_worker("housekeeping", (bus.TICKS, bus.PROBES, bus.HOUSEKEEPING)),
         {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", "FARHAND_SCHEDULE": str(settings.VAR / "beat-schedule"),
          **QUIET},
         rank=1,
@@ -100,11 +106,7 @@ def robot_processes(robot: Robot) -> list[ProcessSpec]:
     specs.append(
         ProcessSpec(
             f"{robot.slug} worker",
-            (
-                PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
-                "-Q", f"idle.{robot.slug}", "-n", f"owner-{robot.slug}@%h",
-                "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
-            ),
+            _celery_worker(f"owner-{robot.slug}", (f"idle.{robot.slug}",)),
             {"FARHAND_ROLE": "owner", "FARHAND_ROBOT": robot.slug, **QUIET},
             rank=2,
             heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",

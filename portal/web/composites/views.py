@@ -3,7 +3,8 @@
 `/robots/<slug>/live/<name>.mjpg`, `/robots/<slug>/camera/<number>.mjpg`, `/robots/<slug>/camera/<number>.jpg`.
 """
 
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -120,8 +121,19 @@ class LiveRobot:
     alive: bool
 
 
+@contextmanager
+def _brief_connection() -> Iterator[None]:
+    """Close the thread's connection to the database at the end, because a stream may last for hours."""
+    try:
+        yield
+    finally:
+        if not connection.in_atomic_block:
+            connection.close()
+
+
+@_brief_connection()
 def _look(slug: str) -> LiveRobot | None:
-    """Return what is known of a robot; the thread's connection is not kept during the stream."""
+    """Return what is known of a robot; None if it or its package is not there."""
     try:
         robot = Robot.objects.filter(slug=slug).first()
         if robot is None:
@@ -130,11 +142,9 @@ def _look(slug: str) -> LiveRobot | None:
         return LiveRobot(slug, robot.spec(), len(description.views(robot.description())), alive)
     except LookupError:
         return None
-    finally:
-        if not connection.in_atomic_block:
-            connection.close()
 
 
+@_brief_connection()
 def _newest_still(slug: str) -> bytes:
     """Return the robot's newest kept picture, which its first camera took; empty if there is none for everybody.
 
@@ -147,9 +157,6 @@ def _newest_still(slug: str) -> bytes:
         return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes()
     except (OSError, Error, Robot.DoesNotExist):
         return b""
-    finally:
-        if not connection.in_atomic_block:
-            connection.close()
 
 
 def _stream(request: HttpRequest, robot: LiveRobot, make: Callable[[], Parts], still: Still = None) -> HttpResponseBase:

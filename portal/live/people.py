@@ -14,7 +14,7 @@ from accounts.session_store import SessionStore
 from robots.kit.clock import SYSTEM
 from robots.prepared import Prepared, Slot
 
-LAST = "farhand.person"  # in a socket's scope: the id of the person whom Django found last
+LAST = "farhand.person"  # in a socket's scope: the id of the person whom Django returned last
 ID, KEY, NOW = Slot("id", BigAutoField()), Slot("key", CharField()), Slot("now", DateTimeField())
 _PERSON: Prepared[Any] = Prepared(
     lambda: auth.get_user_model()._default_manager.filter(pk=ID).annotate(
@@ -41,7 +41,7 @@ def current_user(scope: dict[str, Any]) -> Any:
 
 
 def _same(person: int, key: str) -> Any:
-    """Return this person, read with the session in one statement, if Django would find the same; None if it might not.
+    """Return this person if Django would return the same, else None; person and session are read in one statement.
 
     It checks what `auth.get_user` does: the session is there and not over, its signature is right, it is this person's,
     by a backend in use, and made with the present password; and the account is active.

@@ -1,7 +1,7 @@
 """The robot's socket: pictures, states and events out; commands, stop and presence in.
 
-A stop and the keep-alives of a held motion do not wait for the database: they go to the bus at once, by what the last
-snapshot said. Everything else is carried out in order.
+A stop and the keep-alives of a held motion do not wait for the database: they are sent to the bus at once, if the role
+in the last snapshot allows it. Everything else is carried out in order.
 """
 
 import asyncio
@@ -153,7 +153,7 @@ class RobotSocket(Socket):
             await self.presence.leave()
 
     async def take(self, message: RobotMessage) -> None:
-        """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""
+        """Carry out urgent messages at once; queue the others. Strangers are answered without a thread."""
         sent = False
         if not self.role.person and self.stranger and not isinstance(message, Ping | Plan | Watch):
             await self.requests.answer(message, SIGN_IN)
@@ -187,7 +187,7 @@ class RobotSocket(Socket):
         self.presence.note()
 
     def judge(self, user: Any) -> Ending | None:
-        """Return whether a clearance, a permission or the turn that the socket needs is gone; runs in a thread."""
+        """Return why the socket ends: a clearance, a permission or the turn is gone; runs in a thread."""
         if self.viewer.trace and not user.has_perm("robots.change_robot"):
             return NOT_STAFF
         if self.role.queued and not cleared(user, Robot.objects.get(slug=self.slug)):
@@ -212,7 +212,7 @@ class Requests:
     async def put(self, message: RobotMessage, sent: bool) -> None:
         """Queue a request, or refuse it if too many wait; the first one starts the task that carries them out.
 
-        `sent`: the stop went over the bus already.
+        `sent`: the stop was sent over the bus already.
         """
         try:
             self._queue.put_nowait((message, sent))

@@ -1,4 +1,4 @@
-"""What is known of the person of a socket."""
+"""The person of a socket, as far as the last snapshot says."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """The person of a socket, and what they may do there, as of the last snapshot.
+    """The person of a socket and their rights there, as of the last snapshot.
 
-    It decides what does not wait for the database; a command is judged by what the database says then.
+    It decides about messages that do not wait for the database; a command is judged by the database.
     """
 
     person: int = 0  # their key; 0: nobody, or not known yet

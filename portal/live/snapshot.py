@@ -80,7 +80,7 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
 def command_info(command: Command) -> dict[str, Any]:
     """Return the fields of a command for the page's list, which everybody sees.
 
-    Only whoever has the grant is named: who asks for a job chooses the name that its page shows.
+    Only the holder of the grant is named: a person who asks for a job chooses the name that its page shows.
     """
     holder = command.issued_by if command.issued_by_id == command.grant.holder_id else None
     return {
@@ -176,7 +176,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
 
 
 def of_person(slug: str, user: Any, now: datetime) -> dict[str, Any] | None:
-    """Return what is only this person's of a snapshot; None if they drive, for then more of it is theirs."""
+    """Return the part of a snapshot that is only this person's; None if they drive: then other parts differ, too."""
     robot = Robot.objects.get(slug=slug)
     return None if _mine(open_grant(robot), user) else {**_me(robot, user, now, False), "grant": 0}
 
@@ -210,7 +210,7 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
 
 
 def _end(turn: Turn) -> dict[str, Any]:
-    """Return what is told of a turn that has ended."""
+    """Return the fields of a turn that has ended."""
     end = end_of_turn(turn)
     return {
         "turn": turn.pk, "ended_ms": ms_of(turn.ended_at), "why": end.why, "credited": end.credited, "next": end.next,

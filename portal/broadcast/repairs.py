@@ -1,4 +1,4 @@
-"""Repairs by HTTP: the origin answers ranges of segments, an edge fetches them and looks at their tag."""
+"""Repairs by HTTP: the origin answers ranges of segments, an edge fetches them and checks their tag."""
 
 import asyncio
 import hmac
@@ -22,7 +22,7 @@ STATUS, LENGTH = re.compile(rb"HTTP/1\.[01] ([1-5][0-9]{2})\b"), re.compile("[0-
 HEAD = 16 * 1024  # bytes of an answer's headers
 TAG = "farhand-tag"
 TIMEOUT_S = 2.0
-SAVED_S = 5  # a pause of so long may be made good at once
+SAVED_S = 5  # the token bucket holds what comes in so long
 
 
 class Repairs:
@@ -113,7 +113,7 @@ async def fetch(origin: str, movie: int, gap: Gap) -> Answer | None:
                 )
                 return await _read(reader)
             finally:
-                writer.transport.abort()  # nothing waits for a good end
+                writer.transport.abort()  # nobody waits for an orderly close
     except (OSError, EOFError, TimeoutError, ValueError, asyncio.LimitOverrunError, http.client.HTTPException):
         return None
 

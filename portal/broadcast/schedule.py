@@ -6,7 +6,7 @@ bandwidth is in units of the rate b at which the movie is shown. All are exact (
 evenly in k slots needs b / k, and a joiner who listens for k slots, from whichever moment, has all of it.
 
 Three schemes: harmonic (Juhn and Tseng 1997), which some joiners get late; cautious harmonic and polyharmonic (Paris,
-Carter and Long 1998), which nobody does. No I/O and no clock.
+Carter and Long 1998), which nobody gets late. No I/O and no clock.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The check which pages may open a socket: those of this site, with the same scheme and port."""
+"""The check of a socket's origin: only pages of this site, with the same scheme and port, may open sockets."""
 
 import re
 from typing import Any

@@ -12,11 +12,11 @@ from robots.kit.installed import simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable
-# the demo may run as root in a container, and nothing here unpickles; the supervisor has made Django's checks, and
-# their modules are not needed afterwards
+# The demo may run as root in a container, and nothing here unpickles. The supervisor has run Django's checks, and their
+# modules are not needed afterwards.
 QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser", "CELERY_SKIP_CHECKS": "1"}
 
-EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - to listen at, not to ask at
+EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - addresses at which one listens, but to which one does not connect
 
 
 def redis_process() -> ProcessSpec:

@@ -30,8 +30,8 @@ class ClassicToken(models.Model):
 def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:
     """Return a token of the console without scripts that is not spent yet, for the page with this picture.
 
-    Pages with the same picture share one, for spending any spends all: so a page that is fetched again and again, or
-    in advance by the browser, adds no row.
+    Pages with the same picture share one, because spending any spends all. So a page that is fetched again and again,
+    or in advance by the browser, adds no row.
     """
     mine = ClassicToken.objects.filter(user=user, robot=robot, still=still, spent_at=None, made_at__gt=now - SHARED)
     kept = mine.values_list("token", flat=True).first()

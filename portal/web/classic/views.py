@@ -34,7 +34,7 @@ from robots.services import newest_still, stop_shown
 WAIT_S = 20.0
 POLL_S = 0.1
 REFRESH_S, DRIVING_S = 30, 60  # the second one for the operator: before `CLASSIC_PRESENCE_S` is over
-WARN_S, TOLD_S = 30, 3  # before a turn ends because nothing is done; after it
+WARN_S, TOLD_S = 30, 3  # before and after the end of a turn in which nothing is done
 PIXEL = re.compile(r"[0-9]{1,5}\Z")
 
 
@@ -46,7 +46,7 @@ def enter(request: HttpRequest, slug: str) -> HttpResponse:
 
 
 def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
-    """Answer that this robot has no classic console, and which one it has."""
+    """Answer that this robot has no classic console, and which console it has."""
     return render(request, "classic/none.html", {"robot": robot}, status=404)
 
 

@@ -51,7 +51,7 @@ class Parts(ABC):
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Have it made during the body of a `with` statement."""
+        """Have the pictures made during the body of a `with` statement."""
         self.watchers += 1
         task = self._task = self._task or asyncio.create_task(self._run())
         try:
@@ -65,8 +65,8 @@ class Parts(ABC):
     async def parts(self, still: bytes = b"") -> AsyncIterator[bytes]:
         """Yield the newest picture as a part of the answer, again and again; slow readers skip some.
 
-        The first one comes at once: `still`, a JPEG, until there is another. Ends when the robot's owner is gone, or
-        the camera whose pictures they are.
+        The first part comes at once; it is `still`, a JPEG, if no picture was made yet. The parts end when the robot's
+        owner or its camera is gone.
         """
         if self._part or still:
             yield self._part or part_of(still)
@@ -76,7 +76,7 @@ class Parts(ABC):
                 yield self._part
 
     def tell(self, jpeg: bytes) -> None:
-        """Give everybody who watches the next picture."""
+        """Give all watchers the next picture."""
         self.frames += 1
         self._part = part_of(jpeg)
         told, self._next = self._next, asyncio.Event()

@@ -40,7 +40,7 @@ from robots.services import newest_still
 ABSENT = "There is no such picture.\n"
 Still = Callable[[], Awaitable[bytes]] | None  # reads the first picture of a stream
 PICTURES = Pool("pictures", 2)
-LATEST_S = 2**37  # later is no time of a picture
+LATEST_S = 2**37  # no picture is taken later (s since 1970)
 NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
 NO_PICTURE = "The camera sends no picture now; try again later.\n"
 OFFLINE = "This robot is offline now; try again later.\n"
@@ -113,7 +113,7 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
 
 @dataclass(frozen=True)
 class LiveRobot:
-    """A robot as live pictures need it."""
+    """The facts about a robot that its live pictures need."""
 
     slug: str
     spec: Spec
@@ -148,7 +148,7 @@ def _look(slug: str) -> LiveRobot | None:
 def _newest_still(slug: str) -> bytes:
     """Return the robot's newest kept picture, which its first camera took; empty if there is none for everybody.
 
-    It passes for live, so one that is older than a live stream may stand still is none.
+    A live stream begins with it, so a picture that is older than `GONE_S` is left out.
     """
     try:
         frame = visible_frame(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())

@@ -23,12 +23,12 @@ SHOWN = 80  # characters of a Host header
 METHODS = ("GET", "HEAD", "POST", "OPTIONS", "DELETE")  # DELETE is for people's own programs
 OWN = ("/accounts/", "/admin/", "/me/")  # pages of one person
 STABLE = ("/static/farhand/", "/static/robots/")  # addresses of files that may change
-# of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern
+# errors of a filter in the address of a list: too great a number, an impossible year, half a range, no pattern
 WRONG = (ArithmeticError, LookupError, TypeError, ValueError, DataError, NotSupportedError, ProgrammingError)
 
 
 class KnownHost:
-    """Middleware that answers 400 where the Host header is not in `ALLOWED_HOSTS`, doubled, or no host.
+    """Middleware that answers 400 if the Host header is not in `ALLOWED_HOSTS`, doubled, or no host.
 
     Django would refuse it where the host is first used, with a traceback in the log for each request.
     """
@@ -48,7 +48,7 @@ class KnownHost:
 
 
 class KnownMethods:
-    """Middleware that answers 405 to TRACE and other methods that no page uses, and gives each 405 its words."""
+    """Middleware that answers 405 to TRACE and other methods that no page uses, and adds a text to each empty 405."""
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
@@ -98,7 +98,7 @@ class PlainText:
     def process_exception(self, request: HttpRequest, exception: Exception) -> HttpResponse | None:
         """Answer 400 where a list of the admin fails at its filters; Django lets some through to the database.
 
-        The exception is logged, because it may be a fault of ours. That of an action is one: it is answered with 500.
+        The exception is logged, because it may be a fault of ours. An exception of an action is one: the answer is 500.
         """
         match = request.resolver_match
         listed = match is not None and match.namespace == "admin" and str(match.url_name).endswith("_changelist")

@@ -17,7 +17,7 @@ from robots.kit.plain import one_line
 from robots.models import Program, Robot
 from robots.services import programs
 
-LARGEST = 80_000  # bytes: the longest program and name, of whose characters JSON writes each with twelve at most
+LARGEST = 80_000  # bytes: the longest program and name, whose characters take twelve bytes each at most in JSON
 TOO_OFTEN = "This page asks for too many codes; wait a minute."
 AWAY = "No code can be kept now; the page goes on without."
 
@@ -67,9 +67,9 @@ def _said(request: HttpRequest) -> dict[str, Any]:
 @never_cache
 @require_POST
 def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
-    """Give a code to the person who drives the robot; everybody else gets none, and a sentence.
+    """Give a code to the person who drives the robot; everybody else gets an empty code and a sentence.
 
-    That is no error: a page asks until it learns that its turn has ended.
+    An empty code is no error: a page asks until it learns that its turn has ended.
     """
     robot = get_object_or_404(Robot, slug=slug)
     now = SYSTEM.now()

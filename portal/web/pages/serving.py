@@ -1,4 +1,4 @@
-"""Answers with a file, whole or in part, as players of movies and programs that read an index ask for it."""
+"""Answers with a file, whole or in part; players of movies and readers of an index ask for parts."""
 
 import asyncio
 import re
@@ -58,7 +58,7 @@ def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpRespo
 
 
 def _span(wanted: re.Match[str], size: int) -> tuple[int, int]:
-    """Return the first and the last byte of a range; the last ones where it names no first."""
+    """Return the first and the last byte of a range; a range without a first byte means the last ones."""
     begin, end = wanted[1], wanted[2]
     if not begin:
         return (max(0, size - int(end)), size - 1) if end and int(end) else (size, size - 1)

@@ -1,6 +1,6 @@
 """Movies of recordings, and time-lapses of days: asked for by a form, downloaded when they are made.
 
-Movies of jobs and of some turns are made without a form: a page shows them as films.
+Movies of jobs and of some turns are made without a form; their pages show them as films.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ MADE_SOON = "The movie is being made. This takes up to some minutes; this page s
 SOON = timedelta(minutes=15)  # after the end of a run: later its page waits no more for a movie that was not asked for
 
 
-def _said(request: HttpRequest, movie: Movie) -> None:
+def _tell_soon(request: HttpRequest, movie: Movie) -> None:
     if movie.state != Movie.State.READY:
         messages.info(request, MADE_SOON)
 
@@ -42,7 +42,7 @@ def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
         messages.warning(request, TOO_OFTEN)
         return redirect(recording)
     try:
-        _said(request, movies.ask(recording, request.POST.get("kind", ""), SYSTEM.now()))
+        _tell_soon(request, movies.ask(recording, request.POST.get("kind", ""), SYSTEM.now()))
     except BadRequest as error:
         messages.warning(request, str(error))
     return redirect(recording)
@@ -76,7 +76,7 @@ def _shown(robot: Robot, day: date) -> set[int | str]:
 
 
 def day_of(text: str) -> date:
-    """Return the day of an address. Raises Http404."""
+    """Return the day in an address. Raises Http404."""
     try:
         return date.fromisoformat(text)
     except ValueError as error:
@@ -94,7 +94,7 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
     try:
         day = date.fromisoformat(request.POST.get("day", ""))
         shown = of_day(robot, day), stills_of(robot, day)
-        _said(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
+        _tell_soon(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
     except ValueError:
         messages.warning(request, "Choose a day.")
     except BadRequest as error:
@@ -122,7 +122,7 @@ def movies_of(recording: Recording) -> list[dict[str, Any]]:
 
 @dataclass(frozen=True)
 class Film:
-    """A run's recording, its movie as MP4 where there is one, and whether one comes by itself soon."""
+    """The recording of a run, its movie as MP4 if there is one; `due`: a movie will be made soon without a form."""
 
     recording: Recording
     movie: Movie | None

@@ -32,8 +32,8 @@ LONGEST = timedelta(hours=12)  # of a turn or a job
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
 BUSY = "Other recordings are being read; try again in some seconds.\n"
-INDEX = "recording-index-2"  # kept indexes; the number changes with their content
-COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # a whole file is read for an index: one at a time in a process
+INDEX = "recording-index-2"  # the cache key of indexes; the number changes with their content
+COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # an index needs a whole file: one is read at a time in a process
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Listed:
 @require_safe
 @limited()
 def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
-    """List what everybody may see, without jobs of guests, whose addresses they alone were given."""
+    """List the recordings that everybody may see, without jobs of guests, who alone know their addresses."""
     robot = get_object_or_404(Robot, slug=slug)
     found: list[Listed] = []
     rows = Recording.objects.filter(robot=robot, state__in=SHOWN).select_related("grant").order_by("-began_at")
@@ -115,20 +115,20 @@ def _readable(request: HttpRequest, key: str, version: int) -> Recording:
 
 
 def _index(recording: Recording) -> "Index | None":
-    """Return the index of a recording, kept for a while; None if too many are read now. Raises Http404."""
+    """Return the index of a recording, from the cache if it is there; None if others are read now. Raises Http404."""
     name = f"{INDEX}:{recording.pk}:{recording.version}"
-    kept = cache.get(name)
-    if kept is None:
+    stored = cache.get(name)
+    if stored is None:
         if not COLD.acquire(timeout=COLD_S):
             return None
         try:
-            kept = cache.get(name) or _read(recording)  # somebody may have read it meanwhile
+            stored = cache.get(name) or _read(recording)  # somebody may have read it meanwhile
         finally:
             COLD.release()
-        cache.set(name, kept, 600)
+        cache.set(name, stored, 600)
     from robots.kit.recording.timeline import Index  # noqa: PLC0415 - the reader is loaded when it is needed
 
-    return msgspec.json.decode(kept, type=Index)
+    return msgspec.json.decode(stored, type=Index)
 
 
 def _read(recording: Recording) -> str:
@@ -175,7 +175,7 @@ def part(request: HttpRequest, key: str, version: int, number: int) -> HttpRespo
         data = read_slice(keeping.path_of(recording), known, number, joints, channels)
     except OSError as error:
         raise Http404("The recording cannot be read.") from error
-    whole = len(known.places) == len(known.needs)  # else there may be more in the slice than was found
+    whole = len(known.places) == len(known.needs)  # else the slice may contain more
     return HttpResponse(data, content_type=MCAP, headers={"Cache-Control": FOR_GOOD if whole else "no-store"})
 
 

@@ -74,7 +74,7 @@ class Repairs:
         return True
 
 
-def checked(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, int] | None:
+def verify(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, int] | None:
     """Return the bytes of an answer and the size of its segment; None where it is not what was asked for."""
     place = CONTENT_RANGE.fullmatch(answer.headers.get("content-range", ""))
     if answer.status != 206 or place is None:

@@ -108,6 +108,6 @@ class Receiving:
 
     async def _repair(self, movie: int, gap: Gap) -> None:
         answer = await repairs.fetch(self._origin, movie, gap)
-        taken = None if answer is None else repairs.checked(self._edge.key, movie, gap, answer)
+        taken = None if answer is None else repairs.verify(self._edge.key, movie, gap, answer)
         if taken is not None:
             self._edge.repair(movie, gap, *taken)

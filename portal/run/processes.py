@@ -37,12 +37,8 @@ def redis_process() -> ProcessSpec:
 
 def web_process(host: str, port: int, name: str = "web") -> ProcessSpec:
     """Return how to start a process that serves pages and sockets; any number may run on ports of their own."""
-    return ProcessSpec(
-        name,
-        (PYTHON, "-m", "portal.run.serve", "--host", host, "--port", str(port)),
-        {"FARHAND_ROLE": "web"},
-        rank=0,
-    )
+    argv = (PYTHON, "-m", "portal.run.serve", "--host", host, "--port", str(port))
+    return ProcessSpec(name, argv, {"FARHAND_ROLE": "web"}, rank=0)
 
 
 def _celery_worker(name: str, queues: Sequence[str]) -> tuple[str, ...]:
@@ -76,19 +72,14 @@ def broadcast_processes(host: str) -> list[ProcessSpec]:
     if not port:
         return []
     origin = "127.0.0.1" if settings.BROADCAST_HOST in EVERYWHERE else settings.BROADCAST_HOST
-    specs = [ProcessSpec("broadcast", (PYTHON, "-m", "django", "broadcast"), {"FARHAND_ROLE": "broadcast"})]
-    for number in settings.BROADCAST_EDGES:
-        specs.append(
-            ProcessSpec(
-                f"edge {number}",
-                (
-                    PYTHON, "-m", "django", "edge", "--host", host, "--port", str(number),
-                    "--origin", f"http://{origin}:{port}",
-                ),
-                {"FARHAND_ROLE": "edge"},
-            )
-        )  # fmt: skip
-    return specs
+    edge = (PYTHON, "-m", "django", "edge", "--host", host, "--origin", f"http://{origin}:{port}")
+    return [
+        ProcessSpec("broadcast", (PYTHON, "-m", "django", "broadcast"), {"FARHAND_ROLE": "broadcast"}),
+        *(
+            ProcessSpec(f"edge {number}", (*edge, "--port", str(number)), {"FARHAND_ROLE": "edge"})
+            for number in settings.BROADCAST_EDGES
+        ),
+    ]
 
 
 def robot_processes(robot: Robot) -> list[ProcessSpec]:
@@ -96,13 +87,8 @@ def robot_processes(robot: Robot) -> list[ProcessSpec]:
     kind, _, name = robot.address.partition(":")
     specs = []
     if kind == "sim":
-        specs.append(
-            ProcessSpec(
-                f"{robot.slug} robot",
-                (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir)),
-                rank=3,
-            )
-        )
+        simulator = (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir))
+        specs.append(ProcessSpec(f"{robot.slug} robot", simulator, rank=3))
     specs.append(
         ProcessSpec(
             f"{robot.slug} worker",
@@ -111,7 +97,7 @@ def robot_processes(robot: Robot) -> list[ProcessSpec]:
             rank=2,
             heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",
         )
-    )  # fmt: skip
+    )
     return specs
 
 

@@ -24,7 +24,7 @@ def part_of(jpeg: bytes) -> bytes:
     return jpeg + b"\r\n" + HEAD
 
 
-async def ordered(parts: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+async def multipart(parts: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
     """Yield the whole answer of which these are the parts, from its first head to its end; nothing without a part."""
     last = b""
     async for part in parts:

@@ -27,7 +27,7 @@ from portal.live.snapshot import visible_frame
 from portal.live.threads import Pool
 from portal.web.composites.cameras import newest, shared_camera
 from portal.web.composites.drawing import shared_drawing
-from portal.web.composites.parts import GONE_S, TYPE, Parts, ordered, watchers
+from portal.web.composites.parts import GONE_S, TYPE, Parts, multipart, watchers
 from robots import bus
 from robots.grants import lease_of, owner_alive
 from robots.kit import description
@@ -181,7 +181,7 @@ async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Stil
             shown = make()
             with shown.watched(), of_loop().audience.one(slug) as seat:
                 first = await still() if still is not None else b""
-                async for part in ordered(shown.parts(first)):
+                async for part in multipart(shown.parts(first)):
                     seat.sent_bytes += len(part)
                     yield part
 

@@ -15,7 +15,7 @@ from whitenoise.middleware import WhiteNoiseMiddleware
 
 from portal.logs.security import address_of
 from portal.web.pages.errors import bad_request, not_allowed, unknown_host
-from portal.web.pages.serving import PIECE, awaited
+from portal.web.pages.serving import PIECE, read_in_threads
 from robots.kit.plain import plain_breaks, storable
 
 log, security = logging.getLogger(__name__), logging.getLogger("farhand.security")
@@ -139,5 +139,5 @@ class StaticFiles(WhiteNoiseMiddleware):
         answer = WhiteNoiseMiddleware.serve(static_file, request)
         if isinstance(request, ASGIRequest):
             answer.block_size = PIECE
-            answer.streaming_content = awaited(iter(answer.streaming_content))
+            answer.streaming_content = read_in_threads(iter(answer.streaming_content))
         return answer

@@ -19,7 +19,7 @@ RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})\Z")
 View = Callable[..., HttpResponseBase]
 
 
-def limited(action: str = "replay") -> Callable[[View], View]:
+def limit_rate(action: str = "replay") -> Callable[[View], View]:
     """Return a decorator for views, which answers 429 to a network that asks too often (`RATE_LIMITS[action]`)."""
 
     def decorator(view: View) -> View:
@@ -34,7 +34,7 @@ def limited(action: str = "replay") -> Callable[[View], View]:
     return decorator
 
 
-def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpResponseBase:
+def file_response(request: HttpRequest, path: Path, media: str, name: str) -> HttpResponseBase:
     """Return the file, or the one range that is asked for. Raises Http404 if it is gone."""
     try:
         size = path.stat().st_size
@@ -47,7 +47,7 @@ def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpRespo
         refused["Content-Range"] = f"bytes */{size}"
         return refused
     pieces = _pieces(path, first, last)
-    content = awaited(pieces) if isinstance(request, ASGIRequest) else pieces
+    content = read_in_threads(pieces) if isinstance(request, ASGIRequest) else pieces
     answer = StreamingHttpResponse(content, status=206 if wanted else 200, content_type=media)
     answer["Accept-Ranges"] = "bytes"
     answer["Content-Length"] = str(last - first + 1)
@@ -74,7 +74,7 @@ def _pieces(path: Path, first: int, last: int) -> Iterator[bytes]:
             yield piece
 
 
-async def awaited(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
+async def read_in_threads(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
     """Yield the pieces; the event loop does not wait for the disk."""
     while piece := await asyncio.to_thread(next, pieces, b""):
         yield piece

@@ -15,7 +15,7 @@ from django.views.decorators.http import require_POST, require_safe
 
 from operatorlog.services import stills_of
 from portal.edge.attempts import within
-from portal.web.pages.serving import limited, ranged
+from portal.web.pages.serving import file_response, limit_rate
 from portal.web.recordings import access
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
@@ -50,7 +50,7 @@ def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
 
 @never_cache
 @require_safe
-@limited()
+@limit_rate()
 def movie(request: HttpRequest, key: str, kind: str) -> HttpResponseBase:
     """Return the movie of a recording."""
     recording, _ = access.visible(key, request.user)
@@ -61,7 +61,7 @@ def movie(request: HttpRequest, key: str, kind: str) -> HttpResponseBase:
 def _served(request: HttpRequest, found: Movie | None, name: str) -> HttpResponseBase:
     if found is None:
         raise Http404("There is no such movie now; ask for it on the page of the recording.")
-    return ranged(request, keeping.movie_path(found), MEDIA[found.kind], name)
+    return file_response(request, keeping.movie_path(found), MEDIA[found.kind], name)
 
 
 def of_day(robot: Robot, day: date) -> list[Recording]:
@@ -104,7 +104,7 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
 
 @never_cache
 @require_safe
-@limited()
+@limit_rate()
 def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseBase:
     """Return the time-lapse of a day."""
     robot, its_day = get_object_or_404(Robot, slug=slug), day_of(day)

@@ -13,7 +13,7 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
 from portal.web.pages.errors import software_missing
-from portal.web.pages.serving import limited, ranged
+from portal.web.pages.serving import file_response, limit_rate
 from portal.web.pages.views import console_context
 from portal.web.recordings import access
 from portal.web.recordings.exports import movies_of
@@ -56,7 +56,7 @@ class Listed:
 
 @never_cache
 @require_safe
-@limited()
+@limit_rate()
 def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
     """List the recordings that everybody may see, without jobs of guests, who alone know their addresses."""
     robot = get_object_or_404(Robot, slug=slug)
@@ -145,7 +145,7 @@ def _busy() -> HttpResponse:
 
 
 @require_safe
-@limited()
+@limit_rate()
 def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
     """Return what happened when, as JSON."""
     found = _index(_readable(request, key, version))
@@ -159,7 +159,7 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
 
 
 @require_safe
-@limited("slices")
+@limit_rate("slices")
 def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
     """Return a slice: the packets of five seconds."""
     from robots.kit.recording.timeline import read_slice  # noqa: PLC0415 - see _index
@@ -189,9 +189,9 @@ def _names(robot: Robot) -> tuple[tuple[str, ...], list[str]]:
 
 @never_cache
 @require_safe
-@limited()
+@limit_rate()
 def download(request: HttpRequest, key: str) -> HttpResponseBase:
     """Return the recording's file, for programs that read MCAP."""
     recording, _ = access.visible(key, request.user)
     name = f"{recording.robot.slug}-{recording.began_at:%Y%m%d-%H%M%S}.mcap"
-    return ranged(request, keeping.path_of(recording), MCAP, name)
+    return file_response(request, keeping.path_of(recording), MCAP, name)

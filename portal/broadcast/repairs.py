@@ -75,7 +75,7 @@ class Repairs:
 
 
 def verify(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, int] | None:
-    """Return the bytes of an answer and the size of its segment; None where it is not what was asked for."""
+    """Return the bytes of an answer and the size of its segment; None if the answer does not fit the gap or its tag."""
     place = CONTENT_RANGE.fullmatch(answer.headers.get("content-range", ""))
     if answer.status != 206 or place is None:
         return None
@@ -88,17 +88,17 @@ def verify(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, int
 
 
 def path_of(movie: int, gap: Gap) -> str:
-    """Return where a gap is asked for, after the origin's address."""
+    """Return the path at the origin of the segment that has a gap."""
     return f"/{movie:08x}/{gap.segment}"
 
 
 def range_of(gap: Gap) -> str:
-    """Return the header `Range` that asks for a gap."""
+    """Return the value of the header `Range` that asks for a gap."""
     return f"bytes={gap.begin}-{(gap.begin + LONGEST if gap.all else gap.end) - 1}"
 
 
 async def fetch(origin: str, movie: int, gap: Gap) -> Answer | None:
-    """Ask the origin (`http://host:port`) for a gap. None where no answer came in time."""
+    """Ask the origin (`http://host:port`) for a gap. Return its answer; None if none came in time."""
     try:
         address = urlsplit(origin)
         tls = address.scheme == "https"

@@ -24,7 +24,7 @@ READ = 1000  # datagrams at a look; more of them wait in the socket
 
 
 def now_ns() -> int:
-    """Return the time of the event loop."""
+    """Return the time of the event loop (ns)."""
     return round(asyncio.get_running_loop().time() * SECOND)
 
 

@@ -53,7 +53,7 @@ class Serving:
         return self._segment(movie, int(place[4]))
 
     def _begin(self) -> Answer:
-        """Lead to the movie, as soon as each of its segments will be there when players need it."""
+        """Return the first playlist, as soon as each segment of the movie will be there when players need it."""
         movie = self._edge.current
         if not (movie and movie.playable and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS):
             movie = self._edge.before  # a new one begins: the one before is shown until then

@@ -14,8 +14,7 @@ from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount
 from portal.live import codes
 from portal.live.hub import Hub
-from portal.live.people import current_user
-from portal.live.role import Role
+from portal.live.people import Role, current_user
 from portal.live.sessions import Ending
 from portal.live.threads import DRIVERS, Pool
 from queueing.services import Place

@@ -1,4 +1,4 @@
-"""What the sockets of one event loop share: one object of each kind, made when the first socket is served."""
+"""The objects that the sockets of one event loop share; they are made when the first socket is served."""
 
 import asyncio
 from collections.abc import Callable

@@ -13,8 +13,7 @@ from typing import Any
 from django.db import Error
 
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
-from portal.live.people import current_user, session_key
-from portal.live.role import Role
+from portal.live.people import Role, current_user, session_key
 from portal.live.sessions import sign_in_of
 from portal.live.socket import Socket
 from portal.live.standing import act, places

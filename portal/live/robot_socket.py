@@ -30,10 +30,9 @@ from portal.live.messages import (
     Stop,
     Watch,
 )
-from portal.live.people import current_user
+from portal.live.people import Role, current_user
 from portal.live.presence import Presence
 from portal.live.previews import Question
-from portal.live.role import Role
 from portal.live.sessions import NOT_STAFF, UNCLEARED, Ending
 from portal.live.snapshot_sender import NOT_FOUND, SnapshotSender
 from portal.live.socket import Socket

@@ -6,8 +6,7 @@ import json
 from django.db import Error
 
 from portal.live.access import Access
-from portal.live.people import current_user
-from portal.live.role import Role
+from portal.live.people import Role, current_user
 from portal.live.sessions import SignIn, sign_in_of
 from portal.live.shared import with_person
 from portal.live.snapshot import of_person, snapshot

@@ -14,8 +14,7 @@ from portal.edge.limits import AddressRate, Bucket
 from portal.live.audience import Seat
 from portal.live.loop import LoopState, of_loop
 from portal.live.messages import NotUnderstood, Wire
-from portal.live.people import session_key
-from portal.live.role import Role
+from portal.live.people import Role, session_key
 from portal.live.sessions import Ending, SignIn
 from portal.live.threads import Pool
 from robots.kit.clock import SYSTEM

@@ -11,7 +11,7 @@ from portal.live import actions, controls, robot_socket, snapshot_sender
 from portal.live.loop import LoopState
 from portal.live.messages import Accept, Keep, Released
 from portal.live.messages import Command as Asked
-from portal.live.role import Role
+from portal.live.people import Role
 from queueing import services as queue
 from robots import bus, services
 from robots.grants import open_grant

@@ -191,7 +191,7 @@ def me(request: HttpRequest) -> HttpResponse:
 def media(request: HttpRequest, path: str) -> HttpResponse:
     """Serve a stored picture, but not one of a turn whose entry is hidden.
 
-    Names are never reused, so caches may keep it: for an hour, for it may be hidden then.
+    Names are never reused, so caches may keep it, but only for an hour, because it may be hidden later.
     """
     try:
         root = Path(settings.MEDIA_ROOT).absolute()

@@ -79,7 +79,7 @@ def _ready() -> QuerySet[Movie]:
 def _shown(movie: Movie) -> ShownMovie | None:
     assert movie.recording is not None
     about = access.about(movie.recording)
-    return None if about is None or about.hidden or about.quiet else ShownMovie(movie, movie.recording, about)
+    return ShownMovie(movie, movie.recording, about) if about is not None and about.public else None
 
 
 @never_cache

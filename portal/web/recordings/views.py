@@ -65,7 +65,7 @@ def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
     rows = rows.exclude(grant__in=JobRun.objects.filter(job__user=None).values("grant"))
     for recording in rows[:LOOKED]:
         about = access.about(recording)
-        if about is not None and not about.quiet and not about.hidden:
+        if about is not None and about.public:
             found.append(Listed(recording, about))
     lapses = Movie.objects.filter(robot=robot, day__isnull=False).order_by("-day", "kind")[:LISTED]
     yesterday = (SYSTEM.now() - timedelta(days=1)).date()
@@ -94,7 +94,7 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
         except (LookupError, ImportError, OSError):
             return software_missing(request, robot.name)
     answer = render(request, "recordings/replay.html", context)
-    if about is None or about.quiet or about.hidden:
+    if about is None or not about.public:
         answer["X-Robots-Tag"] = "noindex, nofollow"
     return answer
 

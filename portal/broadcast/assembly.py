@@ -142,7 +142,7 @@ class Assembly:
 
     @property
     def playable(self) -> int:
-        """Return how many of the segments 1, 2 and so on are there without a gap; players are told of these."""
+        """Return how many of the segments 1, 2 and so on are there without a gap; the playlist names these."""
         return min(self._shown, self.count)
 
     def due_ns(self, number: int) -> int | None:

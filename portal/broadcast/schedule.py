@@ -117,9 +117,9 @@ def polyharmonic(segments: int, wait: int = 4) -> Scheme:
 def lateness(scheme: Scheme, joined: Exact) -> Fraction:
     """Return how late the latest place of the movie comes to a viewer who joins now (slots; least upper bound).
 
-    Not above 0: everything is there when it is shown. Within a segment a place is sent `slots` times as slowly as it is
-    shown, but for one jump, at the place that is sent at the moment of joining; so the latest places are the ends of
-    both pieces.
+    If it is not above 0, everything is there when it is shown. Within a segment a place is sent `slots` times as slowly
+    as it is shown, but for one jump, at the place that is sent at the moment of joining; so the latest places are the
+    ends of both pieces.
     """
     begin, latest = scheme.begin(joined), []
     for channel in scheme.channels:

@@ -1,9 +1,9 @@
 """uvicorn's HTTP protocol with limits that it has no setting for: slow headers, floods, peers that do not read.
 
-Bounded are the bytes of a request that are not its body (line, headers, the frame of each chunk, trailers), the number
-of its headers and chunks, the requests that wait on one connection, and how much the system reads ahead. A reverse
-proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that passes
-everything on.
+The limits bound the bytes of a request that are not its body (line, headers, the frame of each chunk, trailers), the
+number of its headers and chunks, the requests that wait on one connection, and how much the system reads ahead. A
+reverse proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that
+passes everything on.
 """
 
 import asyncio

@@ -53,7 +53,7 @@ class Access:
         self._slug, self._scope, self._hub = slug, scope, hub
 
     async def admit(self) -> None:
-        """Check what the socket was opened with. Raises AccessRefused."""
+        """Check whether the socket may be opened. Raises AccessRefused."""
 
     def enter(self, person: int, stranger: bool, leave: ExitStack) -> None:
         """Take a place among strangers or of the account; `leave` gives it back. Raises AccessRefused."""

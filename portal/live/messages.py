@@ -121,7 +121,7 @@ class Look(Message, frozen=True, tag="look"):
 
 
 class Do(Message, frozen=True, tag="do"):
-    """Join, leave, accept or stay at a robot, or dismiss the note of what has ended, from any page."""
+    """Join, leave, accept or stay at a robot, or dismiss the note about an end, from any page."""
 
     what: Literal["join", "leave", "accept", "stay", "dismiss"]
     robot: Slug = ""
@@ -134,7 +134,7 @@ M = TypeVar("M")
 
 
 class NotUnderstood(Exception):
-    """The message is not valid; `to` and `seq` say, if they can be read, what it was meant to be.
+    """The message is not valid; `to` and `seq` are its type and number, if they can be read.
 
     `hopeless`: none of our pages sends this, because it is not a JSON object or is too long.
     """

@@ -92,7 +92,7 @@ class Viewer:
         self._state: bytes | None = None
         self._sounds: deque[bytes] = deque(maxlen=SOUNDS)
         self._events: deque[Event] = deque()
-        self._snapshot = self._count = False  # it needs a new snapshot; it was not told yet how many watch
+        self._snapshot = self._count = False  # it needs a new snapshot; it needs the number of watchers
         self._mail = asyncio.Event()  # set when something waits in the mailbox
         if connection is not None:
             connection.when_ready(self._update_groups)
@@ -204,7 +204,7 @@ class Viewer:
         self.wake()
 
     def ask_count(self) -> None:
-        """Note that it has to be told how many watch."""
+        """Note that it needs the number of watchers."""
         self._count = True
         self.wake()
 
@@ -254,6 +254,6 @@ class Viewer:
         self._events.clear()
 
     def take_requests(self) -> tuple[bool, bool]:
-        """Return whether it needs a new snapshot, and whether it has to be told how many watch."""
+        """Return whether it needs a new snapshot, and whether it needs the number of watchers."""
         asked, self._snapshot, self._count = (self._snapshot, self._count), False, False
         return asked

@@ -30,7 +30,7 @@ class Writer:
         self._one_by_one = asyncio.Lock()
 
     async def run(self) -> None:
-        """Send what waits in the mailbox; while Redis is away, read the database every second."""
+        """Send the messages in the mailbox; while Redis is away, ask for a snapshot every second."""
         while True:
             await self._viewer.wait_for_mail(IDLE_S if self._hub.link else UNLINKED_S)
             if not self._hub.link:

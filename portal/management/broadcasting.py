@@ -33,12 +33,12 @@ class BroadcastCommand(BaseCommand):
             "--interface", default=settings.BROADCAST_INTERFACE, help="of the network of origin and edges, as eth0"
         )
 
-    async def serve(self, answering: answers.Answering, work: Work, options: dict[str, Any], told: str = "") -> None:
-        """Serve at the host and port of the options while the work goes on; write `told` when the port is open."""
+    async def serve(self, answering: answers.Answering, work: Work, options: dict[str, Any], text: str = "") -> None:
+        """Serve at the host and port of the options while the work goes on; write `text` when the port is open."""
         host, port = options["host"], options["port"]
         line = await listener(host, port, self.port_setting, self.write)
-        if told:
-            self.write(told)
+        if text:
+            self.write(text)
         await beside(config(host, port, answers.application(answering)), line, work())
 
     def write(self, text: str) -> None:

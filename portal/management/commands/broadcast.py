@@ -39,7 +39,7 @@ class Command(BroadcastCommand):
         parser.add_argument("--port", type=int, default=settings.BROADCAST_PORT)
 
     def handle(self, *args: Any, **options: Any) -> None:
-        """Send until stopped; with a file, say what it takes."""
+        """Send until stopped; with a file, first write its length and rate."""
         wait_ds = round(options["wait"] * 10)
         if not 2 <= wait_ds <= 250 or not 1 <= options["m"] <= 32:
             raise CommandError("The wait is 0.2 to 25 seconds, m is 1 to 32.")

@@ -45,5 +45,5 @@ class Command(BroadcastCommand):
         with line:
             edge = Edge(key, random.random, options["memory"] * MB)
             work = running.Receiving(edge, running.Line(line, group), options["origin"]).run
-            told = f"the movie: http://{options['host']}:{options['port']}/"
-            asyncio.run(self.serve(Serving(edge, running.now_ns).answer, work, options, told))
+            text = f"the movie: http://{options['host']}:{options['port']}/"
+            asyncio.run(self.serve(Serving(edge, running.now_ns).answer, work, options, text))

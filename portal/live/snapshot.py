@@ -3,6 +3,8 @@
 from datetime import datetime
 from typing import Any
 
+from django.db.models import QuerySet
+
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of, may_see_picture
@@ -30,7 +32,7 @@ from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
 
-RECENT, JOBS = 8, 50  # commands and open jobs that are listed
+RECENT, JOBS, ENTRIES = 8, 50, 5  # commands, open jobs and log entries that are listed
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 STAFF_COMMAND = (
     "handover", "Staff command running", "Staff run a command now; the robot is offered again after that.",
@@ -116,6 +118,12 @@ def job_info(one: Forecast) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def newest_entries(robot: Robot) -> QuerySet[Entry]:
+    """Return the newest log entries about a robot that everybody may see, with author and picture."""
+    shown = Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN)
+    return shown.select_related("author", "frame")[:ENTRIES]
+
+
 def visible_frame(frame: Frame | None, user: Any) -> Frame | None:
     """Return the picture, unless the entry about its turn is hidden, and with it the picture from this person."""
     hidden = hidden_of(frame.grant_id) if frame is not None and frame.grant_id is not None else None
@@ -166,12 +174,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             command_info(c)
             for c in Command.objects.filter(robot=robot).select_related("issued_by", "grant").order_by("-id")[:RECENT]
         ],
-        "log": [
-            entry_info(e)
-            for e in Entry.objects.filter(robot=robot)
-            .exclude(visibility=Visibility.HIDDEN)
-            .select_related("author", "frame")[:5]
-        ],
+        "log": [entry_info(e) for e in newest_entries(robot)],
     }
 
 

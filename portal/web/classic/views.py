@@ -11,9 +11,8 @@ from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
-from operatorlog.models import Entry, Visibility
 from portal.edge.pages import leave_room
-from portal.live.snapshot import shown_still, status_of
+from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.classic.models import fresh_token, spend_token
 from portal.web.classic.pictures import has_classic_console, name_of
 from portal.web.consoles.console import classic
@@ -98,7 +97,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
         "sizes": {"large": (panel.WIDTH * 2, panel.HEIGHT * 2), "small": (panel.WIDTH, panel.HEIGHT)},
         "buttons": classic(robot.driver), "unwritten": unwritten, "stop": stop_shown(robot, now),
-        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
+        "entries": newest_entries(robot),
     }  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from django.views.decorators.cache import never_cache
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_with, may_see_picture
-from portal.live.snapshot import shown_still, status_of
+from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
@@ -79,7 +79,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "operator": turn.operator_name if turn else "",
         "drives": turn is not None and is_person(request.user, turn.user_id),
         "still": shown_still(robot, request.user),
-        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
+        "entries": newest_entries(robot),
         "classic": has_classic_console(robot),
         "takes_jobs": bool(job_kinds(robot)),
         "suspended": waits_for_staff(robot),

@@ -1,4 +1,4 @@
-"""Estimates for a person who waits: people and jobs ahead, and the length of the wait. Reads only."""
+"""Estimates for a person who waits: the people and jobs ahead, and the length of the wait. It changes no row."""
 
 from datetime import datetime
 from typing import Any
@@ -34,29 +34,16 @@ def waiting(robot: Robot) -> int:
     return people + Job.objects.filter(robot=robot, state=JobState.WAITING).count()
 
 
-def place(ticket: Ticket) -> int:
-    """Return how many waiting people and jobs are served before this ticket."""
-    people, jobs = _before(ticket)
-    return people + len(jobs)
-
-
-def wait_range(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait of a ticket in s; None if nobody knows when it goes on."""
-    return place_and_wait(robot, ticket, now)[1]
-
-
 def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tuple[int, int] | None]:
-    """Return both, counted once; nobody is before a ticket that no longer waits."""
-    people, jobs = _before(ticket) if ticket.state == TicketState.WAITING else (0, [])
+    """Return how many waiting people and jobs are served before the ticket, and its least and greatest wait (s).
+
+    Nobody is before a ticket that no longer waits. The wait is None if it is not known.
+    """
+    people, jobs = 0, []
+    if ticket.state == TicketState.WAITING:
+        people = _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
+        jobs = jobs_before(ticket)
     return people + len(jobs), _wait(robot, ticket, people, jobs, now)
-
-
-def _before(ticket: Ticket) -> tuple[int, list[Job]]:
-    return _people(ticket), jobs_before(ticket)
-
-
-def _people(ticket: Ticket) -> int:
-    return _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
 
 
 def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:

@@ -3,15 +3,16 @@
 from datetime import datetime, timedelta
 from typing import TypeVar
 
+from queueing.jobs.kinds import label_of, limit_of
 from queueing.models import Queue, QueueRobot
 from queueing.rows import links_of
 from robots import bus
 from robots.grants import lease_of, newest_grant_that_moves, start_grant
 from robots.kit.contract.capabilities import Idle, Need
 from robots.kit.contract.errors import BadRequest
-from robots.kit.contract.find import spec_of, spec_or_none
+from robots.kit.contract.find import spec_or_none
 from robots.models import Grant, Robot
-from robots.services.commands import AFTER_S, START_S, put
+from robots.services.commands import over_by, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
 AGAIN_S = 30.0  # after a need's command failed; between two beginnings of idle behaviour that ends at once
@@ -47,8 +48,7 @@ def serves_need(grant: Grant) -> bool:
 
 def need_first(robot: Robot, need: Need) -> str:
     """Return the words for a grant that ends because of the need."""
-    kind = spec_of(robot.driver).command(need.kind)
-    return f"the robot's own need comes first: {(kind.label if kind else need.kind).lower()}"
+    return f"the robot's own need comes first: {label_of(robot, need.kind).lower()}"
 
 
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
@@ -57,10 +57,8 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     failed = last is not None and serves_need(last) and last.end_code != GrantEnd.FINISHED
     if last is not None and failed and last.ended_at and 0 <= (now - last.ended_at).total_seconds() < AGAIN_S:
         return False
-    kind = spec_of(robot.driver).command(need.kind)
-    limit_s = kind.limit_s if kind else 60.0
-    until = now + timedelta(seconds=START_S + limit_s + AFTER_S)
-    put(robot, start_grant(robot, GrantKind.UPKEEP, now, until=until), need.kind, {}, limit_s, now)
+    limit_s = limit_of(robot, need.kind)
+    put(robot, start_grant(robot, GrantKind.UPKEEP, now, until=over_by(now, limit_s)), need.kind, {}, limit_s, now)
     return True
 
 

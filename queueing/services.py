@@ -10,7 +10,7 @@ from queueing.estimates import place_and_wait, waiting
 from queueing.jobs.asking import Asker, ask, job_of_form, packets_of
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.forecasts import Forecast, forecast, in_order
-from queueing.jobs.kinds import job_kinds, kinds_for, label_of, link_of, offers_turns
+from queueing.jobs.kinds import job_kinds, kinds_for, label_of, offers_turns
 from queueing.jobs.notices import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
 from queueing.jobs.running import FAULTS
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
@@ -19,7 +19,7 @@ from queueing.offers import accept
 from queueing.own_place import PLACE_ACTS, Page, change_place
 from queueing.places import Standing, standings
 from queueing.presence import dismiss, note_disconnection, note_presence, note_waiting
-from queueing.rows import queue_of
+from queueing.rows import link_of, queue_of
 from queueing.tick import tick
 from queueing.tickets import join, leave, open_ticket, remove, remove_by_staff
 from queueing.turns import end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, stay, turn_of

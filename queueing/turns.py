@@ -10,8 +10,8 @@ from django.db.models import BigAutoField, F, QuerySet
 
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
-from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, lock, suspended
+from queueing.models import NOT_YET, Job, JobState, Queue, Ticket, TicketState, Turn
+from queueing.rows import QUEUE, announce, link_of, lock, suspended
 from robots import bus
 from robots.grants import end_grant
 from robots.kit.packets import StandingChanged
@@ -193,7 +193,7 @@ def others_wait_since(turn: Turn) -> datetime | None:
         return None
     people = _FIRST_QUEUED.first(queue=turn.ticket.queue_id)
     asked = _FIRST_ASKED.first(robot=turn.robot_id, user=turn.user_id)
-    link = QueueRobot.objects.filter(robot=turn.robot_id).first() if asked is not None else None
+    link = link_of(turn.robot) if asked is not None else None
     if asked is not None and suspended(turn.robot, link):
         asked = None  # it waits for staff
     elif asked is not None and link is not None and link.resumed_at is not None:

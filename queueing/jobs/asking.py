@@ -9,9 +9,9 @@ from django.db import IntegrityError, transaction
 from accounts.handles import claims_role, is_taken
 from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
-from queueing.jobs.kinds import job_kinds, link_of, may_ask
+from queueing.jobs.kinds import job_kinds, may_ask
 from queueing.models import OPEN_JOB, Account, Job, Queue
-from queueing.rows import announce, lock, queue_of, suspended
+from queueing.rows import announce, link_of, lock, queue_of, suspended
 from queueing.turns import start_countdown
 from robots.bus.streams import kept_stream
 from robots.grants import lease_of

@@ -8,11 +8,10 @@ from datetime import datetime
 from django.conf import settings
 from django.db.models import QuerySet
 
-from queueing.jobs.kinds import link_of
-from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket, Turn
-from queueing.rows import QUEUE, links_of, suspended
+from queueing.jobs.kinds import limit_of
+from queueing.models import NOT_YET, OPEN_JOB, Job, JobRun, JobState, QueueRobot, Ticket, Turn
+from queueing.rows import QUEUE, link_of, links_of, suspended
 from robots.grants import ROBOT, open_grant
-from robots.kit.contract.find import spec_or_none
 from robots.models import Robot
 from robots.prepared import Prepared
 from robots.states import Cycle, GrantKind
@@ -33,7 +32,7 @@ def _of(*states: str) -> QuerySet[Job]:
 
 @dataclass(frozen=True)
 class Forecast:
-    """A job, the number of requests before it, and its least and greatest wait in s; None where nobody knows."""
+    """A job, the number of requests before it, and its least and greatest wait in s; None if it is not known."""
 
     job: Job
     ahead: int
@@ -125,19 +124,12 @@ def durations(robot: Robot, kind: str) -> Range:
     times = [(r.grant.ended_at, r.grant.opened_at) for r in runs.select_related("grant").order_by("-id")[:LATEST]]
     took = sorted((end - begin).total_seconds() for end, begin in times if end is not None)
     if not took:
-        return 0.0, _limit_s(robot, kind)
+        return 0.0, limit_of(robot, kind)
     return took[len(took) // 4], took[(9 * len(took)) // 10]
 
 
-def _limit_s(robot: Robot, kind: str) -> float:
-    spec = spec_or_none(robot.driver)
-    told = spec.command(kind) if spec else None
-    return told.limit_s if told else 60.0
-
-
 def _cost(robot: Robot, link: QueueRobot | None, kind: str) -> float:
-    charged_in_jobs = link is not None and link.charged_in == Charge.JOBS and not link.offers_turns
-    return 1.0 if charged_in_jobs else sum(durations(robot, kind)) / 2
+    return 1.0 if link is not None and link.charges_jobs else sum(durations(robot, kind)) / 2
 
 
 def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
@@ -188,12 +180,12 @@ def _left(first: Job, each: Range, now: datetime) -> Range:
     """Return how long the job that runs may still take; (0, 0) if none runs."""
     if first.state != JobState.RUNNING:
         return 0.0, 0.0
-    run = first.runs.select_related("grant").order_by("-id").first()
+    run = first.last_run()
     if run is None:
         return each
     spent = (now - run.grant.opened_at).total_seconds()
     low, high = max(0.0, each[0] - spent), max(LEAST_LEFT_S, each[1] - spent)
     share = (run.grant.commands.values_list("progress", flat=True).first() or {}).get("share")
-    if isinstance(share, int | float) and 0 < share <= 1:  # the robot's own word
+    if isinstance(share, int | float) and 0 < share <= 1:  # the robot reports its progress
         high = max(LEAST_LEFT_S, min(high, spent / share - spent))
     return min(low, high), high

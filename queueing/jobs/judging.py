@@ -4,6 +4,8 @@ Jobs are judged again while they wait: by the rule of asking (`kinds.may_ask`), 
 """
 
 from datetime import datetime, timedelta
+from functools import reduce
+from operator import or_
 
 from django.db.models import Q, QuerySet
 
@@ -23,7 +25,7 @@ SWITCHED_OFF = "The account of the person who asked for it is switched off."
 NO_SUCH_KIND = "This robot no longer takes this kind of job."
 NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
-NOTHING_KNOWN = Q(pk=None)  # of no job
+NO_JOB = Q(pk=None)
 FRESH = timedelta(seconds=60)  # an older value of a channel is not used
 LATER = timedelta(seconds=2)  # a state must be so much newer than the job: clocks of hosts differ
 
@@ -69,10 +71,7 @@ def _not_cleared(robot: Robot, kind: CommandKind) -> Q:
 
 
 def _any(rules: tuple[tuple[Q, str], ...]) -> Q:
-    both = NOTHING_KNOWN
-    for rule, _ in rules:
-        both |= rule
-    return both
+    return reduce(or_, (rule for rule, _ in rules), NO_JOB)
 
 
 def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[Job, GoodWhile]]:
@@ -98,7 +97,7 @@ def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[
 def head_of(robot: Robot, link: QueueRobot) -> Job | None:
     """Return the robot's waiting job with the least start tag whose asker may still ask for it.
 
-    None while the robot's package is not installed, which alone knows how a job is begun.
+    None while the robot's package, which alone knows how to begin a job, is not installed.
     """
     waiting = Job.objects.filter(robot=robot, state=JobState.WAITING, start_tag__isnull=False)
     if not waiting.exists() or not job_kinds(robot):

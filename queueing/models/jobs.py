@@ -85,6 +85,10 @@ class Job(models.Model):
         """Return the address of the job's page."""
         return f"/jobs/{self.key}/"
 
+    def last_run(self) -> "JobRun | None":
+        """Return the job's newest run, with its grant."""
+        return self.runs.select_related("grant").order_by("-id").first()
+
 
 class JobRun(models.Model):
     """One run of a job: its grant, under which its command stands."""

@@ -35,7 +35,7 @@ NEEDED = (
 SLUG, SEQ, GRANT = Slot("slug", CharField()), Slot("seq", BigIntegerField()), Slot("grant", BigIntegerField())
 REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click
 LIMIT_S = 60.0  # if the kind of command names none
-AFTER_S = 20.0  # so long after its limit a command and its grant have ended
+AFTER_S = 20.0  # after its limit a command and its grant end within this time
 IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done."
 USED = "This was not carried out: another page of yours has given a command at the same moment. Look, then try again."
 OFF = "The robot is switched off. Switch it on first."
@@ -197,6 +197,11 @@ def put(
     return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now, seen=seen).command
 
 
+def over_by(now: datetime, limit_s: float) -> datetime:
+    """Return when a grant ends that is opened `now` for one command, which may take `limit_s`."""
+    return now + timedelta(seconds=START_S + limit_s + AFTER_S)
+
+
 def next_seq(grant: Grant) -> int:
     """Return a sequence number greater than all that were used under the grant."""
     last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"]
@@ -232,8 +237,8 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
             grant = open_grant(robot)
         if grant is None:
             wanted = procedure(robot.driver, kind)
-            seconds = START_S + (wanted.limit_s if wanted else LIMIT_S) + AFTER_S
-            grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
+            until = over_by(now, wanted.limit_s if wanted else LIMIT_S)
+            grant = start_grant(robot, GrantKind.UPKEEP, now, user, until)
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(STAFF_COMMAND_RUNS)
         elif grant.kind == GrantKind.JOB:

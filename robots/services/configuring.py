@@ -18,7 +18,7 @@ from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import CommandKind
 from robots.kit.contract.values import not_shown
 from robots.models import Command, Grant, Robot
-from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, STAFF_COMMAND_RUNS, START_S, issue_under, need_worker
+from robots.services.commands import IS_PUT_IN_ORDER, STAFF_COMMAND_RUNS, START_S, issue_under, need_worker, over_by
 from robots.services.permissions import need_staff
 from robots.states import COMMAND_RUNNING, IN_ORDER, CommandState, GrantKind, Lane
 
@@ -113,8 +113,7 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
             raise BadRequest(f"This robot has no setting called {kind}.")
         grant = open_grant(robot)
         if grant is None:
-            seconds = START_S + spec.limit_s + AFTER_S
-            grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
+            grant = start_grant(robot, GrantKind.UPKEEP, now, user, over_by(now, spec.limit_s))
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(STAFF_COMMAND_RUNS)
         elif grant.kind in IN_ORDER:

@@ -21,7 +21,7 @@ from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.staff import drives_more, may_do_more
 from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedInline, ReadOnlyAdmin
-from robots.admin.hooks import after_adding
+from robots.admin.verbs import after_adding
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.models import Robot

@@ -11,7 +11,7 @@ from django.db.models.signals import pre_delete
 from django.dispatch import receiver
 
 from queueing.jobs.asking import Asker
-from queueing.jobs.cancelling import cancel
+from queueing.jobs.own import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Ticket, Turn, TurnSession
 from queueing.tickets import remove
 from queueing.turns import end_turn

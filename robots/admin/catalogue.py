@@ -13,8 +13,7 @@ from django.utils.safestring import SafeString
 from robots import bus, grants, services
 from robots.admin.bases import FormFieldsAdmin
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
-from robots.admin.hooks import AFTER_ADDING
-from robots.admin.verbs import VERBS
+from robots.admin.verbs import AFTER_ADDING, VERBS
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures

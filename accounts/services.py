@@ -47,7 +47,7 @@ class ShownQuestion:
 
 @dataclass(frozen=True)
 class Hint:
-    """The answer to a failed test: where to read again, but not which or how many answers were wrong."""
+    """The answer to a failed test: the paragraph to read again, but not which or how many answers were wrong."""
 
     topic: str
     section: str
@@ -69,9 +69,9 @@ def cleared_people(robot: Robot | Slot, level: int | Slot = 1) -> QuerySet[Any, 
 
 
 def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...], n: int = 0) -> Job:
-    """Return the job of a preview, for cleared people and staff.
+    """Return the job of a preview, for cleared people and staff; the preview starts at `joints` (rad, m).
 
-    Nothing moves, and the job contains no secret of the robot. The preview starts at `joints` (rad, m).
+    Nothing moves, and the job contains no secret of the robot.
 
     Raises:
         NotPermitted: not cleared for this robot.
@@ -97,7 +97,7 @@ def mark_read(user: Any, robot: Robot, now: datetime) -> None:
 def _failures(user: Any, robot: Robot, now: datetime) -> QuerySet[Attempt]:
     """Return the failed tests of the last month since the last passed one, newest first.
 
-    One that lies further ahead than a pause lasts is of a time of day that was set back since, and counts no more.
+    A failure further in the future than the longest pause was stored before the clock was set back; it does not count.
     """
     mine, longest = Attempt.objects.filter(user=user, robot=robot), timedelta(seconds=RULES["QUIZ_PAUSE_MAX_S"])
     failed = mine.filter(passed=False, finished_at__gt=now - FORGOTTEN, finished_at__lte=now + longest)

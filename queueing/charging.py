@@ -1,6 +1,6 @@
 """Start tags, charges and the queue's virtual time.
 
-One request of each account, a ticket or a job, has a start tag; its further requests wait without one.
+Each account has a start tag for one request at a time, a ticket or a job; its other requests wait without a tag.
 """
 
 from typing import Any
@@ -23,7 +23,7 @@ def account_of(queue: Queue, user: Any) -> Account:
 
 
 def account_of_guests(queue: Queue, network: str) -> Account:
-    """Return the account that all guests of one network address share; staff may give it a weight of its own."""
+    """Return the account that all guests of one network address share; the first call creates it."""
     return Account.objects.get_or_create(queue=queue, user=None, network=network)[0]
 
 

@@ -7,7 +7,7 @@ the greatest finish tag served; otherwise absence would earn credit.
 
 from dataclasses import dataclass
 
-SLICE_CHARGE = 0.5  # cost of a second while nobody waits
+ALONE_CHARGE = 0.5  # cost of a second while nobody waits
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def finish_tag(tag: float, charged_s: float, weight: float) -> float:
 def charged(used_s: float, alone_s: float) -> float:
     """Return the seconds to charge: time while nobody waits costs less."""
     alone = min(max(0.0, alone_s), max(0.0, used_s))
-    return max(0.0, used_s) - alone * (1 - SLICE_CHARGE)
+    return max(0.0, used_s) - alone * (1 - ALONE_CHARGE)
 
 
 def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:

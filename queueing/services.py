@@ -1,4 +1,4 @@
-"""The door to queues for all other rooms: verbs, which change rows, and below them reads. One verb is one function.
+"""The only door to queues for all other rooms: verbs, which change rows, and reads. One verb is one function.
 
 Every change of a queue happens under a lock of its row (PostgreSQL) or of the database (SQLite, immediate
 transactions), so two ticks or two people cannot interleave. Other rooms import only this module, the models and the

@@ -18,7 +18,7 @@ ASKED, TURN_NEXT = "somebody asked for the robot", "somebody's turn comes next"
 
 
 def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None:
-    """Start the next thing on each robot that is ready. `up_since`: since when people can reach the portal."""
+    """Start the next thing on each robot that is ready. `up_since`: people can reach the portal since then."""
     tag_next(queue)
     store_watchers(queue, now)
     for link in links_of(queue):
@@ -64,7 +64,7 @@ def _gives_way(robot: Robot, grant: Grant | None, reason: str, now: datetime) ->
 
 
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
-    """Offer the robot; if it moved for a job or by itself, it is handed over first."""
+    """Offer the robot; after a job or a motion of its own it goes into handover first."""
     _gives_way(robot, grant, TURN_NEXT, now)
     last = newest_grant_that_moves(robot)
     if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or serves_need(last)):

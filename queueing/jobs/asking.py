@@ -50,13 +50,13 @@ def ask(
 ) -> Job:  # fmt: skip
     """Create a job that waits for its turn, or return the one that the same `form` has made.
 
-    A job that names a saved program runs the text that it has now. `seen_ms`: when the picture was taken that the
-    person saw (ms since 1970); 0 where they say nothing.
+    A job that names a saved program runs that program's present text. `seen_ms`: when the picture that the person saw
+    was taken (ms since 1970); 0 if that is not known.
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense at the robot's place
-            or by its stream, or a name of a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that do not fit the robot's present
+            state or its stream, or a name of a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -101,27 +101,27 @@ def ask(
 
 
 def job_of_form(robot: Robot, asker: Asker, form: str) -> Job | None:
-    """Return the asker's job that this form has made; `form` is empty for a request without one."""
+    """Return the asker's job that this form has created; `form` is empty for a request without a form."""
     if not form:
         return None
     return Job.objects.filter(robot=robot, user=asker.user, guest="" if asker.user else asker.guest, form=form).first()
 
 
 def _refuse_by_stream(robot: Robot, kind: str, args: dict[str, Any]) -> None:
-    """Let the robot's own check refuse a job that makes no sense by its stream, so that nobody waits for nothing."""
+    """Let the robot's own check refuse a job that its stream shows to be impossible, before anybody waits for it."""
     for own in spec_of(robot.driver).all_of(JobCheck):
         if packets := packets_of(robot, own.stream):
             function(own.function)(kind, args, packets)
 
 
 def packets_of(robot: Robot, stream: str) -> list[tuple[bytes, bool]]:
-    """Return the packets since the stream's newest key packet, and whether they are one; none while not known."""
+    """Return the packets since the stream's newest key packet, each with whether it is one; empty if none is known."""
     kept = kept_stream(robot.slug, [one.name for one in spec_of(robot.driver).streams].index(stream))
     return [(packet.data, packet.key) for packet in map(unpack, kept or ())]
 
 
 def _shown_name(user: Any, name: str) -> str:
-    """Return the name for the page; none of a guest. Raises BadRequest."""
+    """Return the name for the page; empty for a guest. Raises BadRequest."""
     shown = one_line(name)[:LONGEST_NAME].strip() if user is not None else ""
     if shown and (claims_role(shown) or is_taken(shown, but=user.pk)):
         raise BadRequest(

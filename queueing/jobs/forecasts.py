@@ -1,4 +1,4 @@
-"""The order in which open jobs will probably be served, and how long each may wait. Reads only."""
+"""The order in which open jobs will probably be served, and how long each may wait. It changes no row."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from robots.models import Robot
 from robots.prepared import Prepared
 from robots.states import Cycle, GrantKind
 
-LATEST = 20  # ended jobs from which the time of one is judged
+LATEST = 20  # ended jobs from which the duration of a job is estimated
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
 HANDOVER_S, ANSWER_S, LEAST_LEFT_S = 12.0, 30.0, 5.0
 Range = tuple[float, float]
@@ -86,7 +86,7 @@ def left_of_turn(robot: Robot, now: datetime) -> float | None:
 
 
 def jobs_before(ticket: Ticket) -> list[Job]:
-    """Return the waiting jobs of the ticket's queue that are served before it. Jobs that wait for staff are not."""
+    """Return the waiting jobs of the ticket's queue that are served before it, without jobs that wait for staff."""
     if not any_waits(ticket.queue_id):
         return []
     found: list[Job] = []
@@ -117,7 +117,7 @@ def jobs_take(robot: Robot, jobs: Sequence[Job], now: datetime) -> Range:
 
 
 def durations(robot: Robot, kind: str) -> Range:
-    """Return from when to when most of the robot's jobs end (s); from 0 to the kind's limit if none has ended."""
+    """Return the range in which most jobs of the robot last (s); from 0 to the kind's limit if none has ended."""
     runs = JobRun.objects.filter(
         job__robot=robot, job__state__in=(JobState.DONE, JobState.FAILED), grant__ended_at__isnull=False
     )
@@ -143,7 +143,7 @@ def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
 
 
 def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
-    """Return the start tag of each job; of one that has none yet the tag that it will probably get."""
+    """Return the start tag of each job; for a job without a tag the one that it will probably get."""
     newest: dict[int, float] = {
         j.account_id: j.start_tag + cost / j.account.weighs(j.queue) for j in jobs if j.start_tag is not None
     }
@@ -169,7 +169,7 @@ def _turn(robot: Robot) -> Range:
 
 
 def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:
-    """Return whether the wait can be judged: the robot is in order, and does not look after itself first."""
+    """Return whether the wait can be estimated: the robot is in order, and no upkeep runs."""
     if robot.cycle in OUT or jobs[0].queue.paused or suspended(robot, link):
         return False
     grant = open_grant(robot)

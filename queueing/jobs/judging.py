@@ -1,6 +1,6 @@
-"""Judges whether waiting jobs may start, and finds the next one.
+"""Judges whether waiting jobs may still start, and finds the next one.
 
-Jobs are judged again while they wait: by the rule of asking (`kinds.may_ask`), and by the robot's present state.
+A waiting job is judged by the rule for requests (`kinds.may_ask`) and by the robot's present state.
 """
 
 from datetime import datetime, timedelta
@@ -27,7 +27,7 @@ NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
 NO_JOB = Q(pk=None)
 FRESH = timedelta(seconds=60)  # an older value of a channel is not used
-LATER = timedelta(seconds=2)  # a state must be so much newer than the job: clocks of hosts differ
+LATER = timedelta(seconds=2)  # a state must be newer than the job by this: clocks of hosts differ
 
 
 def judge_waiting(queue: Queue, now: datetime) -> None:
@@ -51,7 +51,7 @@ def unfit(robot: Robot, guests_ask: bool) -> Q:
 
 
 def refusals(robot: Robot, guests_ask: bool) -> tuple[tuple[Q, str], ...]:
-    """Return the filters of jobs that may no longer be asked for, each with the reason as a sentence.
+    """Return filters of jobs that nobody may ask for any more, each with the reason as a sentence.
 
     Kinds and clearances are not checked while the robot's package is not installed.
     """

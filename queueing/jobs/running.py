@@ -67,7 +67,7 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
         end(queue, job, JobState.CANCELLED, "Cancelled.", used, now)
     elif stopped:
         end(queue, job, JobState.CANCELLED, "The robot was stopped.", used, now)
-    elif command is not None and command.result.get("code"):  # the robot's own word: again would end alike
+    elif command is not None and command.result.get("code"):  # the robot's own reason: a second run would end alike
         end(queue, job, JobState.FAILED, reason, used if state == CommandState.FAILED else 0.0, now)
     elif grant.end_code == GrantEnd.TIME_UP and state != CommandState.EXPIRED:
         reason = f"{TOO_LONG} {reason}".strip() if is_program(job.robot, job.kind) else TOO_LONG
@@ -80,7 +80,7 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
 
 
 def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime) -> None:
-    """Put a job back that the robot's own needs or faults cut short: it keeps its tag and costs nothing."""
+    """Put a job back that the robot's need or fault interrupted: it keeps its tag and costs nothing."""
     preempted = grant.end_code == GrantEnd.PREEMPTED
     faults = job.faults + (not preempted)
     if faults >= FAULTS:
@@ -103,7 +103,7 @@ def _used(grant: Grant, robot: Robot) -> float:
 def end(
     queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime, code: str = ""
 ) -> None:  # fmt: skip
-    """End a job for good, charge it, and notify its asker. `code`: the robot's own word for why it never began."""
+    """End a job, charge it, and notify its asker. `code`: the robot's own reason why the job never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
     if not open_one.update(state=state, reason=reason[:LONGEST], code=code, ended_at=now, charged=cost):
         return

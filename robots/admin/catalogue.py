@@ -49,7 +49,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description="Simulated", boolean=True)
     def simulated(self, robot: Robot) -> bool:
-        """Return whether a program answers in the robot's place."""
+        """Return whether a simulator answers in place of the robot."""
         return robot.simulated
 
     @admin.display(description="State")
@@ -66,7 +66,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description="Stop", ordering="stop_latched")
     def stop(self, robot: Robot) -> SafeString | str:
-        """Return whether somebody stopped it; told in red, for nothing moves until staff release it."""
+        """Return whether a stop is latched, in red, because the robot does not move until it is released."""
         return format_html('<b class="farhand-bad">{}</b>', "stopped") if robot.stop_latched else "not stopped"
 
     def get_urls(self) -> list[URLPattern]:
@@ -126,7 +126,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.action(description="Load what the packages bring: programs, questions", permissions=["change"])
     def load_brought(self, request: HttpRequest, queryset: Any) -> None:
-        """Load what the chosen robots' packages bring, for robots that were added before their packages brought it."""
+        """Load what the packages of the chosen robots bring now, for robots that were added before."""
         for robot in queryset:
             try:
                 for told in self._load(robot):

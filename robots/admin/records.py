@@ -27,7 +27,7 @@ class ProgramAdmin(FormFieldsAdmin, GuardedAdmin):
     actions = ("take_in", "take_out")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
-        """Programs are written in the console."""
+        """Return False: people write programs in the console."""
         return False
 
     @admin.action(description="Take into the gallery", permissions=["change"])
@@ -56,12 +56,12 @@ class CommandAdmin(ReadOnlyAdmin):
 
     @admin.display(description="Clamped")
     def clamped(self, command: Command) -> str:
-        """Return what was sent instead of what was asked."""
+        """Return the values that were sent instead of the requested ones."""
         return command.clamped_words or "-"
 
     @admin.display(description="Age of the picture seen")
     def lag(self, command: Command) -> str:
-        """Return by how much the picture that its sender saw was older than the robot's newest."""
+        """Return how much older the picture was that the sender saw than the robot's newest one."""
         return "-" if command.picture_lag_s is None else f"{command.picture_lag_s:.3f} s"
 
 
@@ -100,7 +100,7 @@ class FrameAdmin(ReadOnlyAdmin):
 
     @admin.action(description="Take down: from entries, recordings and addresses", permissions=["act"])
     def take_down(self, request: HttpRequest, queryset: Any) -> None:
-        """Remove the chosen pictures with all that shows them."""
+        """Remove the chosen pictures and everything that shows them."""
         for frame in queryset.select_related("robot"):
             name = str(frame)
             self.log_deletions(request, Frame.objects.filter(pk=frame.pk))
@@ -144,14 +144,14 @@ class RecordingAdmin(ReadOnlyAdmin):
 
     @admin.action(description="Remove the recording", permissions=["act"])
     def remove(self, request: HttpRequest, queryset: Any) -> None:
-        """Remove files and movies; the rows say so."""
+        """Remove files and movies; the rows stay and show this."""
         self.act_on(
             request, queryset, lambda one: services.remove_recording(one, request.user), "Removed", "Removed before"
         )
 
     @admin.action(description="Show its movie as the movie of the day, until another is chosen", permissions=["act"])
     def pin(self, request: HttpRequest, queryset: Any) -> None:
-        """Show it whatever is newer."""
+        """Show its movie even if there are newer ones."""
         if queryset.count() > 1:
             messages.warning(request, "Choose one recording: there is one movie of the day.")
             return
@@ -159,12 +159,12 @@ class RecordingAdmin(ReadOnlyAdmin):
 
     @admin.action(description="Never show its movie as the movie of the day", permissions=["act"])
     def never(self, request: HttpRequest, queryset: Any) -> None:
-        """Leave it out."""
+        """Leave its movie out."""
         self._choose(request, queryset, OfTheDay.NEVER)
 
     @admin.action(description="Let the rule choose the movie of the day again", permissions=["act"])
     def by_rule(self, request: HttpRequest, queryset: Any) -> None:
-        """Take back what was said of it."""
+        """Let the rule decide about its movie again."""
         self._choose(request, queryset, OfTheDay.BY_RULE)
 
     def _choose(self, request: HttpRequest, queryset: Any, choice: OfTheDay) -> None:

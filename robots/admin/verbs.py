@@ -70,7 +70,7 @@ def release(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def lock_out(robot: Robot, request: HttpRequest) -> str:
-    """Keep everybody from driving; the note says why. The open turn ends, places stay."""
+    """Close the robot to drivers; the note says why. The open turn ends, places stay."""
     services.lock_out(robot, request.user, request.POST.get("note", ""))
     return "Locked out. People keep their places."
 
@@ -103,7 +103,7 @@ def procedure(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
-    """Test the connection; a robot that is on and at nobody's disposal takes a picture, if it has a camera."""
+    """Test the connection; an enabled robot that nobody uses also takes a picture, if it has a camera."""
     if not robot.enabled:
         probes.ask(robot, request.user, SYSTEM.now())
         return "The connection is being tested; the result appears below in some seconds."

@@ -1,7 +1,7 @@
 """Tests of robots that no worker owns: requested by staff, carried out one after another.
 
-The row is the truth, and the message behind it only a wake-up: if one is lost, the next request or the next start of
-the housekeeping worker makes up for it; a second one finds nothing to do.
+The request is in the robot's row; the message is only a wake-up. After a lost message, the next request or the next
+start of the housekeeping worker carries out the test; a second message finds nothing to do.
 """
 
 from datetime import datetime, timedelta

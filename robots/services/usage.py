@@ -11,7 +11,7 @@ from robots.wall_clock import FIRST
 
 SLOT = timedelta(minutes=5)
 KEPT = timedelta(days=400)
-LONGEST_S = 150.0  # counted as online between two looks; what is longer was not looked at
+LONGEST_S = 150.0  # the most that counts as online between two looks; in a longer gap nobody looked
 
 
 def slot_of(now: datetime) -> datetime:
@@ -22,7 +22,7 @@ def slot_of(now: datetime) -> datetime:
 def note_usage(robot: int, at: datetime, online_s: float = 0.0, watching: int = 0, sent_bytes: int = 0) -> None:
     """Add to the counters of the five minutes that begin at `at`. `robot` is its primary key.
 
-    A robot that was removed meanwhile is no error.
+    It is no error if the robot was removed meanwhile.
     """
     row = Usage.objects.filter(robot=robot, at=at)
     more = {
@@ -40,7 +40,7 @@ def note_usage(robot: int, at: datetime, online_s: float = 0.0, watching: int = 
 
 
 def note_online(now: datetime, seconds: float) -> int:
-    """Count the last `seconds` (s) as online for each robot whose owner answers. Return how many do."""
+    """Count the last `seconds` as online for each robot whose owner answers. Return the number of these robots."""
     answering = [r for r in Robot.objects.select_related("lease") if owner_alive(getattr(r, "lease", None), now)]
     for robot in answering:
         note_usage(robot.pk, slot_of(now), online_s=min(max(seconds, 0.0), LONGEST_S))

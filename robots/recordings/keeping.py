@@ -142,7 +142,7 @@ def _dated(reason: str) -> str:
 
 
 def remove(recording: Recording, reason: str) -> bool:
-    """Remove the file and all movies of a recording; the row says when and why. Return False if it was removed before."""
+    """Remove the file and all movies of a recording; the row says when and why. Return False if it was removed."""
     with transaction.atomic():
         changed = Recording.objects.filter(pk=recording.pk).exclude(state=RecordingState.REMOVED)
         if not changed.update(state=RecordingState.REMOVED, reason=_dated(reason), size=0, track={}):

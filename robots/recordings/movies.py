@@ -44,7 +44,7 @@ def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], sti
     same: dict[str, Any] = {"robot": robot, "day": day, "kind": _kind(kind)}
     shown: list[int | str] = [*(recording.pk for recording in recordings), *stills]
     known = Movie.objects.filter(**same)
-    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(shown))  # part of it was hidden since
+    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(shown))  # a part is hidden since
     if not shown:
         raise BadRequest("Nothing is kept of that day.")
     return _asked(same, Movie(asked_at=now, sources=shown[: len(recordings) + FRAMES], **same))

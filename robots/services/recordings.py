@@ -16,7 +16,7 @@ from robots.services.permissions import need_staff
 
 
 def take_down(frame: Frame, user: Any) -> int:
-    """Remove a stored picture from log entries, recordings, movies and our addresses. Return how many recordings change.
+    """Remove a stored picture from log entries, recordings, movies and our addresses. Return how many recordings.
 
     Recordings also lose the pictures that show the same pose, and those that the camera took within two seconds of it.
     Live pictures of these seconds, which have an address for a minute, are removed as well.

@@ -218,17 +218,10 @@ class ForSuperusers(admin.ModelAdmin):  # type: ignore[type-arg]
         """Return the actions for superusers; others have none."""
         return super().get_actions(request) if request.user.is_superuser else {}
 
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """Return whether the person is a superuser."""
+    def _is_superuser(self, request: HttpRequest, obj: Any = None) -> bool:
         return bool(request.user.is_superuser)
 
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return whether the person is a superuser."""
-        return bool(request.user.is_superuser)
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return whether the person is a superuser."""
-        return bool(request.user.is_superuser)
+    has_add_permission = has_change_permission = has_delete_permission = _is_superuser
 
     def has_view_permission(self, request: HttpRequest, obj: Any = None) -> bool:
         """Return whether the person has any permission of the model."""

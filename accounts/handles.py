@@ -26,10 +26,7 @@ RESERVED = frozenset({
 ROLES = RESERVED - {
     "anonymous", "deleted", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined",
 }  # fmt: skip
-JOINED = (
-    {"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"},
-    {"HANGUL", "CJK"},
-)  # used together by one language
+JOINED = ({"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"}, {"HANGUL", "CJK"})  # used together by one language
 # characters that people read as a letter but Unicode's table does not: digits, i beside I and l; and, in ALSO, the
 # prototypes that the table has for letters such as ε and м
 READ_AS = str.maketrans("i10234578", "llozeastb")

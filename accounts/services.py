@@ -229,10 +229,7 @@ def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime)
         _lock_clearance(user, attempt.robot)
         _need_clearable(user, attempt.robot)  # staff may have withdrawn it while this was graded
         done = Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(
-            finished_at=now,
-            answers=_stored(answers),
-            score=len(shown) - len(wrong),
-            passed=not wrong,
+            finished_at=now, answers=_stored(answers), score=len(shown) - len(wrong), passed=not wrong
         )
         if not done:
             raise NotNow("This test was already sent.")

@@ -3,18 +3,17 @@
 from datetime import datetime
 from typing import Any
 
-from django.conf import settings
 from django.db.models import BigAutoField, Count, FloatField, Q
 
 from queueing import fairshare
 from queueing.jobs.forecasts import HANDOVER_S, jobs_before, jobs_take, left_of_turn
 from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState
 from queueing.rows import QUEUE
+from queueing.turns import length_of_turn
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from robots.states import Cycle
 
-RULES = settings.FARHAND
 TAG, TICKET = Slot("tag", FloatField()), Slot("ticket", BigAutoField())
 _AHEAD: Prepared[Any] = Prepared(
     lambda: (
@@ -50,6 +49,6 @@ def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datet
     if ticket.queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     left = left_of_turn(robot, now) or 0.0
-    low, high = fairshare.estimate(people, left, float(robot.turn_s or RULES["TURN_S"]), HANDOVER_S)
+    low, high = fairshare.estimate(people, left, length_of_turn(robot), HANDOVER_S)
     of_jobs = jobs_take(robot, jobs, now) if ticket.state == TicketState.WAITING else (0.0, 0.0)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

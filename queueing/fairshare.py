@@ -8,6 +8,7 @@ the greatest finish tag served; otherwise absence would earn credit.
 from dataclasses import dataclass
 
 ALONE_CHARGE = 0.5  # cost of a second while nobody waits
+ANSWER_S = 30.0  # the latest answer to an offer
 
 
 @dataclass(frozen=True)
@@ -48,12 +49,14 @@ def charged(used_s: float, alone_s: float) -> float:
     return max(0.0, used_s) - alone * (1 - ALONE_CHARGE)
 
 
-def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
-    """Return the least and greatest wait (s) of a person with `ahead` people before them.
+def turn_range(turn_s: float, handover_s: float) -> tuple[float, float]:
+    """Return the least and greatest time of a turn and its handover (s): a quarter, or all of it after a late answer."""
+    return turn_s * 0.25 + handover_s, turn_s + ANSWER_S + handover_s
 
-    The least assumes that everybody leaves after a quarter of the turn; the greatest, that everybody uses the whole
-    turn and answers the offer late.
-    """
-    low = min(running_left_s, turn_s * 0.1) + ahead * (turn_s * 0.25 + handover_s)
-    high = running_left_s + handover_s + ahead * (turn_s + 30 + handover_s)
+
+def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
+    """Return the least and greatest wait (s) of a person with `ahead` people before them, after the running turn."""
+    least, most = turn_range(turn_s, handover_s)
+    low = min(running_left_s, turn_s * 0.1) + ahead * least
+    high = running_left_s + handover_s + ahead * most
     return round(low), round(max(low, high))

@@ -13,7 +13,7 @@ from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
 from queueing.rows import QUEUE, announce, lock
 from queueing.tickets import open_ticket
-from queueing.turns import ALWAYS
+from queueing.turns import ALWAYS, length_of_turn
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
@@ -78,7 +78,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
         RobotsFault: the robot is no longer offered, or somebody else may move it.
         RobotUnavailable: the person operates another robot.
     """
-    until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
+    until = now + timedelta(seconds=length_of_turn(robot))
     if Turn.objects.filter(user=ticket.user, ended_at=None).exists():
         raise RobotUnavailable(ELSEWHERE)
     try:

@@ -52,6 +52,11 @@ def _theirs() -> QuerySet[Command]:
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
+def length_of_turn(robot: Robot) -> float:
+    """Return the length of a turn on the robot (s), without extra time."""
+    return float(robot.turn_s or RULES["TURN_S"])
+
+
 def open_turn(robot: Robot) -> Turn | None:
     """Return the turn that runs on the robot."""
     return Turn.objects.select_related("user", "grant", "ticket").filter(robot=robot, ended_at=None).first()

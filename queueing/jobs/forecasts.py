@@ -8,9 +8,11 @@ from datetime import datetime
 from django.conf import settings
 from django.db.models import QuerySet
 
+from queueing.fairshare import turn_range
 from queueing.jobs.kinds import limit_of
 from queueing.models import NOT_YET, OPEN_JOB, Job, JobRun, JobState, QueueRobot, Ticket, Turn
 from queueing.rows import QUEUE, link_of, links_of, suspended
+from queueing.turns import length_of_turn
 from robots.grants import ROBOT, open_grant
 from robots.models import Robot
 from robots.prepared import Prepared
@@ -18,7 +20,7 @@ from robots.states import Cycle, GrantKind
 
 LATEST = 20  # ended jobs from which the duration of a job is estimated
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
-HANDOVER_S, ANSWER_S, LEAST_LEFT_S = 12.0, 30.0, 5.0
+HANDOVER_S, LEAST_LEFT_S = 12.0, 5.0
 Range = tuple[float, float]
 _TURN: Prepared[Turn] = Prepared(lambda: Turn.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
 _WAITING: Prepared[Job] = Prepared(lambda: Job.objects.filter(queue=QUEUE, state=JobState.WAITING).only("pk")[:1])
@@ -52,7 +54,7 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     if not jobs:
         return []
     each = durations(robot, jobs[0].kind)
-    turns = _turns(jobs[0].queue_id)
+    turns, turn = _turns(jobs[0].queue_id), turn_range(length_of_turn(robot), HANDOVER_S)
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     turn_left = left_of_turn(robot, now)
@@ -62,7 +64,6 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
         before = 0 if running else sum(tag <= tags[job] for tag in turns)
-        turn = _turn(robot)
         wait = (round(low + before * turn[0]), round(high + before * turn[1]))
         found.append(Forecast(job, number + before, (0, 0) if running else wait if known else None))
         if not running:
@@ -161,11 +162,6 @@ def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
 def _turns(queue: int) -> list[float]:
     waiting: QuerySet[Ticket] = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
     return list(waiting.values_list("start_tag", flat=True))
-
-
-def _turn(robot: Robot) -> Range:
-    turn_s = float(robot.turn_s or settings.FARHAND["TURN_S"])
-    return turn_s / 4 + HANDOVER_S, turn_s + ANSWER_S + HANDOVER_S
 
 
 def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:

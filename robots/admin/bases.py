@@ -58,17 +58,10 @@ class ReadOnlyAdmin(GuardedAdmin):
         """Return whether the person may act on robots and turns; a lower permission is enough to see them."""
         return request.user.has_perm("robots.change_robot")
 
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """Return False: history is not added by hand."""
+    def _never(self, request: HttpRequest, obj: Any = None) -> bool:
         return False
 
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return False: history does not change."""
-        return False
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return False: history is not deleted."""
-        return False
+    has_add_permission = has_change_permission = has_delete_permission = _never
 
 
 class FormFieldsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]

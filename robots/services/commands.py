@@ -83,14 +83,9 @@ class Issued:
 
 
 def issue(
-    slug: str,
-    user: Any,
-    kind: str,
-    args: dict[str, Any],
-    client_seq: int,
-    now: datetime | None = None,
+    slug: str, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None,
     seen_ms: int = 0,
-) -> Issued:
+) -> Issued:  # fmt: skip
     """Write one command under the user's open grant on the robot `slug` and wake its owner.
 
     The same command with the same sequence number returns the same row again. The owner and the driver repeat every

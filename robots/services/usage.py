@@ -24,17 +24,14 @@ def note_usage(robot: int, at: datetime, online_s: float = 0.0, watching: int = 
 
     It is no error if the robot was removed meanwhile.
     """
+    counts = {"online_s": online_s, "watching": watching, "sent_bytes": sent_bytes}
+    more = {name: F(name) + count for name, count in counts.items()}
     row = Usage.objects.filter(robot=robot, at=at)
-    more = {
-        "online_s": F("online_s") + online_s,
-        "watching": F("watching") + watching,
-        "sent_bytes": F("sent_bytes") + sent_bytes,
-    }
     if row.update(**more):
         return
     try:
         with transaction.atomic():
-            Usage.objects.create(robot_id=robot, at=at, online_s=online_s, watching=watching, sent_bytes=sent_bytes)
+            Usage.objects.create(robot_id=robot, at=at, **counts)
     except IntegrityError:  # another process was quicker, or the robot was removed
         row.update(**more)
 

@@ -50,7 +50,7 @@ def charged(used_s: float, alone_s: float) -> float:
 
 
 def turn_range(turn_s: float, handover_s: float) -> tuple[float, float]:
-    """Return the least and greatest time of a turn and its handover (s): a quarter, or all of it after a late answer."""
+    """Return the least and greatest time of a turn and its handover (s): a quarter, or all after a late answer."""
     return turn_s * 0.25 + handover_s, turn_s + ANSWER_S + handover_s
 
 

@@ -36,6 +36,15 @@ def roles(robot, people, owned, django_user_model):
 
 
 @pytest.fixture
+def media(settings, tmp_path):
+    """An empty folder for pictures, recordings and movies, on a disk with room for them."""
+    settings.MEDIA_ROOT = tmp_path / "media"
+    settings.MEDIA_ROOT.mkdir()
+    settings.RECORDING = settings.RECORDING | {"FREE_MB": 1}
+    return settings.MEDIA_ROOT
+
+
+@pytest.fixture
 def grant(robot, people, owned):
     """The open turn of ada, for five minutes of the real time of day."""
     from robots import services

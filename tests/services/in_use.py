@@ -1,4 +1,4 @@
-"""A portal in use: three robots, with a row of everything that staff can see in the admin."""
+"""A portal in use: three robots, with a row of everything that staff see in the admin."""
 
 from datetime import timedelta
 

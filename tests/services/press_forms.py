@@ -1,4 +1,4 @@
-"""Forms that make something, as a browser has them; each is sent twice."""
+"""Forms that create something, as a browser has them; each is sent twice."""
 
 import json
 import re

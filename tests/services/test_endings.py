@@ -1,4 +1,4 @@
-"""Why a turn ended, what it costs and what its person can do next: told alike on every page; and idleness."""
+"""Why a turn ended, what it costs and what its person can do next: the same on every page; and idleness."""
 
 import ast
 from concurrent.futures import ThreadPoolExecutor

@@ -1,4 +1,4 @@
-"""What a long mission finds: pictures are taken although its readings are many, and what is left out is said."""
+"""What a long mission finds: pictures are taken although it has many readings, and the page counts what it leaves out."""
 
 from datetime import timedelta
 

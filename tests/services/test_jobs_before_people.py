@@ -1,4 +1,4 @@
-"""One queue: who waits to drive is told of the jobs that are served before, and of the one that runs."""
+"""One queue: a person who waits to drive sees the jobs that are served before, and the job that runs."""
 
 from datetime import timedelta
 

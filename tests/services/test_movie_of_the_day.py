@@ -1,4 +1,4 @@
-"""The movie of the day: which one the rule chooses, what staff say, what takes it off, and what its page tells."""
+"""The movie of the day: which one the rule chooses, how staff choose, what removes it, and what its page shows."""
 
 from datetime import timedelta
 

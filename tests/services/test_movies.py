@@ -1,4 +1,4 @@
-"""Movies of recordings and time-lapses: who may have them made, how many, what is in them, and when they go."""
+"""Movies of recordings and time-lapses: who may request them, how many, what is in them, and when they are removed."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""A movie that is made tells how far it is, arrives on the page by itself, and is made once for all who ask."""
+"""A movie shows its progress while it is made, appears on the page by itself, and is made once for all requests."""
 
 import json
 import subprocess

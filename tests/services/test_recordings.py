@@ -1,4 +1,4 @@
-"""Recordings: who sees them, for how long they are kept, what is taken out of them, and their place in a backup."""
+"""Recordings: who sees them, how long they are kept, how pictures are taken out of them, and their place in a backup."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""Files of recordings that no row names: they go whatever their own times are, and what is written is left alone."""
+"""Files of recordings that no row names are removed, whatever their own times are; a file that is written stays."""
 
 import os
 import threading

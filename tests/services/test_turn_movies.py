@@ -1,4 +1,4 @@
-"""A program that ran in a turn: its movie comes by itself, and the turn's page shows it and the path, like a job's."""
+"""A program that ran in a turn: its movie is made automatically, and the turn's page shows movie and path."""
 
 import pytest
 from django.test import Client

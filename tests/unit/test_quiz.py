@@ -1,4 +1,4 @@
-"""The rules of the clearance test, and the chances of a person who tries answer after answer."""
+"""The rules of the clearance test, and the chances of a person who tries one answer after another."""
 
 import random
 import tomllib

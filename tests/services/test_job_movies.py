@@ -1,4 +1,4 @@
-"""Movies that are made automatically after a job: which, when, after failures, and what the job's page shows of them."""
+"""Movies that are made automatically after a job: which, when, after failures, and how the job's page shows them."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Two pages of one operator give different commands the same number: the second page learns that its own did not run."""
+"""Two pages of one operator give different commands the same number: the second learns that its own did not run."""
 
 import asyncio
 

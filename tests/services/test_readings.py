@@ -1,4 +1,4 @@
-"""The robot's last values, as staff read them and as a picture stores them: those that its spec declares, with units."""
+"""The robot's last values, as staff read them and a picture stores them: those that its spec declares, with units."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Recordings: who sees them, how long they are kept, how pictures are taken out of them, and their place in a backup."""
+"""Recordings: who sees them, how long they are kept, how pictures are taken out, and their place in a backup."""
 
 from datetime import timedelta
 

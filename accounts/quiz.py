@@ -29,6 +29,6 @@ def pause_s(failures: int, first_s: float, most_s: float) -> float:
     return min(most_s, first_s * 2.0 ** min(failures - 1, 60))
 
 
-def named(wrong: Sequence[T], rng: random.Random) -> T:
+def question_of_hint(wrong: Sequence[T], rng: random.Random) -> T:
     """Return the one wrongly answered question whose topic is shown."""
     return rng.choice(wrong)

@@ -115,7 +115,7 @@ def pause_left(user: Any, robot: Robot, now: datetime) -> int:
     return max(0, ceil((failed[0] + timedelta(seconds=pause) - now).total_seconds()))
 
 
-def withdrawn(user: Any, robot: Robot) -> Clearance | None:
+def withdrawn_clearance(user: Any, robot: Robot) -> Clearance | None:
     """Return the clearance that staff withdrew and did not lift since; a passed test does not replace it."""
     found = Clearance.objects.filter(user=user, robot=robot).exclude(revoked_at=None)
     return found.filter(Q(lifted_at=None) | Q(lifted_at__lt=F("revoked_at"))).order_by("-revoked_at").first()
@@ -135,7 +135,7 @@ def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
 
 def _need_clearable(user: Any, robot: Robot) -> None:
     """Return if staff have not withdrawn the person's clearance. Raises NotNow."""
-    if (lost := withdrawn(user, robot)) is not None and lost.revoked_at is not None:
+    if (lost := withdrawn_clearance(user, robot)) is not None and lost.revoked_at is not None:
         why = f" Their note: {lost.note}" if lost.note else ""
         raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")
 
@@ -256,4 +256,5 @@ def _told(attempt: Attempt, wrong: list[ShownQuestion]) -> Hint | None:
     if not wrong:
         return None
     always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
-    return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=quiz.named(wrong, always).id))
+    question = quiz.question_of_hint(wrong, always)
+    return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=question.id))

@@ -43,7 +43,7 @@ def finish_tag(tag: float, charged_s: float, weight: float) -> float:
     return tag + max(0.0, charged_s) / weight
 
 
-def charged(used_s: float, alone_s: float) -> float:
+def chargeable_s(used_s: float, alone_s: float) -> float:
     """Return the seconds to charge: time while nobody waits costs less."""
     alone = min(max(0.0, alone_s), max(0.0, used_s))
     return max(0.0, used_s) - alone * (1 - ALONE_CHARGE)

@@ -89,7 +89,7 @@ def announce(queue: Queue, user: Any = None) -> None:
     bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))
 
 
-def suspended(robot: Robot, link: QueueRobot | None) -> bool:
+def is_suspended(robot: Robot, link: QueueRobot | None) -> bool:
     """Return whether nothing may start by itself: a stop is latched, or staff have not resumed since the last one."""
     if robot.stop_latched:
         return True

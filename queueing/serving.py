@@ -8,7 +8,7 @@ from queueing.jobs.judging import head_of
 from queueing.jobs.running import promote
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
-from queueing.rows import announce, links_of, suspended
+from queueing.rows import announce, is_suspended, links_of
 from queueing.turns import ALWAYS
 from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot
@@ -32,7 +32,7 @@ def _serve(queue: Queue, link: QueueRobot, now: datetime, up_since: datetime) ->
         return
     idle = grant is None or grant.kind == GrantKind.IDLE
     ticket = head(queue, robot, now, up_since) if idle and link.offers_turns else None
-    if suspended(robot, link):
+    if is_suspended(robot, link):
         if ticket is not None and idle:
             _to_a_person(queue, robot, grant, ticket, now)
         return

@@ -11,7 +11,7 @@ from django.db.models import BigAutoField, F, QuerySet
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
 from queueing.models import NOT_YET, Job, JobState, Queue, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, link_of, lock, suspended
+from queueing.rows import QUEUE, announce, is_suspended, link_of, lock
 from robots import bus
 from robots.grants import end_grant
 from robots.kit.packets import StandingChanged
@@ -94,7 +94,7 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     with transaction.atomic():
         queue = lock(ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
-        seconds = fairshare.charged(used, turn.alone_s)
+        seconds = fairshare.chargeable_s(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
         if not done:
             return False
@@ -199,7 +199,7 @@ def others_wait_since(turn: Turn) -> datetime | None:
     people = _FIRST_QUEUED.first(queue=turn.ticket.queue_id)
     asked = _FIRST_ASKED.first(robot=turn.robot_id, user=turn.user_id)
     link = link_of(turn.robot) if asked is not None else None
-    if asked is not None and suspended(turn.robot, link):
+    if asked is not None and is_suspended(turn.robot, link):
         asked = None  # it waits for staff
     elif asked is not None and link is not None and link.resumed_at is not None:
         asked = max(asked, link.resumed_at)  # before, it waited for staff

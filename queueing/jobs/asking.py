@@ -11,7 +11,7 @@ from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, may_ask
 from queueing.models import OPEN_JOB, Account, Job, Queue
-from queueing.rows import announce, link_of, lock, queue_of, suspended
+from queueing.rows import announce, is_suspended, link_of, lock, queue_of
 from queueing.turns import start_countdown
 from robots.bus.streams import kept_stream
 from robots.grants import lease_of
@@ -94,7 +94,7 @@ def ask(
             raise TooManyJobs(ONE_A_GUEST) from error
         tag_next(queue)
         job.refresh_from_db()
-        if job.start_tag is not None and not suspended(robot, link):
+        if job.start_tag is not None and not is_suspended(robot, link):
             start_countdown(queue, now, job)
         announce(queue, user)
         return job

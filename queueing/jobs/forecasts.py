@@ -11,7 +11,7 @@ from django.db.models import QuerySet
 from queueing.fairshare import turn_range
 from queueing.jobs.kinds import limit_of
 from queueing.models import NOT_YET, OPEN_JOB, Job, JobRun, JobState, QueueRobot, Ticket, Turn
-from queueing.rows import QUEUE, link_of, links_of, suspended
+from queueing.rows import QUEUE, is_suspended, link_of, links_of
 from queueing.turns import length_of_turn
 from robots.grants import ROBOT, open_grant
 from robots.models import Robot
@@ -92,7 +92,7 @@ def jobs_before(ticket: Ticket) -> list[Job]:
         return []
     found: list[Job] = []
     for link in links_of(ticket.queue):
-        if suspended(link.robot, link):
+        if is_suspended(link.robot, link):
             continue
         tags = _tagged(link.robot, link)
         found += [job for job, tag in tags.items() if _precedes(job, tag, ticket)]
@@ -166,7 +166,7 @@ def _turns(queue: int) -> list[float]:
 
 def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:
     """Return whether the wait can be estimated: the robot is in order, and no upkeep runs."""
-    if robot.cycle in OUT or jobs[0].queue.paused or suspended(robot, link):
+    if robot.cycle in OUT or jobs[0].queue.paused or is_suspended(robot, link):
         return False
     grant = open_grant(robot)
     return grant is None or grant.kind != GrantKind.UPKEEP

@@ -41,13 +41,8 @@ def judge_waiting(queue: Queue, now: datetime) -> None:
         for job in list(of_robot.filter(_any(rules))):
             why = next(reason for rule, reason in rules if Job.objects.filter(rule, pk=job.pk).exists())
             end(queue, job, JobState.CANCELLED, why, 0.0, now)
-        for job, good in outdated(link.robot, of_robot, now):
+        for job, good in outdated_jobs(link.robot, of_robot, now):
             end(queue, job, JobState.FAILED, good.text, 0.0, now, good.code)
-
-
-def unfit(robot: Robot, guests_ask: bool) -> Q:
-    """Return the filter of waiting jobs that may not start, because their asker may no longer ask for them."""
-    return _any(refusals(robot, guests_ask))
 
 
 def refusals(robot: Robot, guests_ask: bool) -> tuple[tuple[Q, str], ...]:
@@ -74,7 +69,7 @@ def _any(rules: tuple[tuple[Q, str], ...]) -> Q:
     return reduce(or_, (rule for rule, _ in rules), NO_JOB)
 
 
-def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[Job, GoodWhile]]:
+def outdated_jobs(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[Job, GoodWhile]]:
     """Return the robot's waiting jobs with an argument that its state no longer matches, each with the spec's rule.
 
     A state that is old, or was reported before the job was asked for, is not used: the asker may have seen a newer one.
@@ -102,5 +97,5 @@ def head_of(robot: Robot, link: QueueRobot) -> Job | None:
     waiting = Job.objects.filter(robot=robot, state=JobState.WAITING, start_tag__isnull=False)
     if not waiting.exists() or not job_kinds(robot):
         return None
-    there = waiting.exclude(unfit(robot, link.guests_ask))
+    there = waiting.exclude(_any(refusals(robot, link.guests_ask)))
     return there.select_related("robot", "account", "user").order_by("start_tag", "id").first()

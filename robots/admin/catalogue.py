@@ -95,7 +95,7 @@ class RobotAdmin(FormFieldsAdmin):
             "stop": services.stop_shown(robot, SYSTEM.now()),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
             "commands": commands[:8] if user.has_perm("robots.view_command") else None,
-            "probe_lost": probes.lost(robot, SYSTEM.now()),
+            "probe_lost": probes.is_lost(robot, SYSTEM.now()),
             "readings": robot.readings(lease.state) if lease else (),
             **self._offered(robot),
         }  # fmt: skip

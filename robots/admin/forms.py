@@ -40,7 +40,7 @@ class ListField(forms.JSONField):
     def clean(self, value: Any) -> Any:
         """Return the value to be stored. Raises ValidationError."""
         found = super().clean(value)
-        return checked(self._setting, found) if found else None
+        return check_list(self._setting, found) if found else None
 
     def bound_data(self, data: Any, initial: Any) -> Any:
         """Return the value that the form shows again."""
@@ -50,7 +50,7 @@ class ListField(forms.JSONField):
             return InvalidJSONInput(data)
 
 
-def checked(setting: Setting, value: Any) -> Any:
+def check_list(setting: Setting, value: Any) -> Any:
     """Return a list as the robot's own check returns it. Raises ValidationError."""
     try:
         return function(setting.check)(value)
@@ -61,7 +61,7 @@ def checked(setting: Setting, value: Any) -> Any:
 def _accepted(setting: Setting, value: Any) -> Any:
     """Return a stored list as the check returns it; None if the check refuses it."""
     try:
-        return checked(setting, value)
+        return check_list(setting, value)
     except forms.ValidationError:
         return None
 

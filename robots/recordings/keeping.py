@@ -279,7 +279,7 @@ def _written_again(row: Recording) -> bool:
     new = path.with_name(f"{path.stem}-{secrets.token_hex(4)}{BUSY}")
     try:
         with beside(path, new):
-            copy(path, new, lambda message: not taken_out(message, row.taken_out))
+            copy(path, new, lambda message: not is_taken_out(message, row.taken_out))
     except (OSError, ValueError):
         log.exception("%s could not be written without what was taken down", row)
         path.unlink(missing_ok=True)
@@ -307,7 +307,7 @@ def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
     return count
 
 
-def taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
+def is_taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
     """Return whether a message is a picture in one of the spans."""
     from robots.kit.recording import container  # noqa: PLC0415 - see copy
 

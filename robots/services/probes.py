@@ -51,7 +51,7 @@ def waiting() -> bool:
     return Robot.objects.filter(probe_begun_at=None).exclude(probe_asked_at=None).exists()
 
 
-def lost(robot: Robot, now: datetime) -> bool:
+def is_lost(robot: Robot, now: datetime) -> bool:
     """Return whether the robot's test died with its process, so that another may be requested."""
     return robot.probe_begun_at is not None and robot.probe_begun_at <= now - timedelta(seconds=LIMIT_S)
 

@@ -33,7 +33,7 @@ def visible(robot: Robot, user: Any) -> QuerySet[Program]:
     return shown.order_by(Case(When(mine, then=0), default=1), "name", "pk")
 
 
-def one(robot: Robot, user: Any, pk: int) -> Program:
+def visible_program(robot: Robot, user: Any, pk: int) -> Program:
     """Return a program that the person may see. Raises BadRequest."""
     program = visible(robot, user).filter(pk=pk).first()
     if program is None:

@@ -30,10 +30,9 @@ from workers.commands.rows import abandon
 from workers.commands.run import Commands, Runner
 from workers.guard.deadman import DeadManTimer
 from workers.guard.follow import Follower
-from workers.guard.heartbeat import Heartbeat
 from workers.guard.listen import Listener
 from workers.guard.stop import Stop
-from workers.guard.watch import Watch
+from workers.guard.watch import Heartbeat, Watch
 from workers.media.pictures import Pictures
 from workers.media.sound import Sound
 from workers.media.streams import Streams

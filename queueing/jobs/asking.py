@@ -24,7 +24,6 @@ from robots.kit.plain import one_line
 from robots.models import Robot
 from robots.services.clicks import with_program
 from robots.services.commands import picture_time
-from robots.services.present import present_state
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
@@ -74,7 +73,8 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     args = with_program(robot, user, kind, args)
-    check(robot.driver, kind, args, robot.driver_settings(), present_state(robot, lease_of(robot), now))
+    lease = lease_of(robot)
+    check(robot.driver, kind, args, robot.driver_settings(), lease.present_state(robot.spec(), now) if lease else None)
     _refuse_by_stream(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():

@@ -20,7 +20,6 @@ from robots.models import Command, Grant, Lease, Robot
 from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
 from robots.services.permissions import need_level, need_staff
-from robots.services.present import state_at_rest
 from robots.states import COMMAND_FINAL, GIVES_WAY_TO_STAFF, IN_ORDER, GrantEnd, GrantKind, Lane
 
 START_S = 10.0  # a command that has not started within this time never starts
@@ -137,7 +136,8 @@ def _issue(
         if wanted is not None and wanted.level > 1:
             need_level(user, robot, wanted)
         lease, since = getattr(robot, "lease", None), counted.last_end or grant.opened_at
-        state = state_at_rest(robot, lease, now, since, counted.waiting or 0)
+        # where a command waits, the robot will have moved before this one begins
+        state = None if lease is None or counted.waiting else lease.state_at_rest(spec, now, since)
         check(robot.driver, kind, args, robot.driver_settings(), state)
     limit_s = wanted.limit_s if wanted else LIMIT_S
     lane = wanted.lane if wanted else Lane.MOTION

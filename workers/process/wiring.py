@@ -24,17 +24,15 @@ from workers.authority.gate import Authority, Gate
 from workers.authority.lane import CONFIG, MOTION, Lane, Pace
 from workers.authority.lease import DatabaseClock, OwnerLease
 from workers.authority.memory import KnownGrants, Link, StopLatch
-from workers.commands.dispatch import Commands
 from workers.commands.findings import Findings
 from workers.commands.packages import Packages
 from workers.commands.rows import abandon
-from workers.commands.run import Runner
+from workers.commands.run import Commands, Runner
 from workers.guard.deadman import DeadManTimer
 from workers.guard.follow import Follower
-from workers.guard.heartbeat import Heartbeat
 from workers.guard.listen import Listener
 from workers.guard.stop import Stop
-from workers.guard.watch import Watch
+from workers.guard.watch import Heartbeat, Watch
 from workers.media.pictures import Pictures
 from workers.media.sound import Sound
 from workers.media.streams import Streams

@@ -12,12 +12,12 @@ from robots.kit.contract.capabilities import Idle, Need
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_or_none
 from robots.models import Grant, Robot
+from robots.models.robot import FRESH
 from robots.services.commands import over_by, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
 AGAIN_S = 30.0  # least time from a need's failed command, or from the begin of a short idle slice, to the next
 REFUSED_S = 3600.0  # pause after the robot refused its idle behaviour
-FRESH_S = 60.0  # an older value of a channel is not used
 NOTED_S = 20.0  # between two notes that somebody watches
 C = TypeVar("C")
 
@@ -28,7 +28,7 @@ def wanted_need(robot: Robot, now: datetime) -> Need | None:
     if not found:
         return None
     lease = lease_of(robot)
-    if lease is None or lease.state_at is None or (now - lease.state_at).total_seconds() > FRESH_S:
+    if lease is None or lease.state_at is None or now - lease.state_at > FRESH:
         return None
     values = lease.state.get("values") or {}
     last = newest_grant_that_moves(robot)

@@ -20,13 +20,13 @@ from robots.kit.contract.capabilities import GoodWhile
 from robots.kit.contract.find import spec_or_none
 from robots.kit.contract.spec import CommandKind
 from robots.models import Robot
+from robots.models.robot import FRESH
 
 SWITCHED_OFF = "The account of the person who asked for it is switched off."
 NO_SUCH_KIND = "This robot no longer takes this kind of job."
 NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
 NO_JOB = Q(pk=None)
-FRESH = timedelta(seconds=60)  # an older value of a channel is not used
 LATER = timedelta(seconds=2)  # a state must be newer than the job by this: clocks of hosts differ
 
 

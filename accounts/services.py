@@ -78,8 +78,8 @@ def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints
     """
     if not cleared(user, robot) and not (user is not None and user.has_perm("robots.change_robot")):
         raise NotPermitted("Pass the clearance test of this robot first.")
-    told = {name: value for name, value in robot.driver_settings().items() if name != "token"}
-    return Job(robot.driver, told, kind, args, joints, n)
+    public = {name: value for name, value in robot.driver_settings().items() if name != "token"}
+    return Job(robot.driver, public, kind, args, joints, n)
 
 
 def has_read(user: Any, robot: Robot) -> bool:

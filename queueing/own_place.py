@@ -1,4 +1,4 @@
-"""What people do with their own place, the same from every page: join, accept, leave, stay, be present, dismiss."""
+"""Acts of people on their own place, the same from every page: join, accept, leave, stay, be present, dismiss."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

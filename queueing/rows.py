@@ -56,12 +56,12 @@ def queue_of(robot: Robot) -> Queue:
 def _first_settings(robot: Robot) -> dict[str, Any]:
     """Return the table `[queue]` of the robot's robot.toml; nothing if its package is not installed."""
     try:
-        told: dict[str, Any] = dict(robot.description().get("queue", {}))
+        table: dict[str, Any] = dict(robot.description().get("queue", {}))
     except (ImportError, LookupError, OSError):
         return {}
-    if unknown := sorted(told.keys() - SETTINGS):
+    if unknown := sorted(table.keys() - SETTINGS):
         raise BadSettings(f"robot.toml of {robot.driver}, [queue]: there is no setting {unknown[0]!r}")
-    return told
+    return table
 
 
 def lock(queue: Queue) -> Queue:

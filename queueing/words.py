@@ -85,4 +85,4 @@ PLACE_ENDS: dict[PlaceEnd, End] = {
     PlaceEnd.UNCLEARED: End("Your clearance for this robot was withdrawn.", FREE, ASK),
     PlaceEnd.DELETED: End("Your account was deleted.", FREE, ASK),
 }
-OWN_WISH = (GrantEnd.HOLDER, PlaceEnd.LEFT)  # the person wanted it, and need not be told
+OWN_WISH = (GrantEnd.HOLDER, PlaceEnd.LEFT)  # the person chose this end, so no page explains it

@@ -52,14 +52,14 @@ def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
         if not press:
             return view(request, *args, **kwargs)
         key = f"once:{request.user.pk}:{press}"
-        told = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
-        if told:
-            return HttpResponse(told) if told.startswith(PAGE) else HttpResponseRedirect(told)
+        stored = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
+        if stored:
+            return HttpResponse(stored) if stored.startswith(PAGE) else HttpResponseRedirect(stored)
         try:
             answer = view(request, *args, **kwargs)
-            told = answer.get("Location") or _page_that_closes(answer)
+            stored = answer.get("Location") or _page_that_closes(answer)
         finally:
-            cache.set(key, told, KNOWN_S) if told else cache.delete(key)
+            cache.set(key, stored, KNOWN_S) if stored else cache.delete(key)
         return answer
 
     return checked
@@ -76,6 +76,6 @@ def _made(request: HttpRequest, key: str) -> str | None:
     """Return the address or page that answered the first press; None if it was refused or is not answered in time."""
     getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/edge/pages.py)
     until = SYSTEM.awake() + WAIT_S
-    while (told := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
+    while (stored := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
         SYSTEM.sleep(POLL_S)
-    return str(told) if told else None
+    return str(stored) if stored else None

@@ -21,7 +21,7 @@ LIMIT, SECONDS, END = 24, 25.0, "FARHAND_QUICK_END"  # files at most; a test tha
 EVERY = ["tests/unit/test_generic_words.py", "tests/unit/test_sizes.py"]  # they judge the text of every file
 OTHERS = ("tests/drivers/", "tests/e2e/", "tests/faults/", "tests/services/test_movies_arrive.py")  # take long
 WEB = re.compile(r"\b(client|admin|Client)\b")  # asks for pages, so it uses what answers by address alone
-RULES = (  # what no import leads to, and the modules that stand for it
+RULES = (  # files to which no import leads, and the modules that stand for them
     (re.compile(r"templates/"), "portal.urls"),
     (re.compile(r"frontend/"), "portal.web.consoles.console"),
     (re.compile(r"(robots/kit/drivers|simulators)/(\w+)/"), r"\1.\2"),

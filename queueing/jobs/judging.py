@@ -82,10 +82,10 @@ def outdated_jobs(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[t
     values = lease.state.get("values") or {}
     found: list[tuple[Job, GoodWhile]] = []
     for good in declared:
-        told = values.get(good.channel)
-        if isinstance(told, int | float):
+        value = values.get(good.channel)
+        if isinstance(value, int | float):
             asked = waiting.filter(kind=good.kind, asked_at__lt=lease.state_at - LATER)
-            found += [(job, good) for job in asked if job.args.get(good.argument, told) != told]
+            found += [(job, good) for job in asked if job.args.get(good.argument, value) != value]
     return found
 
 

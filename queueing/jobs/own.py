@@ -1,4 +1,4 @@
-"""What people and guests do with their own jobs: cancel one, see its end, answer the survey. Staff cancel any job."""
+"""Acts of people and guests on their own jobs: cancel one, see its end, answer the survey. Staff cancel any job."""
 
 from datetime import datetime, timedelta
 

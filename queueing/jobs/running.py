@@ -73,8 +73,8 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
         reason = f"{TOO_LONG} {reason}".strip() if is_program(job.robot, job.kind) else TOO_LONG
         end(queue, job, JobState.FAILED, reason, used, now)
     elif command is not None and command.sent_at is not None and is_program(job.robot, job.kind):
-        told = f"{reason} {ONCE}".strip()
-        end(queue, job, JobState.FAILED, told if len(told) <= LONGEST else reason, 0.0, now)
+        text = f"{reason} {ONCE}".strip()
+        end(queue, job, JobState.FAILED, text if len(text) <= LONGEST else reason, 0.0, now)
     else:
         _wait_again(queue, job, grant, reason, now)
 

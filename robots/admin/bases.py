@@ -46,9 +46,9 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
                 self.log_change(request, one, word)
             done, others = done + changed, others + (not changed)
         counts = [(count, text) for count, text in ((done, word), (others, rest)) if count]
-        told = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
-        if told:
-            messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(told))
+        sentences = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
+        if sentences:
+            messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(sentences))
 
 
 class ReadOnlyAdmin(GuardedAdmin):

@@ -148,8 +148,8 @@ def _check_simulator(driver: str, address: str) -> None:
         listed = ", ".join(f"sim:{one}" for one in installed)
         raise forms.ValidationError({"address": f"There is no simulator {name!r}. Installed are: {listed}."})
     if name != driver and driver in installed:
-        told = f"The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}."
-        raise forms.ValidationError({"address": told})
+        text = f"The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}."
+        raise forms.ValidationError({"address": text})
 
 
 def form_for(robot: Robot) -> type[RobotForm]:

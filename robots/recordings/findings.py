@@ -19,5 +19,5 @@ def findings_of(grants: Any) -> QuerySet[Finding]:
 
 def left_out(commands: Iterable[Command]) -> int:
     """Return how many findings of these commands were not stored, because there were too many."""
-    told = (command.result.get("left_out") for command in commands)
-    return sum(number for number in told if isinstance(number, int))
+    numbers = (command.result.get("left_out") for command in commands)
+    return sum(number for number in numbers if isinstance(number, int))

@@ -236,7 +236,7 @@ def _first_still(path: Path, camera: int) -> int:
 
     try:
         for message in reading.messages(path, [f"{container.CAMERA}{camera}"]):
-            with contextlib.suppress(ValueError, TypeError, OverflowError):  # what cannot be read shows nothing
+            with contextlib.suppress(ValueError, TypeError, OverflowError):  # an unreadable message shows no picture
                 if still := int(message.content().get("still", 0)):
                     return still
     except OSError:

@@ -100,8 +100,8 @@ def ask_due(now: datetime) -> int:
         if (filmed and count >= room) or not row.update(filmed=recording.version) or not filmed:
             continue
         same: dict[str, Any] = {"recording": recording, "kind": Kind.MP4, "version": recording.version}
-        told = {"robot": recording.robot, "asked_at": now, "unasked": True}
-        count += Movie.objects.get_or_create(**same, defaults=told)[1]
+        defaults = {"robot": recording.robot, "asked_at": now, "unasked": True}
+        count += Movie.objects.get_or_create(**same, defaults=defaults)[1]
     return count
 
 

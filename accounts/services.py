@@ -122,7 +122,7 @@ def withdrawn_clearance(user: Any, robot: Robot) -> Clearance | None:
 
 
 def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
-    """Return if the person may take the test now. Raises NotNow."""
+    """Check that the person may take the test now. Raises NotNow."""
     if not user.is_authenticated or not user.is_active:
         raise NotNow("Sign in first.")
     _need_clearable(user, robot)
@@ -134,7 +134,7 @@ def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
 
 
 def _need_clearable(user: Any, robot: Robot) -> None:
-    """Return if staff have not withdrawn the person's clearance. Raises NotNow."""
+    """Check that staff have not withdrawn the person's clearance. Raises NotNow."""
     if (lost := withdrawn_clearance(user, robot)) is not None and lost.revoked_at is not None:
         why = f" Their note: {lost.note}" if lost.note else ""
         raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")

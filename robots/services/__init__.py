@@ -7,7 +7,7 @@ send events. Services create rows; only the owner changes them.
 from robots.grants import end_grant, open_grant, start_grant
 from robots.services.clicks import newest_still, resolve
 from robots.services.commands import START_S, Issued, RobotOffline, issue, need_worker, next_seq, staff_command
-from robots.services.configuring import configure, restore, to_restore
+from robots.services.configuring import configure, reset_settings, settings_to_reset
 from robots.services.incidents import close_incident
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled, start_maintenance
 from robots.services.recordings import choose_of_the_day, remove_recording, take_down
@@ -20,7 +20,7 @@ __all__ = (  # noqa: RUF022 - by subject
     # commands
     "START_S", "Issued", "RobotOffline", "issue", "need_worker", "newest_still", "next_seq", "resolve", "staff_command",
     # settings
-    "configure", "restore", "to_restore",
+    "configure", "reset_settings", "settings_to_reset",
     # the stop
     "StopShown", "asked_since_stop", "may_stop", "release_stop", "stop", "stop_shown",
     # the lock-out, the switch, the maintenance turn, incidents

@@ -30,7 +30,7 @@ NEVER_BEGUN = Q(state__in=(CommandState.REJECTED, CommandState.EXPIRED)) | Q(
 )
 
 
-def to_restore(
+def settings_to_reset(
     robot: Robot, kinds: Iterable[CommandKind], grant: Grant | None = None, values: Mapping[str, float] | None = None
 ) -> list[tuple[CommandKind, Mapping[str, Any]]]:
     """Return (kind, arguments) of each setting that differs from staff's last value or from the default.
@@ -71,17 +71,17 @@ def _is_forgotten(kind: CommandKind, tried: QuerySet[Command], values: Mapping[s
     return not_shown(kind, done.args if done else kind.default or {}, values) is not None
 
 
-def restore(
+def reset_settings(
     robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int, now: datetime,
     values: Mapping[str, float] | None = None,
 ) -> list[Command]:  # fmt: skip
-    """Write the commands that restore changed settings, under an open grant; see `to_restore`. Return them.
+    """Write the commands that set changed settings back, under an open grant; see `settings_to_reset`. Return them.
 
     Their numbers count downwards, so that the numbers of the holder's commands stay free. The owner runs them as any
     other command; the robot has confirmed a completed one.
     """
     rows = []
-    for kind, args in to_restore(robot, kinds, grant, values):
+    for kind, args in settings_to_reset(robot, kinds, grant, values):
         row = Command.objects.create(
             robot=robot, grant=grant, client_seq=_number_below(grant), kind=kind.kind, lane=kind.lane, args=dict(args),
             epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=kind.limit_s,

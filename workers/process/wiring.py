@@ -46,7 +46,7 @@ from workers.robot.live import send_live
 from workers.robot.machine import Machine
 from workers.robot.owned import OwnedRobot
 from workers.robot.recovery import Recovery
-from workers.robot.settings import Restoring
+from workers.robot.settings import SettingsReset
 from workers.robot.state_publisher import StatePublisher
 
 log = logging.getLogger(__name__)
@@ -117,9 +117,9 @@ class Owner:
         self.runner = Runner(owned, self.lane, deadman, pictures, findings, packages, connection.faulted, note)
         runner_beside = Runner(owned, beside, deadman, pictures, findings, packages, connection.config_faulted, note)
         self.config = Commands(owned, beside, runner_beside.run, pictures)
-        restoring = Restoring(owned, connection, beside, self.config.run_due)
-        self.motion = Commands(owned, self.lane, self.runner.run, pictures, restoring.settle)
-        handover = Handover(owned, self.lane.gate, pictures, connection, restoring)
+        settings_reset = SettingsReset(owned, connection, beside, self.config.run_due)
+        self.motion = Commands(owned, self.lane, self.runner.run, pictures, settings_reset.settle)
+        handover = Handover(owned, self.lane.gate, pictures, connection, settings_reset)
         self.control = Control(owned, self.motion, self.config, connection, self.regain, handover, pictures, findings)
 
     @property

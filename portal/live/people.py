@@ -11,7 +11,7 @@ from django.contrib.sessions.models import Session
 from django.db.models import BigAutoField, CharField, DateTimeField, Subquery
 from django.utils.crypto import constant_time_compare
 
-from accounts.session_store import SessionStore
+from accounts.sessions import SessionStore
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
 from robots.kit.clock import SYSTEM
 from robots.prepared import Prepared, Slot

@@ -117,7 +117,7 @@ class Line:
         services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
         monkeypatch.setattr(snapshot_sender, "current_user", lambda scope: people["ada"])
         monkeypatch.setattr(
-            bus.owner, "send", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
+            bus.publishing, "send", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
         )
         self.heard, self.page, self.said, self.tasks = [], robot_socket.RobotSocket(), [], []
         self.page.scope = {"url_route": {"kwargs": {"slug": robot.slug}}}

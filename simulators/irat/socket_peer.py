@@ -28,7 +28,7 @@ class SocketPeer(Peer):
         """Let others have their turn; wait if this client sends too fast."""
         now = self._real.monotonic()
         self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
-        self._filled, self.heard = now, self._clock.monotonic()
+        self._filled, self.heard_at = now, self._clock.monotonic()
         self._room -= 1
         await asyncio.sleep(max(0.0, -self._room / A_SECOND))  # frames that wait already would be read without a pause
 

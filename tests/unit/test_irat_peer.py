@@ -92,6 +92,15 @@ def test_a_faster_sender_waits():
     run(work)
 
 
+def test_each_message_says_that_its_sender_is_not_silent():
+    async def work(peer):
+        peer.heard_at = 0.0
+        await peer.within_rate()
+        assert peer.heard_at > 0.0
+
+    run(work)
+
+
 def test_each_subscription_has_its_own_pace():
     async def work(peer):
         peer.subscriptions["/a"] = {"slow": Subscription(1.0), "quick": Subscription(0.1)}

@@ -14,6 +14,7 @@ from typing import Any
 
 from robots.kit.clock import TIMER, Timer
 
+Note = Callable[..., None]  # `Journal.note`, or a test's
 BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash", "bad_checksum", "claim"})
 BURST, A_SECOND = 100.0, 5.0  # lines of each of these
 

@@ -15,7 +15,7 @@ BOOTS = 2**32
 State = TypeVar("State")
 
 
-def restored(path: Path, read: Callable[[Any], State], new: State, wall: Wall = WALL) -> tuple[State, int]:
+def restore(path: Path, read: Callable[[Any], State], new: State, wall: Wall = WALL) -> tuple[State, int]:
     """Return what `read` makes of the stored object, and the last boot number; `new` and 0 if nothing was stored yet.
 
     If nothing can be read, `new`, and the boot number continues from the time of day in seconds, because no number may
@@ -30,7 +30,7 @@ def restored(path: Path, read: Callable[[Any], State], new: State, wall: Wall = 
         return new, int(wall()) % BOOTS
 
 
-def keep(path: Path, boot: int, told: Mapping[str, object]) -> None:
+def keep(path: Path, boot: int, state: Mapping[str, object]) -> None:
     """Write the object. Raises OSError."""
     with replaced(path) as file:
-        file.write(json.dumps({**told, "boot": boot}).encode())
+        file.write(json.dumps({**state, "boot": boot}).encode())

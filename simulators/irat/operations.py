@@ -21,11 +21,11 @@ from robots.kit.drivers.irat.protocol import (
     epoch_of,
 )
 from robots.kit.drivers.rosbridge import Malformed, Operation, encode, operation, received
+from simulators.common.journal import Note
+from simulators.common.rovers.motor_board import End
 from simulators.irat.claims import Claims
-from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
 
-Note = Callable[..., None]
 EARLY = 0.8  # share of a topic's period after which its next message is not too early
 MOST_SUBSCRIPTIONS = 64
 MOST_HOLDS = 32  # of one client, not answered yet

@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterable
 from robots.kit.clock import TIMER, WALL, Timer, Wall
 from robots.kit.drivers.rosbridge import Message, encode
 from simulators.common.faults import FaultBoard
-from simulators.irat.operations import Note, Operations, Robot
+from simulators.common.journal import Note
+from simulators.irat.operations import Operations, Robot
 from simulators.irat.peer import Peer
 
 MOST_PEERS = 32  # the oldest that does not command goes for a new one

@@ -17,7 +17,7 @@ from websockets.http11 import Request, Response
 from robots.kit.clock import TIMER, Timer
 from robots.kit.drivers.rosbridge import MOST_BYTES
 from simulators.common.faults import FaultBoard
-from simulators.irat.operations import Note
+from simulators.common.journal import Note
 from simulators.irat.radio import Messages, Radio
 from simulators.irat.socket_peer import SocketPeer
 

@@ -6,7 +6,6 @@ In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial se
 socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +23,7 @@ from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.microphone import Microphone
 from simulators.common.nonvolatile import BOOTS
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any, names, record_deaths
 from simulators.mercury.arm import Body
 from simulators.mercury.camera import expose
@@ -160,10 +159,7 @@ def main() -> None:
 
     simulator = Simulator(options.dir, options.seed, opened, clock)
     camera = simulator.open()
-    stop_when_told(simulator)
-    sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {camera.port}\n")
-    sys.stdout.flush()
-    simulator.run()
+    run(simulator, f"line {(options.dir / 'tty').resolve()} camera port {camera.port}")
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ def _pose(stored: Any) -> Pose:
 
 def restore(path: Path) -> StoredState:
     """Return the state stored in `path`; a new arm stands at its start."""
-    return StoredState(*kept.restored(path, _pose, START))
+    return StoredState(*kept.restore(path, _pose, START))
 
 
 def keep(path: Path, pose: Pose, boot: int) -> None:

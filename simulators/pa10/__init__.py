@@ -7,8 +7,6 @@ missing. So this is tried here first.
 import logging
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads would only wait for each other
-os.environ.setdefault("MUJOCO_GL", "disable")  # physics needs no window system
 try:
     import mujoco
 except Exception as error:  # noqa: BLE001 - whatever a graphics library raises

@@ -8,7 +8,6 @@ together.
 """
 
 import threading
-from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -19,6 +18,7 @@ from robots.kit.arms.zones import Box
 from robots.kit.clock import TIMER, Limit, Timer, Until
 from robots.kit.drivers.pa10.courses import Course, Courses, is_default
 from robots.kit.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
+from simulators.common.journal import Note
 from simulators.pa10 import runner
 from simulators.pa10.position_guard import PositionGuard
 from simulators.pa10.runner import GRIP_S
@@ -34,7 +34,6 @@ PLANS = 4  # attempts for one target while the arm moves on
 STILL_RAD_S = 0.02  # below this the measured arm rests
 MOST_BOXES = 32
 WAY_OUT = "only j 0 0 0 0 0 0 leads out of it"
-Note = Callable[..., None]
 
 
 class Application:

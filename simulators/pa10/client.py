@@ -14,12 +14,12 @@ from robots.kit.arms.planner import Refused
 from robots.kit.clock import TIMER, Timer, Until
 from robots.kit.drivers.pa10.protocol import Malformed
 from simulators.common.faults import FaultBoard
+from simulators.common.journal import Note
 from simulators.common.tcp import Line
 
 MOST_WAITING = 1000  # lines in the queue; more are refused
 LOOK_S = 3600.0  # between two looks into an empty queue; a new order wakes the thread sooner
 Order = Callable[[], str]
-Note = Callable[..., None]
 
 
 class Client:

@@ -13,10 +13,10 @@ from typing import Protocol
 from robots.kit.clock import TIMER, Timer
 from robots.kit.drivers.pa10.protocol import LONGEST, LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
+from simulators.common.journal import Note
 from simulators.common.tcp import Line, Listener
 from simulators.pa10.client import Client, Order
 
-Note = Callable[..., None]
 WAIT_S = 120.0
 MOST_STRANGERS = 16  # undecided connections; the oldest is closed for a new one
 

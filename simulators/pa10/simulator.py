@@ -16,7 +16,7 @@ from robots.kit.drivers.pa10.protocol import VELOCITIES, ArmState, Request
 from robots.kit.files import replace_text, replaced
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
-from simulators.common.journal import Journal
+from simulators.common.journal import Journal, Note
 from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
@@ -28,7 +28,7 @@ from simulators.pa10.plant import Measured, Plant
 from simulators.pa10.position_guard import why_outside
 from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
-from simulators.pa10.server import Network, Note
+from simulators.pa10.server import Network
 from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
 from simulators.pa10.velocity import DEAD_MAN_S

@@ -20,7 +20,7 @@ from robots.kit.clock import TIMER, FasterTimer, Timer
 from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any, record_deaths
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
@@ -235,8 +235,7 @@ def main() -> None:
     end_with_any()
     options = arguments(__doc__).parse_args()
     simulator = Simulator(options.dir, FasterTimer(options.speed))
-    stop_when_told(simulator)
-    simulator.run()
+    run(simulator, f"line {options.dir / 'tty'}")
 
 
 if __name__ == "__main__":

@@ -25,7 +25,8 @@ from robots.kit.drivers.srv1.extension import (  # fmt: skip
 )
 from robots.kit.drivers.srv1.journal import Event
 from robots.kit.drivers.srv1.sensors import Channel
-from simulators.srv1.drive import End, Note
+from simulators.common.journal import Note
+from simulators.common.rovers.motor_board import End
 from simulators.srv1.flash import Flash, text_of
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.logbook import Logbook

@@ -14,8 +14,8 @@ from robots.kit.drivers.srv1.bounds import BOOT
 from robots.kit.drivers.srv1.extension import Hold
 from robots.kit.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
 from robots.kit.drivers.srv1.protocol import Malformed
+from simulators.common.journal import Note
 from simulators.srv1.commander import Commander, Parse
-from simulators.srv1.drive import Note
 from simulators.srv1.flash import Flash
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.motors import Motors

@@ -2,6 +2,7 @@
 
 from binascii import crc_hqx
 from collections.abc import Callable
+from pathlib import Path
 
 from simulators.srv1.xmodem import Byte, receive
 
@@ -91,3 +92,11 @@ def text_of(data: bytes) -> bytes:
     """Return the text that stands at the beginning."""
     ends = (at for at in (data.find(end) for end in (ENDS[:1], ENDS[1:])) if at >= 0)
     return data[: min(ends, default=len(data))]
+
+
+def restore_user(path: Path) -> bytes:
+    """Return the user's sector that was stored in `path`; nothing if that cannot be read."""
+    try:
+        return path.read_bytes()[:SECTOR]
+    except OSError:
+        return b""

@@ -13,7 +13,7 @@ from robots.kit.clock import TIMER, Timer, Until
 from robots.kit.drivers.srv1.extension import HOLD
 from robots.kit.drivers.srv1.protocol import STOP
 from simulators.common.faults import FaultBoard
-from simulators.srv1.drive import Note
+from simulators.common.journal import Note
 
 AHEAD_S = 0.25  # what the radio's modem buffers of what the firmware says; then flow control makes it wait
 MOST_LATE = 65536  # bytes that wait in each direction; more are lost

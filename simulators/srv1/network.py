@@ -4,8 +4,8 @@ import contextlib
 from functools import partial
 
 from robots.kit.clock import TIMER, Timer
+from simulators.common.journal import Note
 from simulators.common.tcp import Line, Listener
-from simulators.srv1.drive import Note
 from simulators.srv1.link import Link
 
 PIECE = 4096

@@ -8,7 +8,7 @@ from robots.kit.drivers.irat.brain.process import BrainProcess
 from robots.kit.drivers.irat.driver import Driver
 from robots.kit.drivers.irat.protocol import DRIVE, Drive
 from robots.kit.drivers.rosbridge import decode, operation
-from simulators.irat.drive import End
+from simulators.common.rovers.motor_board import End
 from simulators.irat.simulator import Simulator
 from tests.faults.wishes import ROBOTS
 from tests.world.brain import Brain

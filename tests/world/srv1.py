@@ -8,7 +8,7 @@ from robots.kit.drivers.srv1 import extension, flash
 from robots.kit.drivers.srv1.driver import Driver
 from robots.kit.drivers.srv1.extension import HOLD, Patrol, Velocity
 from robots.kit.drivers.srv1.framing import COMMAND, Frames
-from simulators.srv1.drive import End
+from simulators.common.rovers.motor_board import End
 from simulators.srv1.simulator import Simulator
 from tests.world.streams import Door, Network
 from tests.world.world import World

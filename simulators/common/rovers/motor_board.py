@@ -3,11 +3,12 @@
 It has no lock and no clock of its own: its owner calls it under one lock, and `now` is the simulator's time in s.
 """
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
 
-Note = Callable[..., None]
+from simulators.common.journal import Note
+
 STALLED_SHARE, STALLED_RIM_M_S, STALLED_S = 0.25, 0.02, 0.3  # a rim below this share of its speed for so long
 
 
@@ -26,11 +27,12 @@ class End(StrEnum):
 class MotorBoard:
     """One motion is everything from rest to rest. `note` writes to the journal.
 
-    `motion` is the description's table of that name, `fastest` the greatest speed of a rim (m/s).
+    `description` is the robot's, `fastest` the greatest speed of a rim (m/s).
     """
 
-    def __init__(self, motion: dict[str, Any], fastest: float, note: Note) -> None:
-        self._motion, self._fastest, self._note = motion, fastest, note
+    def __init__(self, description: Mapping[str, Any], fastest: float, note: Note) -> None:
+        self._motion, self._half = description["motion"], float(description["body"]["track"]) / 2
+        self._fastest, self._note = fastest, note
         self.motion = 0
         self._rest()
 
@@ -53,6 +55,21 @@ class MotorBoard:
             self._note("motion", motion=self.motion, epoch=epoch, linear=linear, angular=angular)
         elif self.moving:
             self.end = End.NONE
+
+    def velocity(self, linear: float, angular: float, epoch: int, now: float) -> None:
+        """Drive with these (m/s, rad/s) until the next velocity, at most for 0.25 s. Ignored during a hold.
+
+        Where one rim would be faster than it can be, both get slower, in the same proportion.
+
+        Raises:
+            ValueError: outside their bounds, or no numbers.
+
+        """
+        if not (abs(linear) <= self._motion["speed"] and abs(angular) <= self._motion["turn"]):
+            raise ValueError(f"no velocity of this robot: {linear} m/s, {angular} rad/s")
+        left, right = linear - angular * self._half, linear + angular * self._half
+        share = min(1.0, self._fastest / max(abs(left), abs(right), 1e-9))
+        self._want((left * share, right * share), (linear, angular), epoch, now)
 
     def hold(self, why: End = End.HELD) -> None:
         """Brake to rest; nothing but rest ends the hold."""

@@ -88,6 +88,19 @@ class FaultBoard:
         self.take(verb)
         return True
 
+    def spoil(self, data: bytes) -> bytes:
+        """Return bytes that go over a line, some of them corrupted, dropped or doubled as the present faults say."""
+        if not any(self.value(verb) for verb in ("corrupt", "drop", "double")):
+            return data
+        out = bytearray()
+        for byte in data:
+            if self.chance("drop"):
+                continue
+            if self.chance("corrupt"):
+                byte ^= 1 << self.random.randrange(8)
+            out += bytes((byte,)) * (2 if self.chance("double") else 1)
+        return bytes(out)
+
     def present(self) -> dict[str, float]:
         """Return all present faults."""
         with self._lock:

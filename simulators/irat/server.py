@@ -14,19 +14,60 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from robots.kit.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.drivers.rosbridge import MOST_BYTES
 from simulators.common.faults import FaultBoard
 from simulators.common.journal import Note
+from simulators.irat.peer import Peer
 from simulators.irat.radio import Messages, Radio
-from simulators.irat.socket_peer import SocketPeer
 
 MOST_SOCKETS = 64  # with those that have not said yet what they are
 MOST_WAITING = 16  # accepted at once, in each turn of the loop; one that is too many is closed some turns later
-OPEN_S, PING_S = 5.0, 5.0  # real time, as the next: the network's
-LOOK_S = 0.05
+OPEN_S, PING_S = 5.0, 5.0  # real time, as the next ones: they protect the machine
+A_SECOND, BURST = 400.0, 400.0  # messages of a client; a faster sender has to wait
+UNREAD_S = 5.0  # longest wait of a frame for a client that does not read
+SILENT_LOOK_S, LATE_LOOK_S = 0.05, 0.005  # between two looks whether the radio speaks again, and at the clock
 log = logging.getLogger("simulators.irat.websockets")
 log.setLevel(logging.CRITICAL)  # messages of strangers are not worth a log line; the journal has what matters
+
+
+class SocketPeer(Peer):
+    """A client behind a WebSocket; all methods are called in the event loop. `real` measures its rate."""
+
+    def __init__(self, line: ServerConnection, faults: FaultBoard, clock: Timer = TIMER, real: Timer = TIMER) -> None:
+        self.line, self._real, self._ready = line, real, asyncio.Event()
+        name = ":".join(map(str, (line.remote_address or ("?", 0))[:2]))
+        super().__init__(name, faults, self._ready.set, line.transport.abort, clock)
+        self._room, self._filled = BURST, real.monotonic()
+
+    async def within_rate(self) -> None:
+        """Let others have their turn; wait if this client sends too fast."""
+        now = self._real.monotonic()
+        self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
+        self._filled, self.heard_at = now, self._clock.monotonic()
+        self._room -= 1
+        await asyncio.sleep(max(0.0, -self._room / A_SECOND))  # frames that wait already would be read without a pause
+
+    async def _pause(self, seconds: float) -> None:
+        limit = Limit(self._clock, seconds)
+        while not limit.over:
+            await asyncio.sleep(LATE_LOOK_S)
+
+    async def write(self) -> None:
+        """Send what waits until the connection ends."""
+        try:
+            while True:
+                await self._ready.wait()
+                self._ready.clear()
+                while (frame := self.next()) is not None:
+                    if self.slow_s:
+                        await self._pause(self.slow_s)
+                    async with asyncio.timeout(UNREAD_S):
+                        await self.line.send(frame)
+        except TimeoutError:
+            self.cut()
+        except ConnectionClosed:
+            return
 
 
 class Network:
@@ -111,7 +152,7 @@ class Network:
     async def _admit(self, line: ServerConnection, request: Request) -> Response | None:
         """Let a handshake wait while the radio is silent; its client gives up some day."""
         while self._radio.silent:
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(SILENT_LOOK_S)
         return None if request.path == "/" else line.respond(HTTPStatus.NOT_FOUND, "rosbridge is at /\n")
 
     async def _serve_one(self, line: ServerConnection) -> None:

@@ -22,16 +22,15 @@ from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.microphone import Microphone
-from simulators.common.nonvolatile import BOOTS
+from simulators.common.nonvolatile import BOOTS, keep, restore
 from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any, names, record_deaths
-from simulators.mercury.arm import Body
+from simulators.mercury.arm import START, Body, Pose
 from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
 from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
 from simulators.mercury.sound import ArmSound
-from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace
 
 OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # tells of refused clients
@@ -54,10 +53,10 @@ class Simulator:
         self.bed = bed(seed)
         self.bed.restore(folder / "bed.npy")
         self._state = folder / "state.json"
-        kept = restore(self._state)
+        pose, last_boot = restore(self._state, Pose.read, START)
         space = Workspace(description)
-        self.body = Body(space.tidy_pose(kept.pose) or START, clock.monotonic())
-        boot = (kept.boot + 1) % BOOTS
+        self.body = Body(space.tidy_pose(pose) or START, clock.monotonic())
+        boot = (last_boot + 1) % BOOTS
         self._keep(boot)
         self.controller = Controller(
             description, self.body, self._blow, self.faults, self.journal, boot, self._keep, clock
@@ -82,7 +81,7 @@ class Simulator:
         return camera
 
     def _keep(self, boot: int) -> None:
-        keep(self._state, self.body.setpoint, boot)
+        keep(self._state, boot, {"pose": self.body.setpoint.as_tuple()})
 
     def _blowing(self) -> bool:
         return self.controller.mode == wire.Mode.BLOWING

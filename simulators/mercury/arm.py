@@ -9,6 +9,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from math import hypot, pi, sqrt
 from operator import itemgetter
+from typing import Any
 
 STEP_S = 0.002
 SWING_HZ = 6.0
@@ -31,6 +32,15 @@ class Pose:
     def as_tuple(self) -> tuple[float, float, float, float]:
         """Return (x, y, z, theta)."""
         return self.x, self.y, self.z, self.theta
+
+    @classmethod
+    def read(cls, stored: Any) -> "Pose":
+        """Return the pose of a state that was stored. Raises ValueError, TypeError, KeyError, OverflowError."""
+        x, y, z, theta = map(float, stored["pose"])
+        return cls(x, y, z, theta)
+
+
+START = Pose(0.0, 0.42, 0.075, 0.0)  # of a new arm
 
 
 @dataclass

@@ -73,7 +73,7 @@ class Line:
             return
         late = self._faults.value("slow")
         at = max(self._out_free, self._clock.monotonic() + late)
-        for byte in self._spoil(frame.encode()):
+        for byte in self._faults.spoil(frame.encode()):
             at += self._byte_s
             self._out.append((at, byte))
         self._out_free = at
@@ -112,25 +112,10 @@ class Line:
         data = self._receive(room)
         at = self._in_free if self._more else max(self._in_free, self._clock.monotonic())
         self._more = len(data) == room  # more bytes were waiting, so the line was not silent
-        for byte in self._spoil(data):
+        for byte in self._faults.spoil(data):
             at += self._byte_s
             self._in.append((at, byte))
         self._in_free = at
-
-    def _spoil(self, data: bytes) -> bytes:
-        """Corrupt, drop or double bytes as the fault board says."""
-        if not any(self._faults.value(v) for v in ("corrupt", "drop", "double")):
-            return data
-        out = bytearray()
-        for byte in data:
-            if self._faults.chance("drop"):
-                continue
-            if self._faults.chance("corrupt"):
-                byte ^= 1 << self._faults.random.randrange(8)
-            out.append(byte)
-            if self._faults.chance("double"):
-                out.append(byte)
-        return bytes(out)
 
 
 class TcpLine(Line):

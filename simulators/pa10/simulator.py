@@ -29,9 +29,8 @@ from simulators.pa10.position_guard import why_outside
 from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
-from simulators.pa10.setpoint import Reference
+from simulators.pa10.setpoint import DEAD_MAN_S, Reference
 from simulators.pa10.store import ProgramStore
-from simulators.pa10.velocity import DEAD_MAN_S
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
 JUDGE_EVERY = 5

@@ -123,7 +123,7 @@ class Link:
         faults, medium = self._faults, self._medium
         if faults.value("awol") or (medium is not None and not medium.reaches(faults.value("far"))):
             return 0.0
-        data, now = self._spoilt(data), self._clock.monotonic()
+        data, now = faults.spoil(data), self._clock.monotonic()
         if not data:
             return 0.0
         with self._changed:
@@ -144,19 +144,6 @@ class Link:
             self._receive(data)
         elif (peer := self._present) is not None:
             peer.say(data)
-
-    def _spoilt(self, data: bytes) -> bytes:
-        """Corrupt, drop or double bytes as the fault board says."""
-        faults = self._faults
-        if not any(faults.value(verb) for verb in ("corrupt", "drop", "double")):
-            return data
-        out = bytearray()
-        for byte in data:
-            if faults.chance("drop"):
-                continue
-            byte ^= 1 << faults.random.randrange(8) if faults.chance("corrupt") else 0
-            out += bytes((byte,)) * (2 if faults.chance("double") else 1)
-        return bytes(out)
 
     def run(self) -> None:
         """Deliver what is late, in order, until closed."""

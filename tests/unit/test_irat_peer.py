@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 from simulators.common.faults import FaultBoard
 from simulators.irat.peer import MOST_ANSWERS, Subscription
-from simulators.irat.socket_peer import BURST, SocketPeer
+from simulators.irat.server import BURST, SocketPeer
 
 
 class Line:

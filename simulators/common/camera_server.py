@@ -100,14 +100,14 @@ class CameraServer:
 
     def answer(self, request: BaseHTTPRequestHandler) -> None:
         """Answer one request."""
-        if self._microphone is not None and urlsplit(request.path).path == self._microphone.path:
+        parts = urlsplit(request.path)
+        if self._microphone is not None and parts.path == self._microphone.path:
             with contextlib.suppress(ConnectionError):
                 self._microphone.answer(request)
             return
         if self._faults.value("cam_gone"):
             request.close_connection = True
             return
-        parts = urlsplit(request.path)
         try:
             exposure = float(parse_qs(parts.query).get("exposure", ["0.0067"])[0])
         except ValueError:

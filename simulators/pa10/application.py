@@ -26,10 +26,7 @@ from simulators.pa10.scene import STEP_S
 from simulators.pa10.setpoint import Reference, SetPoint
 from simulators.pa10.store import ProgramStore
 
-AHEAD_S, MOST_AHEAD_S = (
-    0.06,
-    1.0,
-)  # least and greatest lead of a target given in motion
+AHEAD_S, MOST_AHEAD_S = 0.06, 1.0  # least and greatest lead of a target that is sent during a motion
 PLANS = 4  # attempts for one target while the arm moves on
 STILL_RAD_S = 0.02  # below this the measured arm rests
 MOST_BOXES = 32

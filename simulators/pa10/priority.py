@@ -7,10 +7,7 @@ import struct
 
 TURN_NS = 400_000  # a little more than one step computes
 RESET_ON_FORK = 1  # threads and processes started later are ordinary ones
-SCHED_SETATTR = {
-    "x86_64": 314,
-    "aarch64": 274,
-}  # the call by its number: few C libraries name it
+SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}  # the number of the system call, which few C libraries name
 ATTRIBUTES = struct.Struct("=IIQiIQQQII")  # struct sched_attr of Linux
 
 

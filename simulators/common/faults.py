@@ -1,7 +1,7 @@
-"""Faults on request: one board per simulator, available over a Unix socket while it runs.
+"""Faults on request: a simulator has one fault board, which a Unix socket serves while it runs.
 
 A line is a JSON object: ``{"verb": "corrupt", "value": 0.1, "seed": 7, "count": 5}``. The answer is one JSON line.
-`clear` removes every fault, `status` returns counters.
+The verb `clear` removes every fault, `status` returns counters.
 """
 
 import json

@@ -8,8 +8,8 @@ from typing import Protocol
 
 from robots.kit.clock import TIMER, Timer
 
-UNREAD_S = 2.0  # longest wait of an answer for a client that does not read; real time, which the network counts
-LOST_S = (5, 2, 3)  # TCP keep-alive: first probe, next probes (s), number
+UNREAD_S = 2.0  # longest wait of an answer for a client that does not read, in real time
+LOST_S = (5, 2, 3)  # TCP keep-alive: silence before the first probe (s), between two probes (s), number of probes
 AGAIN_S = 0.05  # after a connection that could not be accepted
 
 
@@ -26,7 +26,7 @@ class Line(Protocol):
         """End the connection; a thread that waits to receive gets its end. Raises OSError."""
 
     def close(self) -> None:
-        """Give its descriptor back to the system."""
+        """Close its descriptor."""
 
 
 class Listener(Protocol):

@@ -1,6 +1,6 @@
 """The robot's network: rosbridge v2 over WebSocket, in a thread and an event loop of its own.
 
-Only this machine is served, and no page in a browser, which would otherwise reach a robot on its user's machine.
+Only programs of this machine are served, and no page in a browser: any web page could otherwise drive the robot.
 """
 
 import asyncio
@@ -21,14 +21,14 @@ from simulators.common.journal import Note
 from simulators.irat.peer import Peer
 from simulators.irat.radio import Messages, Radio
 
-MOST_SOCKETS = 64  # with those that have not said yet what they are
-MOST_WAITING = 16  # accepted at once, in each turn of the loop; one that is too many is closed some turns later
+MOST_SOCKETS = 64  # including those whose handshake is not over
+MOST_WAITING = 16  # connections that one turn of the loop accepts; one too many is closed some turns later
 OPEN_S, PING_S = 5.0, 5.0  # real time, as the next ones: they protect the machine
 A_SECOND, BURST = 400.0, 400.0  # messages of a client; a faster sender has to wait
 UNREAD_S = 5.0  # longest wait of a frame for a client that does not read
 SILENT_LOOK_S, LATE_LOOK_S = 0.05, 0.005  # between two looks whether the radio speaks again, and at the clock
 log = logging.getLogger("simulators.irat.websockets")
-log.setLevel(logging.CRITICAL)  # messages of strangers are not worth a log line; the journal has what matters
+log.setLevel(logging.CRITICAL)  # strangers must not fill the log; the journal has what matters
 
 
 class SocketPeer(Peer):
@@ -41,12 +41,13 @@ class SocketPeer(Peer):
         self._room, self._filled = BURST, real.monotonic()
 
     async def within_rate(self) -> None:
-        """Let others have their turn; wait if this client sends too fast."""
+        """Let other tasks run; wait if this client sends too fast (a token bucket)."""
         now = self._real.monotonic()
         self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
         self._filled, self.heard_at = now, self._clock.monotonic()
         self._room -= 1
-        await asyncio.sleep(max(0.0, -self._room / A_SECOND))  # frames that wait already would be read without a pause
+        # even 0 s: to read frames that have arrived already does not let other tasks run
+        await asyncio.sleep(max(0.0, -self._room / A_SECOND))
 
     async def _pause(self, seconds: float) -> None:
         limit = Limit(self._clock, seconds)
@@ -85,7 +86,7 @@ class Network:
         ready.wait()
 
     def publish(self, messages: Messages) -> None:
-        """Send messages of topics to those who want them now; each is made once, with its number."""
+        """Send messages of topics to the clients for which they are due; each is made once, with its number."""
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._radio.publish, list(messages))
 
@@ -131,7 +132,7 @@ class Network:
         network = self
 
         class Connection(ServerConnection):
-            """Counted from its first byte on, so that silent sockets do not use up all descriptors."""
+            """A connection that counts before its handshake, so that silent sockets do not use up all descriptors."""
 
             def connection_made(self, transport: asyncio.BaseTransport) -> None:
                 super().connection_made(transport)
@@ -150,7 +151,7 @@ class Network:
         return Connection
 
     async def _admit(self, line: ServerConnection, request: Request) -> Response | None:
-        """Let a handshake wait while the radio is silent; its client gives up some day."""
+        """Let a handshake wait while the radio is silent, until its client gives up."""
         while self._radio.silent:
             await asyncio.sleep(SILENT_LOOK_S)
         return None if request.path == "/" else line.respond(HTTPStatus.NOT_FOUND, "rosbridge is at /\n")

@@ -72,7 +72,7 @@ class Simulator(simulator.Simulator):
     def _close_line(self) -> None:
         self._network.close()
 
-    # what stands behind the network
+    # what the network calls
 
     @property
     def motion(self) -> int:
@@ -80,7 +80,7 @@ class Simulator(simulator.Simulator):
         return self.world.drive.motion
 
     def velocity(self, velocity: Velocity, epoch: int) -> str:
-        """Drive; return why not, or an empty text."""
+        """Drive; return why that is refused, or an empty text."""
         with self._lock:
             if self.world.drive.holding:
                 return "the robot is being held; wait for the hold's answer"
@@ -96,7 +96,7 @@ class Simulator(simulator.Simulator):
             self.world.drive.hold(why)
 
     def report(self) -> Status:
-        """Return the robot's state as it tells it."""
+        """Return the state that the robot reports."""
         with self._lock:
             drive = self.world.drive
             return Status(
@@ -173,7 +173,7 @@ class Simulator(simulator.Simulator):
                 self._network.publish([(CAMERA, partial(_numbered, Picture(taken, self._wall())))])
 
     def _picture(self) -> bytes | None:
-        """Return one JPEG with the faults of the fault board, None if the camera gives none."""
+        """Return one JPEG with the faults of the fault board, None if the camera is gone."""
         faults = self.faults
         if faults.value("cam_gone"):
             return None

@@ -126,9 +126,7 @@ class Simulator:
         """Serve the line and move the servos until stopped."""
         threading.Thread(target=self._drive, name="motors", daemon=True).start()
         while self._running:
-            ready, _, _ = select.select(
-                [self._terminal.number], [], [], 0.2
-            )  # real time
+            ready, _, _ = select.select([self._terminal.number], [], [], 0.2)  # real time
             if ready:
                 try:
                     self._take(self._terminal.read(4096))

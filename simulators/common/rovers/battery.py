@@ -1,11 +1,11 @@
-"""The battery of a rover: lithium-ion cells, their charger, and what the robot takes."""
+"""The battery of a rover: lithium-ion cells, their charger, and the current that the robot takes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-# share of the charge, and of the way from the empty to the full voltage: the usual curve of such cells
+# the usual curve of such cells: shares of the charge, and of the way from the empty to the full voltage
 CHARGE = (0.0, 0.05, 0.20, 0.50, 0.80, 1.0)
 VOLTAGE = (0.0, 0.25, 0.42, 0.55, 0.75, 1.0)
 FULL_A = 0.05  # the charging current below which the charger says full

@@ -1,4 +1,4 @@
-"""The motor board of a robot with a left and a right side: rim speeds, and where each motion begins and ends.
+"""The motor board of a robot with a left and a right side: it turns commands into rim speeds.
 
 It has no lock and no clock of its own: its owner calls it under one lock, and `now` is the simulator's time in s.
 """
@@ -38,14 +38,14 @@ class MotorBoard:
 
     def _rest(self) -> None:
         self._wanted = (0.0, 0.0)  # rim speeds, left and right (m/s)
-        self._said: float | None = None  # when they were said; None: they stay until others are
+        self._said: float | None = None  # when they were commanded; None: they stay until others are
         self._slow_since: float | None = None
         self.target = (0.0, 0.0)
         self.moving = self.holding = self.stalled = self._brakes = False
         self.end = End.NONE
 
     def _want(self, rims: tuple[float, float], velocity: tuple[float, float], epoch: int, said: float | None) -> None:
-        """Go over to these rim speeds (m/s), unless it is held; `velocity` (m/s, rad/s) is what is noted of them."""
+        """Change to these rim speeds (m/s), except during a hold; the journal gets `velocity` (m/s, rad/s)."""
         if self.holding:
             return
         self._wanted, self._said, self._brakes = rims, said, False

@@ -1,9 +1,9 @@
-"""The Mercury arm as a process: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]
-[--baud N] [--speed FACTOR]``.
+"""The Mercury arm as a process.
 
-In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
-`camera` and `microphone` (their addresses), `faults` (a Unix
-socket), `journal.jsonl`, `bed.npy` and `state.json`.
+``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT] [--baud N] [--speed FACTOR]``
+
+In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server), `camera` and `microphone` (their
+addresses), `faults` (a Unix socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
 import threading
@@ -33,8 +33,8 @@ from simulators.mercury.sand import SandBed
 from simulators.mercury.sound import ArmSound
 from simulators.mercury.workspace import Workspace
 
-OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # tells of refused clients
-KEEP_S = 0.02  # between two times that the place of a moving arm is kept
+OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # the last argument is called for each refused client
+KEEP_S = 0.02  # between two times that the place of a moving arm is stored
 READOUT_S = 0.030  # the card reads the chip after the exposure
 
 
@@ -67,10 +67,10 @@ class Simulator:
         self._exposures = description["camera"]["exposure_range_s"]
         self.microphone = Microphone(lambda: ArmSound(self.body, space, self._blowing), self.faults, clock)
         self._running = True
-        self._sand: threading.Thread | None = None  # the last that was blown
+        self._sand: threading.Thread | None = None  # the thread of the newest burst
 
     def open(self) -> CameraServer:
-        """Open what other programs reach it by, apart from its line: camera, microphone and faults."""
+        """Open its doors for other programs, apart from its line: camera, microphone and faults."""
         folder, (low, high) = self._folder, self._exposures
         record_deaths(self.journal)
         camera = CameraServer(self.take, self.faults, (low, high), self._clock, self.microphone)
@@ -128,7 +128,7 @@ class Simulator:
                     self.controller.handle(frame, self.line.send)
             self.controller.advance(self._clock.monotonic(), self.line.send)
             due = self._clock.monotonic() >= kept + KEEP_S or not self.body.moving
-            if due and (moved or self.body.moving):  # if it is killed during a motion, it starts again about there
+            if due and (moved or self.body.moving):  # an arm that is killed during a motion starts again near there
                 self._keep(self.controller.boot)
                 kept = self._clock.monotonic()
             moved = self.body.moving

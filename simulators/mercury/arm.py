@@ -15,7 +15,7 @@ STEP_S = 0.002
 SWING_HZ = 6.0
 DAMPING = 0.18
 RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
-BRAKE = 2.0  # a hold brakes harder than a motion ends: rest first, swing second
+BRAKE = 2.0  # a hold brakes so many times as hard as a motion ends: rest matters more than swing
 AT_REST_M = 0.00008  # swing below which two pictures no longer differ by the threshold
 STILL_M = 1e-9  # swing below which nothing is integrated
 

@@ -69,7 +69,7 @@ class Line:
         self._out_free = at
 
     def wait(self, timeout: float, /) -> bool:
-        """Wait for bytes, at most so many real seconds; tell whether they came."""
+        """Wait for bytes, at most so many real seconds; return whether they came."""
         return bool(select.select(self._listened(), [], [], timeout)[0])
 
     def poll(self, busy: bool) -> Arrived:

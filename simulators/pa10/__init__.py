@@ -1,7 +1,7 @@
 """The museum arm in MuJoCo.
 
-MuJoCo loads the graphics library that `MUJOCO_GL` names when it is imported, and the import fails if that library is
-missing. So this is tried here first.
+When MuJoCo is imported it loads the graphics library that `MUJOCO_GL` names, and the import fails if that library is
+missing. So the import is tried here, and repeated without graphics.
 """
 
 import logging

@@ -1,7 +1,7 @@
 """The museum arm as a process: ``python -m simulators.pa10 --dir DIR [--port N] [--controller pd] [--speed N]``.
 
-In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, `faults` (a
-Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
+In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, `faults` (a Unix socket),
+`journal.jsonl`, `programs.json` and `scene.npy`.
 """
 
 import os

@@ -36,7 +36,7 @@ WAY_OUT = "only j 0 0 0 0 0 0 leads out of it"
 class Application:
     """State machine and safety. `note` writes to the journal, where `at` is the loop's time (s).
 
-    `error`: a range error that was not left.
+    `error`: a range error in which the arm still is.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Application:
             with self._rested:
                 self._range_error(error)
 
-    # what the network asks
+    # what the network calls
 
     @property
     def hold_count(self) -> int:
@@ -266,7 +266,7 @@ class Application:
             while not self._clock.wait(Until(self._rested, over), 0.02):
                 pass
 
-    # what the control thread does
+    # what the control thread calls
 
     def step(self, measured: Joints, speed: Joints) -> Reference:
         """Return the reference 2 ms later; checks the measured position (rad, rad/s)."""
@@ -301,11 +301,11 @@ class Application:
         self._note("range_error", why=self.note)
         self._rested.notify_all()
 
-    # what is told
+    # what others read
 
     @property
     def unchanged(self) -> AbstractContextManager[bool]:
-        """Return the lock under which several of these are read as of one moment."""
+        """Return the lock under which several of these values can be read at one moment."""
         return self._lock
 
     @property
@@ -325,7 +325,7 @@ class Application:
 
     @property
     def error(self) -> str:
-        """Return the range error that is not left yet, empty if there is none."""
+        """Return the range error in which the arm still is, empty if there is none."""
         with self._lock:
             return self._leaving or (self.note if self._mode == Mode.RANGE_ERROR else "")
 

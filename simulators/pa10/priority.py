@@ -1,4 +1,4 @@
-"""Gives the control loop processor time in time, with or without the right to real-time priority."""
+"""Gives the control loop the processor when it needs it, with or without the right to real-time priority."""
 
 import ctypes
 import os
@@ -12,7 +12,7 @@ ATTRIBUTES = struct.Struct("=IIQiIQQQII")  # struct sched_attr of Linux
 
 
 def first_in_line() -> str:
-    """Run the calling thread before others, as far as the system allows; return how.
+    """Run the calling thread before others, as far as the system allows; return by which means.
 
     It sleeps in every step, so no other process starves.
     """

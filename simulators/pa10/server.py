@@ -2,7 +2,7 @@
 
 After Dziemian et al. 2004, figure 4: network threads apart from the control loop. Ours: the client may need a token,
 an owner with a newer epoch replaces an older one, `W` is answered when the arm rests while other lines go on, `h`
-overtakes everything, the end of the connection holds, and each end is logged with its cause.
+overtakes everything, the end of the connection holds the arm, and the journal has the cause of each end.
 """
 
 import contextlib
@@ -44,7 +44,7 @@ class Upload:
         self._number, self._lines, self._size, self._wrong = number, list[str](), 0, ""
 
     def add(self, line: str) -> None:
-        """Take one line; of a program that is too long nothing more is kept."""
+        """Add a line; the rest of a program that is too long is dropped."""
         self._size += len(line) + 1
         if not (line.isascii() and line.replace("\t", " ").isprintable()):
             self._wrong = self._wrong or f"line {len(self._lines) + 1}: the line must be plain ASCII text"

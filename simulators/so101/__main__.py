@@ -1,9 +1,9 @@
 """The SO-101's six servos on their line, as a process: ``python -m simulators.so101 --dir DIR [--speed FACTOR]``.
 
-Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters
-checksum``, answered by ``FF FF id length error parameters checksum``; a register table each,
-little-endian. In DIR it keeps `tty` (the line), `calibration/farhand.json` (as LeRobot keeps
-that of a real arm), `faults` (a Unix socket) and `journal.jsonl`.
+Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters checksum``, answered by
+``FF FF id length error parameters checksum``; each servo has a table of registers, little-endian. In DIR it keeps `tty`
+(the line), `calibration/farhand.json` (as LeRobot stores that of a real arm), `faults` (a Unix socket) and
+`journal.jsonl`.
 """
 
 import json

@@ -56,7 +56,7 @@ class Imaging:
         self.restart()
 
     def restart(self) -> None:
-        """Be as at power on."""
+        """Begin as at power on."""
         self.size: Size = SIZES[1]
         self._quality, self._threshold, self._upside_down = QUALITY, THRESHOLD, False
         self._bins = [Bin()] * BINS

@@ -15,9 +15,9 @@ RAYS = 9  # of the sonar's cone
 GHOSTS = (0.3, 0.9), (1.1, 3.0)  # shares of the true distance: an echo from elsewhere, or none from a slanting wall
 COMPASS_DEG, IRON_DEG = 0.8, 1.5  # its noise, and what the rover's own iron does, which depends on the heading
 BEACON_M, BEACON_RAD = 0.05, 0.02  # noise of range and bearing
-SET_UP_RAD = 0.01  # how exactly the tower was turned to the hall
+SET_UP_RAD = 0.01  # standard deviation of the tower's alignment with the hall
 REFLECTED, DETOUR_M = 0.02, (0.3, 2.0)  # share of readings that come by a reflection, and how much longer their way is
-WARMTH_C, SHARE = 0.1, 0.004  # noise of the thermometer, and of what is a share from 0 to 1
+WARMTH_C, SHARE = 0.1, 0.004  # noise of the thermometer, and of readings that are shares from 0 to 1
 
 
 class Senses:
@@ -64,7 +64,7 @@ class Senses:
         return self._read(away, known)
 
     def sonar(self) -> float:
-        """Return what the sonar reads ahead (m): the nearest surface in its cone; now and then a ghost, if told so."""
+        """Return what the sonar reads ahead (m): the nearest surface in its cone; by a fault, now and then a ghost."""
         known = self._sonar
         half = known["half_cone"]
         away = min(self._plant.ray(known["from"], float(angle))[0] for angle in np.linspace(-half, half, RAYS))

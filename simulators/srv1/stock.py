@@ -29,7 +29,7 @@ RESET = "!"
 
 
 class Reset(Exception):
-    """The processor was told to start anew."""
+    """A client has asked the processor to start anew."""
 
 
 class Stock:
@@ -60,19 +60,19 @@ class Stock:
         self._letters |= self._imaging.letters
 
     def restart(self) -> None:
-        """Be as at power on."""
+        """Begin as at power on."""
         self._began = self._clock.monotonic()
         self._imaging.restart()
         self._motors.restart()
 
     def do(self, letter: str) -> None:
-        """Do what a letter asks for, with the arguments that follow it. Raises Interrupted, Reset, Stopped."""
+        """Execute a letter with the arguments that follow it. Raises Interrupted, Reset, Stopped."""
         function = self._letters.get(letter)
         answer = UNKNOWN if function is None else function()
         if answer:
             self._send(answer)
 
-    # what is put into the table
+    # functions for the table
 
     def _do(self, function: Callable[[], None], answer: bytes) -> Callable[[], bytes]:
         def do() -> bytes:
@@ -94,7 +94,7 @@ class Stock:
         for _ in range(arguments):
             self._uart.argument()
 
-    # what needs more than a line
+    # functions of single letters
 
     def _planes(self) -> bytes:
         return b"P5\n80\n192\n255\n" + bytes(80 * 64 * 3)

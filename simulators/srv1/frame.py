@@ -53,7 +53,7 @@ class Frame:
         return np.asarray(np.all([(low <= plane) & (plane <= high) for plane, low, high in planes], axis=0))
 
     def blobs(self, of: Bin) -> list[Blob]:
-        """Return the blobs of matching pairs, largest first; an empty column divides two, isolated pairs do not count."""
+        """Return the blobs of what matches, largest first; an empty column divides two, isolated pairs are dropped."""
         mask = np.pad(self.matching(of)[1:-1, 1:], 1)
         for _ in range(2):
             _clear_isolated(mask)

@@ -70,7 +70,7 @@ class Simulator:
         self._sand: threading.Thread | None = None  # the thread of the newest burst
 
     def open(self) -> CameraServer:
-        """Open its doors for other programs, apart from its line: camera, microphone and faults."""
+        """Open camera, microphone and faults to other programs; its line is open already."""
         folder, (low, high) = self._folder, self._exposures
         record_deaths(self.journal)
         camera = CameraServer(self.take, self.faults, (low, high), self._clock, self.microphone)

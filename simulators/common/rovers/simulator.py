@@ -71,10 +71,7 @@ class Simulator(ABC):
         self._running, self._woken = True, threading.Event()
 
     def open(self, port: int = 0) -> str:
-        """Open its doors for other programs: its line at a port (0: any), the view from above, and faults.
-
-        Return the address of its line.
-        """
+        """Open line, view from above and faults to other programs; return the line's address. `port` 0: any."""
         record_deaths(self.journal)
         address = self._open_line(port)
         overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1), wall=self._wall)

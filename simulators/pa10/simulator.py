@@ -79,7 +79,7 @@ class Simulator:
         self._running = True
 
     def open(self, port: int) -> int:
-        """Open line, cameras and faults to other programs; return the line's port. `port` 0: any. No thread may run yet."""
+        """Open line (0: any port), cameras and faults to other programs; return the port. No thread may run yet."""
         record_deaths(self.journal)
         self._cameras = fork(partial(cameras.run, self._folder, os.getpid()))
         listener = TcpListener(port)

@@ -135,7 +135,7 @@ def _turned_away(p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 @njit(cache=True, nogil=True)
 def _cut(points, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Cut a triangle at the near plane; return the number of corners of what is in front of it."""
+    """Cut a triangle at the near plane; return the number of corners of the part in front of it."""
     number = 0
     for k in range(3):
         a, b = points[k], points[(k + 1) % 3]

@@ -23,7 +23,7 @@ def take_with_stamp(take: Callable[[], Picture], faults: FaultBoard, wall: Wall)
 
 
 def dim(picture: Picture, faults: FaultBoard, count: int) -> Picture:
-    """Return a picture as black, or every other one as dark, as the fault board says; `count` is its number."""
+    """Return a picture with the faults that darken it, every one or every other one; `count` is its number."""
     if faults.value("cam_flicker"):
         picture = (picture * (0.55, 1.0)[count % 2]).astype(np.uint8)
     return np.zeros_like(picture) if faults.value("cam_black") else picture

@@ -36,7 +36,7 @@ class Listener(Protocol):
         """Wait for a connection; return its end here, the client's host, and its name. Raises OSError."""
 
     def close(self) -> None:
-        """Let nobody connect any more."""
+        """Accept no more connections."""
 
 
 class TcpLine:
@@ -98,7 +98,7 @@ class Server(ABC):
         self._clock.spawn(partial(self._listen, listener), "network")
 
     def close(self) -> None:
-        """Let nobody connect any more."""
+        """Accept no more connections."""
         self._open = False
         if self._listener is not None:
             self._listener.close()

@@ -30,7 +30,7 @@ class Stage:
 
 @cache
 def stage(with_maze: bool = True) -> Stage:
-    """Return the stage of this process; nobody changes it."""
+    """Return the stage that all cameras of this process share."""
     return Stage(with_maze)
 
 

@@ -82,7 +82,7 @@ class Radio:
         self._operations.settle()
 
     def power_off(self) -> None:
-        """End all connections at once, and forget who commanded."""
+        """End all connections at once, and forget the commander."""
         self._operations.claims.forget()
         for peer in list(self.peers):
             peer.cut()

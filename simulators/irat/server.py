@@ -97,7 +97,7 @@ class Network:
                 self._loop.call_soon_threadsafe(self._radio.settle)
 
     def power_off(self) -> None:
-        """End all connections at once, and forget who commanded."""
+        """End all connections at once, and forget the commander."""
         with contextlib.suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._power_off)
 

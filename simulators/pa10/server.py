@@ -77,7 +77,7 @@ class Network(Server):
         self._door = clock.lock()  # for connecting and disconnecting
 
     def close(self) -> None:
-        """Let nobody connect any more; end the present connection."""
+        """Accept no more connections; end the present one."""
         super().close()
         with self._door:
             self._end("the application ends")

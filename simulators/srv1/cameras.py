@@ -43,7 +43,7 @@ class Stage:
 
 @cache
 def stage() -> Stage:
-    """Return the stage of this process; nobody changes it."""
+    """Return the stage that all cameras of this process share."""
     return Stage(hall())
 
 

@@ -71,7 +71,7 @@ class Commander:
         """Return the rule set of the flash memory and its CRC; if there is none, the original one and 0."""
         text = text_of(self._flash.user)
         if text:
-            with contextlib.suppress(ValueError):  # also of what is no ASCII
+            with contextlib.suppress(ValueError):  # no rule set, or no ASCII
                 return self._parse(text.decode("ascii")), crc_hqx(text, 0)
         return RuleSet.parse(described_text("srv1", MADE_WITH)), 0
 
@@ -88,7 +88,7 @@ class Commander:
     # time
 
     def tick(self, now: float) -> None:
-        """Do what the timer's interrupt does; `now` is the motor board's time (s)."""
+        """Execute the timer's interrupt; `now` is the motor board's time (s)."""
         at = self._clock.monotonic()
         seconds, self._ticked, self._now = at - self._ticked, at, now
         hardware = self._hardware

@@ -69,7 +69,7 @@ class Firmware:
         self._uart.receive(data)
 
     def tick(self, now: float) -> None:
-        """Do what the timer's interrupt does, ten times a second or more; `now`: the motor board's time (s)."""
+        """Execute the timer's interrupt, ten times a second or more; `now`: the motor board's time (s)."""
         with self._lock:
             self.commander.tick(now)
 

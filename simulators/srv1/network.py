@@ -38,7 +38,7 @@ class Network(Server):
         self._link, self._note = link, note
 
     def close(self) -> None:
-        """Let nobody connect any more; end the present connection."""
+        """Accept no more connections; end the present one."""
         super().close()
         self._link.close()
 

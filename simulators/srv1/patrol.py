@@ -1,4 +1,4 @@
-"""The rover's own driving: at the speed of its rules, towards where commands lead it, away from what is near.
+"""The rover's own driving: at the speed of its rules, in the direction that commands lead, away from near things.
 
 Below all rules is the reflex: it halts before what infrared sees nearer than `infrared.stop`, or the sonar nearer than
 `sonar.close`, turns in place until the way is clear, and goes on.

@@ -79,7 +79,7 @@ def _rover(made: Any) -> None:
         name="hull", type=Geom.mjGEOM_BOX, size=[body["length"] / 2, body["width"] / 2, (top - LOW_M) / 2],
         pos=[0, 0, (top + LOW_M) / 2], mass=0.0, friction=SMOOTH, group=ROBOT,
     )  # fmt: skip
-    hull.add_geom(  # what is heavy lies low: cells, motors
+    hull.add_geom(  # the heavy parts lie low: cells, motors
         type=Geom.mjGEOM_BOX, size=[0.09, 0.06, 0.025], pos=[0, 0, body["wheel_radius"]],
         mass=body["mass"] - 4 * WHEEL_KG, contype=0, conaffinity=0, group=ROBOT,
     )  # fmt: skip

@@ -54,6 +54,6 @@ class Battery:
         self.charge = float(min(1.0, max(0.0, self.charge + change)))
 
     def _charger(self, taken: float) -> float:
-        """Return what the charger gives: its greatest current, and less where the voltage would rise above full."""
+        """Return the charger's current (A): its greatest, or less where the voltage would rise above full."""
         most = taken + (self.figures["full"] - self.rest_voltage) / self.figures["resistance"]
         return float(max(0.0, min(self.figures["charger"], most)))

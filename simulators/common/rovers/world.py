@@ -51,7 +51,7 @@ class World(ABC):
         """Let sensors and battery follow a tick of the body at this share of full speed."""
 
     def _spoil(self) -> None:
-        """Do what the fault board says."""
+        """Apply the faults of the fault board."""
         slip_and_stall = self._faults.value("slip"), self._faults.value("stall")
         if slip_and_stall != self._applied:
             self._applied = slip_and_stall
@@ -65,7 +65,7 @@ class World(ABC):
 
     @abstractmethod
     def _spoil_more(self) -> None:
-        """Do what the fault board says of this rover alone."""
+        """Apply the faults that this kind of rover alone has."""
 
     def carry(self, number: int) -> None:
         """Set the rover down at one of many places, at its home if `number` is negative.

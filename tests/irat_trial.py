@@ -28,8 +28,8 @@ from robots.kit.drivers.irat.roaming import Roaming
 from robots.kit.drivers.irat.senses import STEP_S, Senses
 from robots.kit.drivers.irat.wheels import Wheels
 from simulators.common.faults import FaultBoard
+from simulators.common.rovers.body import TICK_S, Pose
 from simulators.irat.cameras import QUALITY, RobotCamera, Stage
-from simulators.irat.plant import TICK_S, Pose
 from simulators.irat.world import World
 
 T = TypeVar("T")

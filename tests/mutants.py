@@ -173,7 +173,7 @@ MUTANTS = (
     Mutant(44, "a stale epoch commands the iRat", "simulators/irat/claims.py",
            "        if epoch < self._newest:\n", "        if False:\n",
            "tests/drivers/test_irat_commander.py::test_a_stale_epoch_is_refused"),
-    Mutant(44, "a velocity is never forgotten", "simulators/common/motor_board.py",
+    Mutant(44, "a velocity is never forgotten", "simulators/common/rovers/motor_board.py",
            'now - self._said > self._motion["forget_s"]:', "now - self._said > 1e9:",
            "tests/drivers/test_irat_wire.py::test_a_velocity_is_forgotten_after_a_quarter_of_a_second"),
     Mutant(44, "the iRat's hold is answered before it rests", "simulators/irat/operations.py",

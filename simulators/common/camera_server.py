@@ -1,7 +1,7 @@
 """Serves pictures as an ordinary network camera: a snapshot and a motion JPEG stream.
 
 ``/snapshot.jpg?exposure=0.0156`` takes one picture now; ``/stream.mjpg`` is the multipart stream that browsers and
-video libraries read. Some have a microphone: ``/microphone.wav``.
+video libraries read. A camera may have a microphone: ``/microphone.wav``.
 """
 
 import contextlib
@@ -20,10 +20,10 @@ from simulators.common.microphone import Microphone
 from simulators.common.sensor import Sensor, Take
 
 STREAM_S = 0.1
-LEAST_OFTEN_S = 1.0  # a still may be taken from the stream, and must not wait long
+LEAST_OFTEN_S = 1.0  # the longest pause between two pictures: a still that is taken from the stream must not wait long
 IDLE_S = 5.0  # without a picture; then the memory that the last ones took is given back
 MOST_VIEWERS = 64
-SILENT_S = 5.0  # real time, the longest between two requests, and until a part of a picture is read
+SILENT_S = 5.0  # real time: the longest pause between two requests, and the longest wait for a viewer to read on
 BOUNDARY = "frame"
 
 
@@ -33,7 +33,7 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
     request_queue_size = 32
     real: Timer = TIMER
-    used_at: float | None = None  # when the last picture was made (by `real`), until its memory is given back
+    used_at: float | None = None  # by `real`, when the newest picture was made; None once its memory was given back
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
@@ -72,7 +72,7 @@ class Server(ThreadingHTTPServer):
 class CameraServer:
     """A camera at `http://127.0.0.1:<port>`; `take(exposure_s)` exposes one picture.
 
-    `clock` is the simulator's, `real` the machine's: by it streams are paced, and memory is given back.
+    `clock` is the simulator's. `real` is the machine's: it paces streams, and tells when memory is given back.
     """
 
     def __init__(
@@ -100,14 +100,14 @@ class CameraServer:
 
     def answer(self, request: BaseHTTPRequestHandler) -> None:
         """Answer one request."""
-        if self._microphone is not None and urlsplit(request.path).path == self._microphone.path:
+        parts = urlsplit(request.path)
+        if self._microphone is not None and parts.path == self._microphone.path:
             with contextlib.suppress(ConnectionError):
                 self._microphone.answer(request)
             return
         if self._faults.value("cam_gone"):
             request.close_connection = True
             return
-        parts = urlsplit(request.path)
         try:
             exposure = float(parse_qs(parts.query).get("exposure", ["0.0067"])[0])
         except ValueError:
@@ -149,7 +149,7 @@ class CameraServer:
             request.wfile.write(head.encode() + body + b"\r\n")
             request.wfile.flush()
             wait = min(brownout.every_s(STREAM_S), LEAST_OFTEN_S)
-            begun = self._real.monotonic()  # it is the machine's lateness that is felt
+            begun = self._real.monotonic()  # brownout measures how late the machine is
             self._real.sleep(wait)
             brownout.feel(self._real.monotonic() - begun - wait, self._real.monotonic())
 

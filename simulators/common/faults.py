@@ -1,7 +1,7 @@
-"""Faults on request: one board per simulator, available over a Unix socket while it runs.
+"""Faults on request: a simulator has one fault board, which a Unix socket serves while it runs.
 
 A line is a JSON object: ``{"verb": "corrupt", "value": 0.1, "seed": 7, "count": 5}``. The answer is one JSON line.
-`clear` removes every fault, `status` returns counters.
+The verb `clear` removes every fault, `status` returns counters.
 """
 
 import json
@@ -87,6 +87,19 @@ class FaultBoard:
             return False
         self.take(verb)
         return True
+
+    def spoil(self, data: bytes) -> bytes:
+        """Return bytes that go over a line, some of them corrupted, dropped or doubled as the present faults say."""
+        if not any(self.value(verb) for verb in ("corrupt", "drop", "double")):
+            return data
+        out = bytearray()
+        for byte in data:
+            if self.chance("drop"):
+                continue
+            if self.chance("corrupt"):
+                byte ^= 1 << self.random.randrange(8)
+            out += bytes((byte,)) * (2 if self.chance("double") else 1)
+        return bytes(out)
 
     def present(self) -> dict[str, float]:
         """Return all present faults."""

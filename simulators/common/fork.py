@@ -36,7 +36,7 @@ class Fork:
 
 
 def fork(work: Callable[[], None]) -> Fork:
-    """Run `work` in a fork of this process, which ends with it."""
+    """Run `work` in a fork of this process; the fork ends when `work` does."""
     sys.stdout.flush()
     pid = os.fork()
     if pid:
@@ -45,7 +45,7 @@ def fork(work: Callable[[], None]) -> Fork:
     try:
         work()
         status = 0
-    except Exception:  # noqa: BLE001 - told where a process tells it
+    except Exception:  # noqa: BLE001 - the fork ends with a traceback, as a process does
         traceback.print_exc()
     finally:
         os._exit(status)

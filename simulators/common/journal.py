@@ -1,8 +1,8 @@
-"""The simulator's own record of its actions, by which tests and benchmarks judge.
+"""The simulator's own record of its actions, from which tests and benchmarks judge it.
 
 One JSON object per line in `journal.jsonl`, with the monotonic clock that all processes of the machine share. It is
-real time, however fast the simulator runs. Events that any client causes as often as it likes are all counted; of each
-kind at most 5 a second are written after the first 100, and the next line says how many were `left_out`.
+real time, however fast the simulator runs. Events that a client can cause at will are all counted, but a token bucket
+for each kind, of 100 lines and 5 more a second, limits what is written; the next line says how many were `left_out`.
 """
 
 import json
@@ -14,8 +14,9 @@ from typing import Any
 
 from robots.kit.clock import TIMER, Timer
 
+Note = Callable[..., None]  # `Journal.note`, or a test's
 BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash", "bad_checksum", "claim"})
-BURST, A_SECOND = 100.0, 5.0  # lines of each of these
+BURST, A_SECOND = 100.0, 5.0  # of the token bucket for each of these, in lines
 
 
 class Journal:
@@ -30,10 +31,10 @@ class Journal:
         self._file = path.open("a", buffering=1)
         self.counts: Counter[str] = Counter()
         self._left_out: Counter[str] = Counter()
-        self._room = {event: (BURST, 0.0) for event in BY_CLIENTS}  # lines that may be written, and since when
+        self._room = {event: (BURST, 0.0) for event in BY_CLIENTS}  # tokens, and when they were counted
 
     def note(self, event: str, **details: Any) -> None:
-        """Write `event` with its details; count it at least."""
+        """Count `event`, and write it with its details if its token bucket has room."""
         now = self._real.monotonic()
         record = {"t": round(now, 4), "event": event, **details}
         if self.listener is not None:
@@ -46,7 +47,7 @@ class Journal:
             if left_out := self._left_out.pop(event, 0):
                 record["left_out"] = left_out
             self._file.write(json.dumps(record) + "\n")
-            self.counts[event] += 1  # only now, because a reader that is told looks into the file
+            self.counts[event] += 1  # after the write, because a reader that sees the count looks into the file
             if self._file.tell() > self.LIMIT:
                 self._file.close()
                 self._path.replace(self._path.with_suffix(".old"))

@@ -16,8 +16,8 @@ from simulators.common.faults import FaultBoard
 
 RATE = 16_000  # samples a second, of one channel and 16 bits
 BLOCK_S = 0.04
-LATE_S = 1.0  # what a listener missed by so much is left out
-ENDLESS = 0xFFFFFFFF  # a length that is not known, as FFmpeg and sox write it
+LATE_S = 1.0  # sound that is later than this is skipped
+ENDLESS = 0xFFFFFFFF  # the length of a file without an end, as FFmpeg and sox write it
 
 
 class Sound(Protocol):

@@ -1,6 +1,6 @@
 """The state that outlives a kill of a simulator: one JSON object with the number of its last start.
 
-The file is written beside and then replaced, so that readers always see a complete one.
+A complete file replaces the old one, so that readers never see a part of one.
 """
 
 import json
@@ -15,11 +15,11 @@ BOOTS = 2**32
 State = TypeVar("State")
 
 
-def restored(path: Path, read: Callable[[Any], State], new: State, wall: Wall = WALL) -> tuple[State, int]:
+def restore(path: Path, read: Callable[[Any], State], new: State, wall: Wall = WALL) -> tuple[State, int]:
     """Return what `read` makes of the stored object, and the last boot number; `new` and 0 if nothing was stored yet.
 
-    If nothing can be read, `new`, and the boot number continues from the time of day in seconds, because no number may
-    come twice. `read` may raise ValueError, TypeError, KeyError and OverflowError.
+    If the file cannot be read, return `new`, and a boot number that continues from the time of day in seconds, because
+    no number may be used twice. `read` may raise ValueError, TypeError, KeyError and OverflowError.
     """
     try:
         stored = json.loads(path.read_text())
@@ -30,7 +30,7 @@ def restored(path: Path, read: Callable[[Any], State], new: State, wall: Wall = 
         return new, int(wall()) % BOOTS
 
 
-def keep(path: Path, boot: int, told: Mapping[str, object]) -> None:
+def keep(path: Path, boot: int, state: Mapping[str, object]) -> None:
     """Write the object. Raises OSError."""
     with replaced(path) as file:
-        file.write(json.dumps({**told, "boot": boot}).encode())
+        file.write(json.dumps({**state, "boot": boot}).encode())

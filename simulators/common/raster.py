@@ -1,8 +1,8 @@
 """Pictures of a scene of triangles on the CPU: a z-buffer in numba, with no graphics library.
 
 Triangles are drawn in two passes: the first finds the nearest triangle of each pixel, the second reads its texture
-once a pixel. Textures are read from the level of detail that fits, so that a small or distant pattern is averaged
-as a lens would do, not sampled. A pinhole camera without distortion; one thread; the interpreter's lock is released.
+once a pixel. Textures have mipmaps, so that a small or distant pattern is averaged, as a lens does. A pinhole camera
+without distortion; one thread; the interpreter's lock is released.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from simulators.common.texture import Atlas
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 NEAR_M = 0.004
-SEAM_PX = 1e-4  # by which triangles overlap, so that no pixel between two is left out
+SEAM_PX = 1e-4  # triangles overlap by so much, so that no pixel between two is left out
 PLANES = 17  # per triangle: 1/z, u/z, v/z, light/z as x, y and constant parts; texture, its area in texels, tint
 NOISE_BANK = 1 << 20
 
@@ -135,7 +135,7 @@ def _turned_away(p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 @njit(cache=True, nogil=True)
 def _cut(points, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Cut a triangle at the near plane; return the number of corners of what is in front of it."""
+    """Cut a triangle at the near plane; return the number of corners of the part in front of it."""
     number = 0
     for k in range(3):
         a, b = points[k], points[(k + 1) % 3]

@@ -11,7 +11,22 @@ from robots.kit.clock import TIMER, WALL, Timer, Wall
 from simulators.common import stamp
 from simulators.common.faults import FaultBoard
 
-Take = Callable[[float], NDArray[np.uint8]]
+Picture = NDArray[np.uint8]
+Take = Callable[[float], Picture]
+
+
+def take_with_stamp(take: Callable[[], Picture], faults: FaultBoard, wall: Wall) -> Picture:
+    """Take a picture; return it with the time at which it was begun, if the fault board asks for that."""
+    begun = wall()
+    picture = take()
+    return stamp.painted(picture, int(begun * 1000)) if faults.value("cam_stamp") else picture
+
+
+def dim(picture: Picture, faults: FaultBoard, count: int) -> Picture:
+    """Return a picture with the faults that darken it, every one or every other one; `count` is its number."""
+    if faults.value("cam_flicker"):
+        picture = (picture * (0.55, 1.0)[count % 2]).astype(np.uint8)
+    return np.zeros_like(picture) if faults.value("cam_black") else picture
 
 
 class Sensor:
@@ -20,7 +35,7 @@ class Sensor:
     def __init__(self, take: Take, faults: FaultBoard, clock: Timer = TIMER, wall: Wall = WALL) -> None:
         self._take, self._faults, self._clock, self._wall = take, faults, clock, wall
         self._one_at_a_time = clock.lock()
-        self._frozen: NDArray[np.uint8] | None = None
+        self._frozen: Picture | None = None
         self.count = 0
 
     def picture(self, exposure: float) -> bytes:
@@ -31,18 +46,10 @@ class Sensor:
             if self._faults.value("cam_freeze") and self._frozen is not None:
                 picture = self._frozen
             else:
-                begun = self._wall()
-                picture = self._take(exposure)
-                if self._faults.value("cam_stamp"):
-                    picture = stamp.painted(picture, int(begun * 1000))
+                picture = take_with_stamp(lambda: self._take(exposure), self._faults, self._wall)
                 self._frozen = picture
                 self.count += 1
-        if self._faults.value("cam_black"):
-            picture = np.zeros_like(picture)
-        if self._faults.value("cam_flicker"):
-            picture = (picture * (0.55, 1.0)[self.count % 2]).astype(np.uint8)
-        scale = self._faults.value("cam_size")
-        image = Image.fromarray(picture)
+        image, scale = Image.fromarray(dim(picture, self._faults, self.count)), self._faults.value("cam_size")
         if scale and self.count % 2:
             image = image.resize((max(1, int(image.width * scale)), max(1, int(image.height * scale))))
         out = io.BytesIO()

@@ -1,8 +1,8 @@
-"""A time painted into a picture, for measuring how old a picture is when somebody sees it.
+"""A time stamp in a picture, for measuring how old a picture is when somebody sees it.
 
 Two rows of cells of 8 x 8 pixels begin at the upper left corner, 12 cells each, the highest bit first: the 16 lower
 bits of the time in ms since 1970, then 8 bits of check (the two bytes of the time and 0xA5, exclusive or). White is
-one. The cells are as large as the blocks of JPEG, so that they also survive low qualities.
+one. The cells are as large as the blocks of JPEG, so that a low quality does not spoil them.
 """
 
 import numpy as np

@@ -1,11 +1,16 @@
-"""The TCP port of a simulated controller, and its end of a connection."""
+"""The TCP port of a simulated controller, its end of a connection, and the loop that accepts clients."""
 
 import socket
 import struct
+from abc import ABC, abstractmethod
+from functools import partial
 from typing import Protocol
 
-UNREAD_S = 2.0  # longest wait of an answer for a client that does not read; real time, which the network counts
-LOST_S = (5, 2, 3)  # TCP keep-alive: first probe, next probes (s), number
+from robots.kit.clock import TIMER, Timer
+
+UNREAD_S = 2.0  # longest wait of an answer for a client that does not read, in real time
+LOST_S = (5, 2, 3)  # TCP keep-alive: silence before the first probe (s), between two probes (s), number of probes
+AGAIN_S = 0.05  # after a connection that could not be accepted
 
 
 class Line(Protocol):
@@ -21,7 +26,7 @@ class Line(Protocol):
         """End the connection; a thread that waits to receive gets its end. Raises OSError."""
 
     def close(self) -> None:
-        """Give its descriptor back to the system."""
+        """Close its descriptor."""
 
 
 class Listener(Protocol):
@@ -31,7 +36,7 @@ class Listener(Protocol):
         """Wait for a connection; return its end here, the client's host, and its name. Raises OSError."""
 
     def close(self) -> None:
-        """Let nobody connect any more."""
+        """Accept no more connections."""
 
 
 class TcpLine:
@@ -78,3 +83,35 @@ class TcpListener:
     def close(self) -> None:
         """See `Listener`."""
         self._server.close()
+
+
+class Server(ABC):
+    """Accepts clients in a thread of `clock`."""
+
+    def __init__(self, clock: Timer = TIMER) -> None:
+        self._clock, self._open = clock, True
+        self._listener: Listener | None = None
+
+    def listen(self, listener: Listener) -> None:
+        """Let clients connect."""
+        self._listener = listener
+        self._clock.spawn(partial(self._listen, listener), "network")
+
+    def close(self) -> None:
+        """Accept no more connections."""
+        self._open = False
+        if self._listener is not None:
+            self._listener.close()
+
+    def _listen(self, listener: Listener) -> None:
+        while self._open:
+            try:
+                line, host, name = listener.accept()
+            except OSError:
+                self._clock.sleep(AGAIN_S)  # closed, or no descriptors left for now
+            else:
+                self._accept(line, host, name)
+
+    @abstractmethod
+    def _accept(self, line: Line, host: str, name: str) -> None:
+        """Begin to serve a client in a thread of its own, or turn it away."""

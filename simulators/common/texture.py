@@ -1,4 +1,4 @@
-"""Textures for the rasteriser: all of them in one array, each with its levels of detail."""
+"""Textures for the rasteriser: all of them in one array, each with its mipmaps."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +9,8 @@ Picture = NDArray[np.uint8]
 class Atlas:
     """Textures by number.
 
-    `texels` has all levels of all textures one after another; a row of `table` is where a texture begins, its width,
-    its height and its number of levels, of which each has a quarter of the texels of the one before.
+    `texels` has all mipmaps of all textures one after another. A row of `table` has the index where a texture begins,
+    its width, its height and its number of mipmaps; each mipmap has a quarter of the texels of the one before.
     """
 
     def __init__(self) -> None:

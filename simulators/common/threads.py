@@ -1,4 +1,4 @@
-"""Records the death of a thread by an error in the journal, and ends the simulator."""
+"""What happens when a thread dies of an error: the journal records it, and the simulator ends."""
 
 import os
 import signal
@@ -7,33 +7,33 @@ import threading
 
 from simulators.common.journal import Journal
 
-WORDS_S = 1  # the longest that its last words may take
+STDERR_S = 1  # longest wait until stderr takes a text; then SIGALRM ends the process
 
 
 def record_deaths(journal: Journal) -> None:
     """Write each thread that ends by an exception as `thread_died`; the traceback goes to stderr as usual."""
-    told = threading.excepthook
+    before = threading.excepthook
 
     def hook(args: threading.ExceptHookArgs) -> None:
         try:
             journal.note("thread_died", thread=args.thread.name if args.thread else "", error=repr(args.exc_value))
         finally:
-            told(args)
+            before(args)
 
     threading.excepthook = hook
 
 
 def end_with_any() -> None:
-    """From now on end this process, with exit status 1 and a line on stderr, once one of its threads dies of an error.
+    """End this process, with exit status 1 and a line on stderr, once one of its threads dies of an error.
 
-    If nobody reads stderr, SIGALRM ends it. Called before a thread is started, and before `record_deaths`.
+    If nobody reads stderr, SIGALRM ends it. Call this before a thread is started, and before `record_deaths`.
     """
-    told = threading.excepthook
+    before = threading.excepthook
 
     def hook(args: threading.ExceptHookArgs) -> None:
-        signal.alarm(WORDS_S)
+        signal.alarm(STDERR_S)
         try:
-            told(args)
+            before(args)
             name = args.thread.name if args.thread else ""
             sys.stderr.write(f"the simulator ends, because its thread {name!r} died: {args.exc_value!r}\n")
             sys.stderr.flush()

@@ -6,11 +6,8 @@ In DIR it keeps `tty` (the address of its rosbridge), `overhead` (the address of
 people and tests, never for the robot), `faults` (a Unix socket), `journal.jsonl` and `state.json`.
 """
 
-import gc
-import sys
-
 from robots.kit.clock import FasterTimer
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any
 from simulators.irat.simulator import Simulator
 
@@ -23,15 +20,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of noise, drift and everything else that is random")
     parser.add_argument("--open-floor", action="store_true", help="the dock alone, for trials of docking")
     options = parser.parse_args()
-    clock = FasterTimer(options.speed)
-    simulator = Simulator(options.dir, options.seed, options.open_floor, clock)
-    network = simulator.open(options.port)
-    stop_when_told(simulator)
-    sys.stdout.write(f"rosbridge at ws://127.0.0.1:{network.port}\n")
-    sys.stdout.flush()
-    gc.collect()
-    gc.freeze()
-    simulator.run()
+    simulator = Simulator(options.dir, options.seed, options.open_floor, FasterTimer(options.speed))
+    run(simulator, f"rosbridge at {simulator.open(options.port)}")
 
 
 if __name__ == "__main__":

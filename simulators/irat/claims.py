@@ -3,7 +3,7 @@
 from robots.kit.clock import TIMER, Timer
 from simulators.irat.peer import Peer
 
-FORGOTTEN_S = 60.0  # without a commander for so long an epoch excludes nobody, so that a wrong one locks nobody out
+FORGOTTEN_S = 60.0  # after so long without a commander any epoch is accepted: a wrong one locks nobody out for ever
 SILENT_S = 1.0  # a commander that is silent for so long may be replaced under its own epoch
 
 
@@ -21,7 +21,7 @@ class Claims:
         return self.commander.epoch if self.commander else 0
 
     def why_not(self, peer: Peer, epoch: int) -> str:
-        """Return why a claim is refused, in one sentence, or an empty text."""
+        """Return why a claim is refused, in one sentence; an empty text if it is not."""
         other = self.commander
         if other is None and self._clock.monotonic() - self._left > FORGOTTEN_S:
             self._newest = 0
@@ -45,12 +45,12 @@ class Claims:
         return other
 
     def leave(self, peer: Peer) -> bool:
-        """Take the command from a peer that goes; return whether it had it."""
+        """Take the command from a peer that leaves; return whether it had the command."""
         if self.commander is not peer:
             return False
         self.commander, peer.epoch, self._left = None, 0, self._clock.monotonic()
         return True
 
     def forget(self) -> None:
-        """Forget every epoch, as a robot does that loses its power."""
+        """Forget every epoch, as at a loss of power."""
         self.commander, self._newest, self._left = None, 0, self._clock.monotonic()

@@ -1,4 +1,4 @@
-"""The dock: a board with markers, guides that lead the robot in, a stop, and two springs as contacts.
+"""The geometry of the dock: a board with markers, guides that lead the robot in, a stop, two springs as contacts.
 
 In the dock's frame: the origin on the floor below the markers, x out of the dock, in m.
 """
@@ -6,7 +6,7 @@ In the dock's frame: the origin on the floor below the markers, x out of the doc
 from math import cos, hypot, sin
 
 STOP_M, STOP_HIGH_M = 0.020, 0.020  # where the robot's nose rests
-GUIDE_HIGH_M = 0.020  # no higher than the lower edge of the outer marker, which they would hide from aside
+GUIDE_HIGH_M = 0.020  # not above the lower edge of the outer marker: higher guides would hide it from the side
 GUIDES = (
     ((0.0, 0.055), (0.105, 0.059), (0.255, 0.135), (0.0, 0.135)),
     ((0.0, -0.135), (0.255, -0.135), (0.105, -0.059), (0.0, -0.055)),
@@ -20,8 +20,8 @@ DISC_M = 0.009  # radius
 def touching(dock: tuple[float, float, float], robot: tuple[float, float, float]) -> tuple[bool, bool]:
     """Return for each spring whether a disc lies on it; poses in m, m, rad.
 
-    Turned by half a turn, the robot's left disc is on the dock's right spring; the charger corrects the polarity only
-    in that one position, so the two springs are paired with their own discs.
+    The robot faces the dock, so its left disc belongs to the dock's right spring. The charger needs that polarity:
+    another disc on a spring does not count.
     """
     x, y, heading = dock
     found = []

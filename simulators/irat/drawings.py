@@ -53,25 +53,8 @@ def _stripes(d: Draw, n: int, ink: Ink) -> None:
 
 
 def _arrow(d: Draw, n: int, ink: Ink) -> None:
-    d.polygon(
-        (
-            n * 0.1,
-            n * 0.4,
-            n * 0.55,
-            n * 0.4,
-            n * 0.55,
-            n * 0.2,
-            n * 0.92,
-            n * 0.5,
-            n * 0.55,
-            n * 0.8,
-            n * 0.55,
-            n * 0.6,
-            n * 0.1,
-            n * 0.6,
-        ),
-        fill=ink,
-    )
+    corners = (0.1, 0.4), (0.55, 0.4), (0.55, 0.2), (0.92, 0.5), (0.55, 0.8), (0.55, 0.6), (0.1, 0.6)
+    d.polygon([(n * x, n * y) for x, y in corners], fill=ink)
 
 
 def _chess(d: Draw, n: int, ink: Ink) -> None:

@@ -19,10 +19,10 @@ HALF_M = 0.15  # of a corridor
 WALL_M, WALL_HIGH_M = 0.03, 0.15
 DOCK = (0.2, 1.80, -np.pi / 2)  # m, m, rad
 COLUMN = (1.38, 0.73, 0.04)  # of blocks, in the open place of the Q: x, y, half its side (m)
-BOARD = (-0.12, -0.12, WIDTH_M + 0.12, HEIGHT_M + 0.12)  # what the maze stands on: x, y, x, y
+BOARD = (-0.12, -0.12, WIDTH_M + 0.12, HEIGHT_M + 0.12)  # under the maze: x, y, x, y (m)
 OPEN_FLOOR = (DOCK[0] - 2.0, DOCK[1] - 2.6, DOCK[0] + 2.0, DOCK[1] + 0.4)  # the board without a maze
-GRAIN_M = 0.001  # of the plan from which the walls are traced
-ROUGH_M = 0.004  # how far a wall may be beside the plan
+GRAIN_M = 0.001  # a pixel of the plan from which the walls are traced
+ROUGH_M = 0.004  # tolerance of the traced walls
 
 
 def _arc(x: float, y: float, radius: float, begin_deg: float, end_deg: float) -> Floats:

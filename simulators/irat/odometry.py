@@ -1,4 +1,4 @@
-"""Dead reckoning from the wheels' encoders, as the robot does it: with its own idea of radius and track."""
+"""Dead reckoning from the wheels' encoders as the robot does it: its values of wheel radius and track have errors."""
 
 from math import atan2, cos, sin, tau
 
@@ -13,7 +13,7 @@ TICKS_A_TURN = 4096  # of an encoder
 
 
 class Odometry:
-    """Counts from zero at each start. The errors of one robot follow from its seed."""
+    """Pose (m, m, rad) and velocity (m/s, rad/s), zero at each start. The errors of a robot follow from its seed."""
 
     def __init__(self, seed: int, angles: NDArray[np.float64]) -> None:
         """`angles`: the wheels' now (left, right; rad)."""

@@ -21,18 +21,18 @@ from robots.kit.drivers.irat.protocol import (
     epoch_of,
 )
 from robots.kit.drivers.rosbridge import Malformed, Operation, encode, operation, received
+from simulators.common.journal import Note
+from simulators.common.rovers.motor_board import End
 from simulators.irat.claims import Claims
-from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
 
-Note = Callable[..., None]
 EARLY = 0.8  # share of a topic's period after which its next message is not too early
 MOST_SUBSCRIPTIONS = 64
 MOST_HOLDS = 32  # of one client, not answered yet
 
 
 class Refused(Malformed):
-    """A valid request that is not done now; the text says why."""
+    """A valid request that is refused now; the text says why."""
 
 
 class Robot(Protocol):
@@ -47,13 +47,13 @@ class Robot(Protocol):
         """Return the number of the newest motion."""
 
     def velocity(self, velocity: Velocity, epoch: int) -> str:
-        """Drive; return why not, in one sentence, or an empty text."""
+        """Drive; return why that is refused, in one sentence; an empty text if it is not."""
 
     def hold(self, why: End = End.HELD) -> None:
         """Brake to rest."""
 
     def report(self) -> Status:
-        """Return the robot's state as it tells it."""
+        """Return the state that the robot reports."""
 
 
 @dataclass
@@ -67,7 +67,7 @@ class _Hold:
 
 
 class Operations:
-    """Does what frames ask for; not for several threads. `settle` answers the holds once the robot rests."""
+    """Executes what frames ask for; not for several threads. `settle` answers the holds once the robot rests."""
 
     def __init__(self, robot: Robot, note: Note, clock: Timer = TIMER, wall: Wall = WALL) -> None:
         self._robot, self._note, self._clock, self._wall = robot, note, clock, wall
@@ -80,7 +80,7 @@ class Operations:
         }  # fmt: skip
 
     def take(self, peer: Peer, data: str | bytes) -> None:
-        """Do what one frame asks for, or answer why not."""
+        """Execute what one frame asks for, or answer why it is refused."""
         try:
             found = received(data)
         except Malformed as error:
@@ -130,14 +130,14 @@ class Operations:
             raise Refused(why)
 
     def _answers(self, drive: Drive, peer: Peer) -> None:
-        """Refuse a velocity of another commander, or one that answers to odometry that is old or before a hold."""
+        """Refuse a velocity of another commander, and one that answers to odometry that is old or precedes a hold."""
         if drive.epoch != peer.epoch:
             raise Refused(f"epoch {drive.epoch} does not command; {peer.epoch} does")
         late = self._wall() - drive.stamp
         if abs(late) > LATE_S:
             self._note("late", seconds=round(late, 3))
             raise Refused(f"this velocity answers to odometry of another time, {late:.1f} s ago; answer to the newest")
-        if 0 <= self._held_at - drive.stamp <= 2 * LATE_S:  # older by more it would be late, unless `wall` was set back
+        if 0 <= self._held_at - drive.stamp <= 2 * LATE_S:  # an older one is late, unless `wall` was set back
             self._note("late", seconds=round(late, 3))
             raise Refused("this velocity answers to odometry from before the hold; answer to the newest")
 
@@ -157,7 +157,7 @@ class Operations:
             peer.subscriptions.pop(asked.name, None)
 
     def _status(self, peer: Peer, asked: Operation) -> None:
-        """A client's message of status changes nothing here."""
+        """Ignore a client's message of status."""
 
     _set_level = _status
 
@@ -202,7 +202,7 @@ class Operations:
         self._answer(peer, asked, {"services": list(self._services)})
 
     def _hold(self, peer: Peer, asked: Operation) -> None:
-        """Hold at once; answer when the robot rests. Everybody may stop a robot."""
+        """Hold at once; answer when the robot rests. Every client may stop the robot, with or without a claim."""
         self._held_at = self._wall()
         self._note("hold", peer=peer.name, moving=self._robot.moving)
         self._robot.hold()
@@ -212,7 +212,7 @@ class Operations:
         self.settle()
 
     def settle(self) -> None:
-        """Answer each hold whose robot rests, or that has waited too long; called after each tick of the robot."""
+        """Answer the holds if the robot rests, and each hold that has waited too long; called after each tick."""
         for hold in list(self.holds):
             rests = not self._robot.moving or self._robot.motion != hold.motion  # it may have been driven on since
             if rests or hold.limit.over:

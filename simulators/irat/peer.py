@@ -1,7 +1,7 @@
 """One connection to the robot: its subscriptions, and the messages that wait to be sent to it.
 
-Of each topic only the newest message waits, so a slow reader gets fewer, fresh ones and costs no memory. Answers wait
-in order, up to a number; a client that does not read them is disconnected.
+The messages of a topic are coalesced: only the newest waits, so a slow reader gets fewer and fresh ones and costs no
+memory. Answers wait in order, up to a number; a client that does not read them is disconnected.
 """
 
 from collections import deque
@@ -16,7 +16,7 @@ MOST_ANSWERS = 64
 
 @dataclass
 class Subscription:
-    """One id's wish for a topic: at most one message every `every_s`."""
+    """A subscription to a topic under one id: at most one message every `every_s`."""
 
     every_s: float
     sent_at: float = 0.0
@@ -25,7 +25,7 @@ class Subscription:
 class Peer:
     """A client, however it is connected. Not for several threads.
 
-    `some` is called when something waits for it, `cut` ends its connection at once.
+    `some` is called when a frame waits to be sent, `cut` ends the connection at once.
     """
 
     def __init__(
@@ -39,14 +39,14 @@ class Peer:
         self._answers: deque[str] = deque()
 
     def wants(self, topic: str, now: float) -> bool:
-        """Return whether a message of this topic is due; counts it as sent."""
+        """Return whether a message of this topic is due; it counts as sent then."""
         due = [s for s in self.subscriptions.get(topic, {}).values() if now - s.sent_at >= s.every_s - 1e-3]
         for subscription in due:
             subscription.sent_at = now
         return bool(due)
 
     def show(self, topic: str, frame: str) -> None:
-        """Send a topic's newest message in place of an older one that still waits."""
+        """Send a topic's newest message; it replaces one that still waits."""
         self._newest[topic] = frame
         self._some()
 
@@ -59,7 +59,7 @@ class Peer:
         self._some()
 
     def next(self) -> str | None:
-        """Take the next frame to be sent, answers first; None where nothing waits. A silent radio loses them."""
+        """Take the next frame to be sent, answers first; None if nothing waits. Faults may lose frames."""
         while self._answers or self._newest:
             frame = self._answers.popleft() if self._answers else self._newest.pop(next(iter(self._newest)))
             if not (self._faults.value("awol") or self._faults.value("mute")):
@@ -73,5 +73,5 @@ class Peer:
 
     @property
     def slow_s(self) -> float:
-        """Return by how much (s) each frame is late, as the fault board says."""
+        """Return the delay of each frame (s) that the fault board asks for."""
         return self._faults.value("slow")

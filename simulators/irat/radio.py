@@ -1,19 +1,20 @@
-"""The robot's rosbridge, message by message: its clients and the messages to each. `server` has the network."""
+"""The robot's rosbridge without its network, which is in `server`: its clients and the messages to each."""
 
 from collections.abc import Callable, Iterable
 
 from robots.kit.clock import TIMER, WALL, Timer, Wall
 from robots.kit.drivers.rosbridge import Message, encode
 from simulators.common.faults import FaultBoard
-from simulators.irat.operations import Note, Operations, Robot
+from simulators.common.journal import Note
+from simulators.irat.operations import Operations, Robot
 from simulators.irat.peer import Peer
 
-MOST_PEERS = 32  # the oldest that does not command goes for a new one
+MOST_PEERS = 32  # one more replaces the oldest client that does not command
 Messages = Iterable[tuple[str, Callable[[int], Message]]]  # topics, and what makes their message from its number
 
 
 class Radio:
-    """Not for several threads, except for its properties."""
+    """The robot's clients. Not for several threads, except for its properties."""
 
     def __init__(self, robot: Robot, faults: FaultBoard, note: Note, clock: Timer = TIMER, wall: Wall = WALL) -> None:
         self._faults, self._note, self._clock, self._sequence = faults, note, clock, 0
@@ -29,7 +30,7 @@ class Radio:
 
     @property
     def silent(self) -> bool:
-        """Return whether nothing that is said to the robot reaches it."""
+        """Return whether no message reaches the robot."""
         return self.off or bool(self._faults.value("awol"))
 
     @property
@@ -38,7 +39,7 @@ class Radio:
         return bool(self._operations.holds)
 
     def join(self, peer: Peer) -> None:
-        """Take a new client; where there are too many, the oldest that does not command goes."""
+        """Accept a client; if there are too many, disconnect the oldest one that does not command."""
         self.peers.append(peer)
         if len(self.peers) > MOST_PEERS:
             oldest = next(p for p in self.peers if p is not self._operations.claims.commander)
@@ -53,7 +54,7 @@ class Radio:
         self._operations.leave(peer)
 
     def take(self, peer: Peer, data: str | bytes) -> None:
-        """Do what a frame asks for, unless nothing reaches the robot. The next is read in any case."""
+        """Execute what a frame asks for, unless no message reaches the robot. The next frame is read in any case."""
         if self.silent:
             return
         try:
@@ -67,7 +68,7 @@ class Radio:
         self.watched = frozenset(topic for peer in self.peers for topic in peer.subscriptions)
 
     def publish(self, messages: Messages) -> None:
-        """Send messages of topics to those who want them now; each is made once, with its number."""
+        """Send messages of topics to the clients for which they are due; each is made once, with its number."""
         now, self._sequence = self._clock.monotonic(), self._sequence + 1
         for topic, make in messages:
             wanting = [peer for peer in self.peers if peer.wants(topic, now)]
@@ -81,7 +82,7 @@ class Radio:
         self._operations.settle()
 
     def power_off(self) -> None:
-        """End all connections at once, and forget who commanded."""
+        """End all connections at once, and forget the commander."""
         self._operations.claims.forget()
         for peer in list(self.peers):
             peer.cut()

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from robots.kit.description import load
+from simulators.common.rovers.body import FIXED, ROBOT
 from simulators.irat.dock import GUIDE_HIGH_M, GUIDES, STOP_HIGH_M, STOP_M
 from simulators.irat.drawings import BOARD_M
 from simulators.irat.maze import BOARD, COLUMN, DOCK, OPEN_FLOOR, WALL_HIGH_M, WALL_M, Wall, walls
@@ -17,7 +18,7 @@ HULL_LOW_M, HULL_TOP_M = 0.008, 0.075
 GRIP, SMOOTH = [0.9, 0.002, 0.0001], [0.15, 0.001, 0.0001]  # wheels on melamine; the hull on foam
 STALL_NM = 0.03  # 1.5 N at the rim: a wheel against a wall stalls before it slips
 FLOOR = 2  # what touches the floor only: a wheel is a ball here, wider than it is
-ROBOT, FIXED = 0, 1  # geometry groups: a ray of a range sensor looks for the second only
+FREE = 1e-4  # damping of a wheel (N m s/rad)
 Geom = mujoco.mjtGeom
 
 
@@ -113,7 +114,7 @@ def _robot(made: Any) -> None:
         wheel = hull.add_body(name=name, pos=[0, side * body["track"] / 2, body["wheel_radius"]])
         joint = wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
         joint.armature = 2e-5
-        joint.damping = [1e-4, 0.0, 0.0]  # `plant.FREE`
+        joint.damping = [FREE, 0.0, 0.0]
         wheel.add_geom(
             name=f"{name}_rim", type=Geom.mjGEOM_SPHERE, size=[body["wheel_radius"], 0, 0], mass=0.02, friction=GRIP,
             group=ROBOT, condim=3, contype=FLOOR, conaffinity=FLOOR,

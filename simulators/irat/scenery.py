@@ -1,4 +1,4 @@
-"""The scene before the cameras: the maze on its board, things scattered around it, the hall, the dock and the robot."""
+"""The scene that the cameras see: the maze on its board, objects around it, the hall, the dock and the robot."""
 
 from itertools import pairwise
 
@@ -60,7 +60,7 @@ def _poster(wall: Wall, at: float, side: float, texture: int, off: float = STAY_
 
 
 def things() -> Mesh:
-    """Return what is scattered around the corridors, and the column that stands in one."""
+    """Return the objects around the corridors, and the column in one of them."""
     around = [_thing(kind, high, colour).in_frame(placed(x, y, 0, 3 * x)) for kind, x, y, high, colour in THINGS]
     x, y, half = COLUMN
     tones: tuple[Colour, ...] = ((240, 120, 60), (246, 240, 226), (60, 150, 170), (250, 206, 80))

@@ -1,6 +1,6 @@
 """The robot's network: rosbridge v2 over WebSocket, in a thread and an event loop of its own.
 
-Only this machine is served, and no page in a browser, which would otherwise reach a robot on its user's machine.
+Only programs of this machine are served, and no page in a browser: any web page could otherwise drive the robot.
 """
 
 import asyncio
@@ -14,19 +14,61 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from robots.kit.clock import TIMER, Timer
+from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.drivers.rosbridge import MOST_BYTES
 from simulators.common.faults import FaultBoard
-from simulators.irat.operations import Note
+from simulators.common.journal import Note
+from simulators.irat.peer import Peer
 from simulators.irat.radio import Messages, Radio
-from simulators.irat.socket_peer import SocketPeer
 
-MOST_SOCKETS = 64  # with those that have not said yet what they are
-MOST_WAITING = 16  # accepted at once, in each turn of the loop; one that is too many is closed some turns later
-OPEN_S, PING_S = 5.0, 5.0  # real time, as the next: the network's
-LOOK_S = 0.05
+MOST_SOCKETS = 64  # including those whose handshake is not over
+MOST_WAITING = 16  # connections that one turn of the loop accepts; one too many is closed some turns later
+OPEN_S, PING_S = 5.0, 5.0  # real time, as the next ones: they protect the machine
+A_SECOND, BURST = 400.0, 400.0  # messages of a client; a faster sender has to wait
+UNREAD_S = 5.0  # longest wait of a frame for a client that does not read
+SILENT_LOOK_S, LATE_LOOK_S = 0.05, 0.005  # between two looks whether the radio speaks again, and at the clock
 log = logging.getLogger("simulators.irat.websockets")
-log.setLevel(logging.CRITICAL)  # messages of strangers are not worth a log line; the journal has what matters
+log.setLevel(logging.CRITICAL)  # strangers must not fill the log; the journal has what matters
+
+
+class SocketPeer(Peer):
+    """A client behind a WebSocket; all methods are called in the event loop. `real` measures its rate."""
+
+    def __init__(self, line: ServerConnection, faults: FaultBoard, clock: Timer = TIMER, real: Timer = TIMER) -> None:
+        self.line, self._real, self._ready = line, real, asyncio.Event()
+        name = ":".join(map(str, (line.remote_address or ("?", 0))[:2]))
+        super().__init__(name, faults, self._ready.set, line.transport.abort, clock)
+        self._room, self._filled = BURST, real.monotonic()
+
+    async def within_rate(self) -> None:
+        """Let other tasks run; wait if this client sends too fast (a token bucket)."""
+        now = self._real.monotonic()
+        self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
+        self._filled, self.heard_at = now, self._clock.monotonic()
+        self._room -= 1
+        # even 0 s: to read frames that have arrived already does not let other tasks run
+        await asyncio.sleep(max(0.0, -self._room / A_SECOND))
+
+    async def _pause(self, seconds: float) -> None:
+        limit = Limit(self._clock, seconds)
+        while not limit.over:
+            await asyncio.sleep(LATE_LOOK_S)
+
+    async def write(self) -> None:
+        """Send what waits until the connection ends."""
+        try:
+            while True:
+                await self._ready.wait()
+                self._ready.clear()
+                while (frame := self.next()) is not None:
+                    if self.slow_s:
+                        await self._pause(self.slow_s)
+                    async with asyncio.timeout(UNREAD_S):
+                        await self.line.send(frame)
+        except TimeoutError:
+            self.cut()
+        except ConnectionClosed:
+            return
 
 
 class Network:
@@ -44,7 +86,7 @@ class Network:
         ready.wait()
 
     def publish(self, messages: Messages) -> None:
-        """Send messages of topics to those who want them now; each is made once, with its number."""
+        """Send messages of topics to the clients for which they are due; each is made once, with its number."""
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._radio.publish, list(messages))
 
@@ -55,7 +97,7 @@ class Network:
                 self._loop.call_soon_threadsafe(self._radio.settle)
 
     def power_off(self) -> None:
-        """End all connections at once, and forget who commanded."""
+        """End all connections at once, and forget the commander."""
         with contextlib.suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._power_off)
 
@@ -90,7 +132,7 @@ class Network:
         network = self
 
         class Connection(ServerConnection):
-            """Counted from its first byte on, so that silent sockets do not use up all descriptors."""
+            """A connection that counts before its handshake, so that silent sockets do not use up all descriptors."""
 
             def connection_made(self, transport: asyncio.BaseTransport) -> None:
                 super().connection_made(transport)
@@ -109,9 +151,9 @@ class Network:
         return Connection
 
     async def _admit(self, line: ServerConnection, request: Request) -> Response | None:
-        """Let a handshake wait while the radio is silent; its client gives up some day."""
+        """Let a handshake wait while the radio is silent, until its client gives up."""
         while self._radio.silent:
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(SILENT_LOOK_S)
         return None if request.path == "/" else line.respond(HTTPStatus.NOT_FOUND, "rosbridge is at /\n")
 
     async def _serve_one(self, line: ServerConnection) -> None:

@@ -1,12 +1,11 @@
-"""The Mercury arm as a process: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]
-[--baud N] [--speed FACTOR]``.
+"""The Mercury arm as a process.
 
-In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
-`camera` and `microphone` (their addresses), `faults` (a Unix
-socket), `journal.jsonl`, `bed.npy` and `state.json`.
+``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT] [--baud N] [--speed FACTOR]``
+
+In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server), `camera` and `microphone` (their
+addresses), `faults` (a Unix socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -23,20 +22,19 @@ from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.microphone import Microphone
-from simulators.common.nonvolatile import BOOTS
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.nonvolatile import BOOTS, keep, restore
+from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any, names, record_deaths
-from simulators.mercury.arm import Body
+from simulators.mercury.arm import START, Body, Pose
 from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
 from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
 from simulators.mercury.sound import ArmSound
-from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace
 
-OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # tells of refused clients
-KEEP_S = 0.02  # between two times that the place of a moving arm is kept
+OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # the last argument is called for each refused client
+KEEP_S = 0.02  # between two times that the place of a moving arm is stored
 READOUT_S = 0.030  # the card reads the chip after the exposure
 
 
@@ -55,10 +53,10 @@ class Simulator:
         self.bed = bed(seed)
         self.bed.restore(folder / "bed.npy")
         self._state = folder / "state.json"
-        kept = restore(self._state)
+        pose, last_boot = restore(self._state, Pose.read, START)
         space = Workspace(description)
-        self.body = Body(space.tidy_pose(kept.pose) or START, clock.monotonic())
-        boot = (kept.boot + 1) % BOOTS
+        self.body = Body(space.tidy_pose(pose) or START, clock.monotonic())
+        boot = (last_boot + 1) % BOOTS
         self._keep(boot)
         self.controller = Controller(
             description, self.body, self._blow, self.faults, self.journal, boot, self._keep, clock
@@ -69,10 +67,10 @@ class Simulator:
         self._exposures = description["camera"]["exposure_range_s"]
         self.microphone = Microphone(lambda: ArmSound(self.body, space, self._blowing), self.faults, clock)
         self._running = True
-        self._sand: threading.Thread | None = None  # the last that was blown
+        self._sand: threading.Thread | None = None  # the thread of the newest burst
 
     def open(self) -> CameraServer:
-        """Open what other programs reach it by, apart from its line: camera, microphone and faults."""
+        """Open camera, microphone and faults to other programs; its line is open already."""
         folder, (low, high) = self._folder, self._exposures
         record_deaths(self.journal)
         camera = CameraServer(self.take, self.faults, (low, high), self._clock, self.microphone)
@@ -83,7 +81,7 @@ class Simulator:
         return camera
 
     def _keep(self, boot: int) -> None:
-        keep(self._state, self.body.setpoint, boot)
+        keep(self._state, boot, {"pose": self.body.setpoint.as_tuple()})
 
     def _blowing(self) -> bool:
         return self.controller.mode == wire.Mode.BLOWING
@@ -130,7 +128,7 @@ class Simulator:
                     self.controller.handle(frame, self.line.send)
             self.controller.advance(self._clock.monotonic(), self.line.send)
             due = self._clock.monotonic() >= kept + KEEP_S or not self.body.moving
-            if due and (moved or self.body.moving):  # if it is killed during a motion, it starts again about there
+            if due and (moved or self.body.moving):  # an arm that is killed during a motion starts again near there
                 self._keep(self.controller.boot)
                 kept = self._clock.monotonic()
             moved = self.body.moving
@@ -160,10 +158,7 @@ def main() -> None:
 
     simulator = Simulator(options.dir, options.seed, opened, clock)
     camera = simulator.open()
-    stop_when_told(simulator)
-    sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {camera.port}\n")
-    sys.stdout.flush()
-    simulator.run()
+    run(simulator, f"line {(options.dir / 'tty').resolve()} camera port {camera.port}")
 
 
 if __name__ == "__main__":

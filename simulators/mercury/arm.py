@@ -9,12 +9,13 @@ from collections import deque
 from dataclasses import dataclass, field
 from math import hypot, pi, sqrt
 from operator import itemgetter
+from typing import Any
 
 STEP_S = 0.002
 SWING_HZ = 6.0
 DAMPING = 0.18
 RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
-BRAKE = 2.0  # a hold brakes harder than a motion ends: rest first, swing second
+BRAKE = 2.0  # a hold brakes so many times as hard as a motion ends: rest matters more than swing
 AT_REST_M = 0.00008  # swing below which two pictures no longer differ by the threshold
 STILL_M = 1e-9  # swing below which nothing is integrated
 
@@ -31,6 +32,15 @@ class Pose:
     def as_tuple(self) -> tuple[float, float, float, float]:
         """Return (x, y, z, theta)."""
         return self.x, self.y, self.z, self.theta
+
+    @classmethod
+    def read(cls, stored: Any) -> "Pose":
+        """Return the pose of a state that was stored. Raises ValueError, TypeError, KeyError, OverflowError."""
+        x, y, z, theta = map(float, stored["pose"])
+        return cls(x, y, z, theta)
+
+
+START = Pose(0.0, 0.42, 0.075, 0.0)  # of a new arm
 
 
 @dataclass

@@ -1,7 +1,7 @@
 """The picture of the CCD camera on the arm: 192 x 165 pixels, 256 greys (section 6.6).
 
 The camera looks straight down from beside the nozzle, so its field of view grows with Z. Its mounting is a little
-shifted and turned, which the calibration has to find out. Its fixed focus lies between the two heights. Exposure
+shifted and turned; calibration measures this. Its fixed focus lies between the two heights. Exposure
 blurs motion, and brightness depends on it.
 
 The chip has no shutter against too much light: a pixel that overflows spills its charge along its column, "light

@@ -208,7 +208,7 @@ class Controller:
         self._blow(x * 1000, y * 1000, seconds)
 
     def advance(self, now: float, send: Send) -> None:
-        """Let time pass up to `now`; send what has ended."""
+        """Let time pass up to `now`; send the ends of motions and bursts."""
         if self._faults.take("power_cycle"):
             self.restart()
         self.body.advance_to(now)

@@ -1,7 +1,7 @@
 """The light on the sand: one row of lamps from the side, light from the whole ceiling, and reflections.
 
-The paper's lamps are fluorescent ones on the ceiling and two more "to reduce shadows and
-raise the overall ambient light levels" (Goldberg et al. 1995, section 6.6).
+The paper's lamps are fluorescent ones on the ceiling and two more "to reduce shadows and raise the overall ambient
+light levels" (Goldberg et al. 1995, section 6.6).
 """
 
 import numpy as np

@@ -1,11 +1,8 @@
 """The serial line: a pty, or a serial server on TCP, limited to its baud rate, with faults on request."""
 
 import contextlib
-import os
-import pty
 import select
 import socket
-import tty
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +12,7 @@ from robots.kit.clock import TIMER, Timer
 from robots.kit.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard
+from simulators.common.terminal import Terminal
 
 TICK_S = 0.003
 IDLE_TICK_S = 0.01  # between two looks for bytes while the arm does nothing
@@ -31,7 +29,7 @@ class Arrived(NamedTuple):
 
 
 class Line:
-    """One end of the line; the other is the terminal named by `link`."""
+    """The simulator's end of the line; the other is the terminal at `link`."""
 
     def __init__(self, link: Path, faults: FaultBoard, baud: int, clock: Timer = TIMER) -> None:
         self._clock = clock
@@ -45,25 +43,17 @@ class Line:
         self._more = False
 
     def _open(self, link: Path) -> None:
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._master)
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        part = link.with_suffix(".part")
-        part.unlink(missing_ok=True)
-        part.symlink_to(os.ttyname(self._slave))
-        part.replace(link)
+        self._terminal = Terminal(link)
 
     def _listened(self) -> list[int]:
-        return [self._master]
+        return [self._terminal.number]
 
     def _write(self, data: bytes) -> None:
-        with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses these bytes too
-            os.write(self._master, data)
+        self._terminal.write(data)
 
     def _receive(self, most: int) -> bytes:
         try:
-            return os.read(self._master, most)
+            return self._terminal.read(most)
         except OSError:
             return b""
 
@@ -73,13 +63,13 @@ class Line:
             return
         late = self._faults.value("slow")
         at = max(self._out_free, self._clock.monotonic() + late)
-        for byte in self._spoil(frame.encode()):
+        for byte in self._faults.spoil(frame.encode()):
             at += self._byte_s
             self._out.append((at, byte))
         self._out_free = at
 
     def wait(self, timeout: float, /) -> bool:
-        """Wait for bytes, at most so many real seconds; tell whether they came."""
+        """Wait for bytes, at most so many real seconds; return whether they came."""
         return bool(select.select(self._listened(), [], [], timeout)[0])
 
     def poll(self, busy: bool) -> Arrived:
@@ -112,25 +102,10 @@ class Line:
         data = self._receive(room)
         at = self._in_free if self._more else max(self._in_free, self._clock.monotonic())
         self._more = len(data) == room  # more bytes were waiting, so the line was not silent
-        for byte in self._spoil(data):
+        for byte in self._faults.spoil(data):
             at += self._byte_s
             self._in.append((at, byte))
         self._in_free = at
-
-    def _spoil(self, data: bytes) -> bytes:
-        """Corrupt, drop or double bytes as the fault board says."""
-        if not any(self._faults.value(v) for v in ("corrupt", "drop", "double")):
-            return data
-        out = bytearray()
-        for byte in data:
-            if self._faults.chance("drop"):
-                continue
-            if self._faults.chance("corrupt"):
-                byte ^= 1 << self._faults.random.randrange(8)
-            out.append(byte)
-            if self._faults.chance("double"):
-                out.append(byte)
-        return bytes(out)
 
 
 class TcpLine(Line):

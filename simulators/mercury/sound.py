@@ -17,8 +17,8 @@ from simulators.mercury.workspace import Workspace
 
 Samples = NDArray[np.float32]
 ROOM, AIR = 0.002, 0.12  # mean level, of 1
-FULL = np.array([1.0, 1.6, 0.1, 2.0])  # speeds at which a motor is as loud as it gets: rad/s, rad/s, m/s, rad/s
-SLOWEST_HZ = np.array([70.0, 95.0, 140.0, 120.0])  # pitch of a motor that hardly turns
+FULL = np.array([1.0, 1.6, 0.1, 2.0])  # speeds at which each motor is loudest: rad/s, rad/s, m/s, rad/s
+SLOWEST_HZ = np.array([70.0, 95.0, 140.0, 120.0])  # pitch of a motor at its slowest speed
 FASTEST_HZ = np.array([310.0, 420.0, 620.0, 520.0])  # and at its full speed
 LOUD = np.array([0.16, 0.13, 0.10, 0.06])
 OVERTONES = ((1, 1.0), (2, 0.45), (3, 0.3), (5, 0.12))
@@ -27,7 +27,7 @@ EMPTY = np.zeros(4)
 
 
 class ArmSound:
-    """Hears the arm; `blowing` tells whether the valve is open."""
+    """The sound of the arm for one listener; `blowing` returns whether the valve is open."""
 
     def __init__(self, body: Body, space: Workspace, blowing: Callable[[], bool], seed: int = 0) -> None:
         self._body, self._space, self._blowing = body, space, blowing

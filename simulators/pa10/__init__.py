@@ -1,14 +1,12 @@
 """The museum arm in MuJoCo.
 
-MuJoCo loads the graphics library that `MUJOCO_GL` names when it is imported, and the import fails if that library is
-missing. So this is tried here first.
+When MuJoCo is imported it loads the graphics library that `MUJOCO_GL` names, and the import fails if that library is
+missing. So the import is tried here, and repeated without graphics.
 """
 
 import logging
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads would only wait for each other
-os.environ.setdefault("MUJOCO_GL", "disable")  # physics needs no window system
 try:
     import mujoco
 except Exception as error:  # noqa: BLE001 - whatever a graphics library raises

@@ -1,17 +1,16 @@
 """The museum arm as a process: ``python -m simulators.pa10 --dir DIR [--port N] [--controller pd] [--speed N]``.
 
-In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, `faults` (a
-Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
+In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, `faults` (a Unix socket),
+`journal.jsonl`, `programs.json` and `scene.npy`.
 """
 
-import gc
 import os
 import sys
 from functools import partial
 
 from robots.kit.clock import FasterTimer
 from robots.kit.description import load
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.planning import Planning
@@ -36,14 +35,9 @@ def main() -> None:
     planner = partial(Planning, forked=True)
     simulator = Simulator(options.dir, planner, options.controller, token, watchdog, clock)
     port = simulator.open(options.port)
-    stop_when_told(simulator)
-    sys.stdout.write(f"listening on 127.0.0.1:{port}\n")
-    sys.stdout.flush()
     sys.setswitchinterval(SWITCH_S)
-    gc.collect()
-    gc.freeze()  # objects so far stay: collecting them would take longer than a step
     first_in_line()
-    simulator.run()
+    run(simulator, f"listening on 127.0.0.1:{port}")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ together.
 """
 
 import threading
-from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -19,6 +18,7 @@ from robots.kit.arms.zones import Box
 from robots.kit.clock import TIMER, Limit, Timer, Until
 from robots.kit.drivers.pa10.courses import Course, Courses, is_default
 from robots.kit.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
+from simulators.common.journal import Note
 from simulators.pa10 import runner
 from simulators.pa10.position_guard import PositionGuard
 from simulators.pa10.runner import GRIP_S
@@ -26,21 +26,17 @@ from simulators.pa10.scene import STEP_S
 from simulators.pa10.setpoint import Reference, SetPoint
 from simulators.pa10.store import ProgramStore
 
-AHEAD_S, MOST_AHEAD_S = (
-    0.06,
-    1.0,
-)  # least and greatest lead of a target given in motion
+AHEAD_S, MOST_AHEAD_S = 0.06, 1.0  # least and greatest lead of a target that is sent during a motion
 PLANS = 4  # attempts for one target while the arm moves on
 STILL_RAD_S = 0.02  # below this the measured arm rests
 MOST_BOXES = 32
 WAY_OUT = "only j 0 0 0 0 0 0 leads out of it"
-Note = Callable[..., None]
 
 
 class Application:
     """State machine and safety. `note` writes to the journal, where `at` is the loop's time (s).
 
-    `error`: a range error that was not left.
+    `error`: a range error in which the arm still is.
     """
 
     def __init__(
@@ -65,7 +61,7 @@ class Application:
             with self._rested:
                 self._range_error(error)
 
-    # what the network asks
+    # what the network calls
 
     @property
     def hold_count(self) -> int:
@@ -270,7 +266,7 @@ class Application:
             while not self._clock.wait(Until(self._rested, over), 0.02):
                 pass
 
-    # what the control thread does
+    # what the control thread calls
 
     def step(self, measured: Joints, speed: Joints) -> Reference:
         """Return the reference 2 ms later; checks the measured position (rad, rad/s)."""
@@ -305,11 +301,11 @@ class Application:
         self._note("range_error", why=self.note)
         self._rested.notify_all()
 
-    # what is told
+    # what others read
 
     @property
     def unchanged(self) -> AbstractContextManager[bool]:
-        """Return the lock under which several of these are read as of one moment."""
+        """Return the lock under which several of these values can be read at one moment."""
         return self._lock
 
     @property
@@ -329,7 +325,7 @@ class Application:
 
     @property
     def error(self) -> str:
-        """Return the range error that is not left yet, empty if there is none."""
+        """Return the range error in which the arm still is, empty if there is none."""
         with self._lock:
             return self._leaving or (self.note if self._mode == Mode.RANGE_ERROR else "")
 

@@ -14,12 +14,12 @@ from robots.kit.arms.planner import Refused
 from robots.kit.clock import TIMER, Timer, Until
 from robots.kit.drivers.pa10.protocol import Malformed
 from simulators.common.faults import FaultBoard
+from simulators.common.journal import Note
 from simulators.common.tcp import Line
 
-MOST_WAITING = 1000  # lines in the queue; more are refused
+MOST_WAITING = 1000  # lines in the queue; a longer queue is refused
 LOOK_S = 3600.0  # between two looks into an empty queue; a new order wakes the thread sooner
 Order = Callable[[], str]
-Note = Callable[..., None]
 
 
 class Client:
@@ -55,7 +55,7 @@ class Client:
             self.say(f"e busy {MOST_WAITING} lines wait for their answers already")
 
     def wait(self, rest: Callable[[], str]) -> str:
-        """Answer `W` when the arm rests; many of them share a thread."""
+        """Answer `W` when the arm rests; all `W` of a client share one thread."""
         with self._changed:
             if self._waits == 0:
                 self._clock.spawn(partial(self._wait, rest), "wait")
@@ -84,7 +84,7 @@ class Client:
             self.heard_at = self._clock.monotonic()
 
     def answer_of(self, order: Order) -> str:
-        """Return the answer, or why it is refused; after any error the client is still served."""
+        """Return the answer, or why the order is refused; after any error the client is still served."""
         try:
             return order()
         except Malformed as error:
@@ -96,7 +96,7 @@ class Client:
             return "e busy the controller failed at this line"
 
     def say(self, text: str) -> None:
-        """Send a line; a client that does not read for a while is cut off."""
+        """Send a line; a client that does not read for a while is disconnected."""
         if self._faults.value("mute") or self._faults.value("awol"):
             return
         if self._faults.value("slow"):

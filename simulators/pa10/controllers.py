@@ -1,4 +1,4 @@
-"""Control layers: joint torques from a reference and measured values. Replaceable.
+"""Control layers, which can be replaced: joint torques from a reference and measured values.
 
 A controller is an object with one method, `torques`. There are two: computed torque (the arm's own dynamics are
 compensated, which leaves a double integrator) and PD without gravity compensation (Craig 1986, chapters 9 and 10).

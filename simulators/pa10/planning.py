@@ -1,8 +1,8 @@
 """Planning in a separate process, so that no step of the control loop waits for it.
 
 ``python -m simulators.pa10.planning FD`` is that process; it talks over the socket pair whose end it inherits, and ends
-with the other end. Each question contains everything on which the answer depends, also the boxes; so if the process is
-lost, or does not answer in time, it is started again and asked once more.
+with the other end. Each question contains everything on which the answer depends, also the boxes; so a process that is
+lost, or does not answer in time, is started again and asked once more.
 """
 
 import os
@@ -31,7 +31,7 @@ KEPT = 8  # sets of boxes
 
 
 class Planning(Courses):
-    """The interface of `Courses`; slow work is done in the other process, one question after the other."""
+    """`Courses` whose slow work is done in the other process, one question after the other."""
 
     def __init__(self, note: Callable[..., None] = lambda *_, **__: None, forked: bool = False) -> None:
         """`forked`: start as a fork of this process, which still has one thread; a restarted one is not a fork."""

@@ -40,13 +40,15 @@ class PositionGuard:
     def _look(self, q: Joints) -> None:
         limits = self._planner.limits
         self._looked_at, self._distances = q.copy(), self._planner.zones.distances(q)
-        self._way = np.minimum(q - limits.low, limits.high - q) + OFF_RAD  # of each joint, to its least limit
+        self._way = (
+            np.minimum(q - limits.low, limits.high - q) + OFF_RAD
+        )  # of each joint, to its nearer limit and a tolerance
 
     def violation(self, q: Joints) -> str:
         """Return what is wrong with the arm's present position, empty if nothing is; it may not go back."""
         zones, moved = self._planner.zones, np.abs(q - self._looked_at)
         if (moved < self._way).all() and zones.still_clear(self._distances, moved):
-            return ""  # mostly, for it is far from boxes and limits
+            return ""  # the usual case: the arm is far from boxes and limits
         self._look(q)
         touch = zones.entered(self._distances + OFF_M, self._floor)
         if touch is not None:

@@ -1,4 +1,4 @@
-"""Gives the control loop processor time in time, with or without the right to real-time priority."""
+"""Gives the control loop the processor when it needs it, with or without the right to real-time priority."""
 
 import ctypes
 import os
@@ -7,15 +7,12 @@ import struct
 
 TURN_NS = 400_000  # a little more than one step computes
 RESET_ON_FORK = 1  # threads and processes started later are ordinary ones
-SCHED_SETATTR = {
-    "x86_64": 314,
-    "aarch64": 274,
-}  # the call by its number: few C libraries name it
+SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}  # the number of the system call, which few C libraries name
 ATTRIBUTES = struct.Struct("=IIQiIQQQII")  # struct sched_attr of Linux
 
 
 def first_in_line() -> str:
-    """Run the calling thread before others, as far as the system allows; return how.
+    """Run the calling thread before others, as far as the system allows; return by which means.
 
     It sleeps in every step, so no other process starves.
     """

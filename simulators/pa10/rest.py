@@ -1,4 +1,4 @@
-"""When the control loop may pause: a scene at rest needs no steps, and a Raspberry Pi has other work.
+"""When the control loop may pause: a scene at rest needs no steps, which saves a small computer's processor time.
 
 The loop runs at 500 Hz while anything moves, is about to move or is pushed, and for 0.4 s after. Its time stands
 still while it pauses, as it does in a stall; pictures of a scene at rest do not change, so a viewer needs no steps

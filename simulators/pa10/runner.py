@@ -13,7 +13,7 @@ GRIP_S = 0.8
 
 
 class Arm(Protocol):
-    """The arm as a program uses it; `mine` is the number of holds at its start."""
+    """The arm as a program uses it; `mine` is the arm's number of holds at the start of the program."""
 
     def step_began(self, number: int, mine: int) -> bool:
         """Note the step; return False if the program must end."""
@@ -32,7 +32,7 @@ class Arm(Protocol):
 
 
 def start(arm: Arm, steps: list[Request], mine: int, clock: Timer) -> None:
-    """Start a program whose check found it free."""
+    """Start a program that was checked against limits and boxes."""
     clock.spawn(partial(_run, arm, steps, mine), "program")
 
 

@@ -2,7 +2,7 @@
 
 After Dziemian et al. 2004, figure 4: network threads apart from the control loop. Ours: the client may need a token,
 an owner with a newer epoch replaces an older one, `W` is answered when the arm rests while other lines go on, `h`
-overtakes everything, the end of the connection holds, and each end is logged with its cause.
+overtakes everything, the end of the connection holds the arm, and the journal has the cause of each end.
 """
 
 import contextlib
@@ -13,10 +13,10 @@ from typing import Protocol
 from robots.kit.clock import TIMER, Timer
 from robots.kit.drivers.pa10.protocol import LONGEST, LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
-from simulators.common.tcp import Line, Listener
+from simulators.common.journal import Note
+from simulators.common.tcp import Line, Server
 from simulators.pa10.client import Client, Order
 
-Note = Callable[..., None]
 WAIT_S = 120.0
 MOST_STRANGERS = 16  # undecided connections; the oldest is closed for a new one
 
@@ -44,7 +44,7 @@ class Upload:
         self._number, self._lines, self._size, self._wrong = number, list[str](), 0, ""
 
     def add(self, line: str) -> None:
-        """Take one line; of a program that is too long nothing more is kept."""
+        """Add a line; the rest of a program that is too long is dropped."""
         self._size += len(line) + 1
         if not (line.isascii() and line.replace("\t", " ").isprintable()):
             self._wrong = self._wrong or f"line {len(self._lines) + 1}: the line must be plain ASCII text"
@@ -61,33 +61,24 @@ class Upload:
         return f"ok program {self._number} {len(self._lines)} lines"
 
 
-class Network:
+class Network(Server):
     """Serves one client of those that connect."""
 
     def __init__(
         self, arm: Arm, faults: FaultBoard, note: Note, token: str = "",
         allowed: tuple[str, ...] = ("127.0.0.1", "::1"), clock: Timer = TIMER,
     ) -> None:  # fmt: skip
-        self._clock = clock
+        super().__init__(clock)
         self._arm, self._faults, self._note, self._token, self._allowed = arm, faults, note, token, allowed
         self._present: Client | None = None
         self._strangers: list[Client] = []
         self._newest = 0  # the newest epoch so far
         self._left = self._clock.monotonic()  # since when nobody has been connected
         self._door = clock.lock()  # for connecting and disconnecting
-        self._open = True
-        self._listener: Listener | None = None
-
-    def listen(self, listener: Listener) -> None:
-        """Let clients connect."""
-        self._listener = listener
-        self._clock.spawn(partial(self._listen, listener), "network")
 
     def close(self) -> None:
-        """Stop listening."""
-        self._open = False
-        if self._listener is not None:
-            self._listener.close()
+        """Accept no more connections; end the present one."""
+        super().close()
         with self._door:
             self._end("the application ends")
 
@@ -121,23 +112,17 @@ class Network:
         self._note("disconnected", peer=client.peer, cause=cause)
         client.shut()
 
-    def _listen(self, listener: Listener) -> None:
-        while self._open:
-            try:
-                line, host, peer = listener.accept()
-                client = Client(line, peer, self._faults, self._note, self._clock)
-            except OSError:
-                self._clock.sleep(0.05)  # closed, or no descriptors left for now
-                continue
-            with self._door:
-                self._strangers.append(client)
-                oldest = self._strangers.pop(0) if len(self._strangers) > MOST_STRANGERS else None
-            if oldest is not None:
-                oldest.shut()
-            try:
-                self._clock.spawn(partial(self._serve, client, host), "reader")
-            except RuntimeError:  # the system has no thread left for now
-                self._left_by(client, "no thread is left for it")
+    def _accept(self, line: Line, host: str, name: str) -> None:
+        client = Client(line, name, self._faults, self._note, self._clock)
+        with self._door:
+            self._strangers.append(client)
+            oldest = self._strangers.pop(0) if len(self._strangers) > MOST_STRANGERS else None
+        if oldest is not None:
+            oldest.shut()
+        try:
+            self._clock.spawn(partial(self._serve, client, host), "reader")
+        except RuntimeError:  # the system has no thread left for now
+            self._left_by(client, "no thread is left for it")
 
     def _serve(self, client: Client, host: str) -> None:
         cause = "it was ended from here"

@@ -16,7 +16,7 @@ from robots.kit.drivers.pa10.protocol import VELOCITIES, ArmState, Request
 from robots.kit.files import replace_text, replaced
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
-from simulators.common.journal import Journal
+from simulators.common.journal import Journal, Note
 from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
@@ -28,10 +28,9 @@ from simulators.pa10.plant import Measured, Plant
 from simulators.pa10.position_guard import why_outside
 from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
-from simulators.pa10.server import Network, Note
-from simulators.pa10.setpoint import Reference
+from simulators.pa10.server import Network
+from simulators.pa10.setpoint import DEAD_MAN_S, Reference
 from simulators.pa10.store import ProgramStore
-from simulators.pa10.velocity import DEAD_MAN_S
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
 JUDGE_EVERY = 5
@@ -43,7 +42,7 @@ LOOK_S = 0.1  # between two looks of the watchdog
 LOOK_EVERY = 500  # steps between two looks for fallen objects
 FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
-Planner = Callable[[Note], Courses]  # opens it; it notes what happens to it
+Planner = Callable[[Note], Courses]  # makes a planner that writes into the journal what happens to it
 
 
 class Simulator:
@@ -80,7 +79,7 @@ class Simulator:
         self._running = True
 
     def open(self, port: int) -> int:
-        """Open what other programs reach it by, on a port (0: any); return it. No thread may have been started yet."""
+        """Open line (0: any port), cameras and faults to other programs; return the port. No thread may run yet."""
         record_deaths(self.journal)
         self._cameras = fork(partial(cameras.run, self._folder, os.getpid()))
         listener = TcpListener(port)
@@ -98,7 +97,7 @@ class Simulator:
         return found if found.dtype == np.float64 and np.isfinite(found).all() else None
 
     def _mind(self, process: Fork) -> None:
-        """Let this thread die once the cameras' process does, which ends the simulator."""
+        """Wait for the end of the cameras' process; raise then, which ends the simulator."""
         status = process.wait()
         if self._ending is None:
             raise RuntimeError(f"the process of the cameras ended with status {status}")
@@ -112,14 +111,14 @@ class Simulator:
         self.journal.note("application", boot=self.boot, why=why)
 
     def begin_again(self, why: str) -> None:
-        """Restart the control application: moving parts rest where they are; a range error stays."""
+        """Restart the control application once the arm rests; a range error stays."""
         self.app.hold()
         while self.app.moving and self._running:
             self._clock.sleep(STEP_S)
         self._begin(why, self.app.error, self.app.extra)
         self._rest.wake()
 
-    # what stands behind the network
+    # what the network calls
 
     def order(self, request: Request) -> Order:
         """Return what answers a request: of this application, and as of now."""
@@ -155,7 +154,7 @@ class Simulator:
     def state(self) -> ArmState:
         """Return the answer to `s`."""
         app, now = self.app, self._measured
-        with app.unchanged:  # a range error is also a hold, which must not be told alone
+        with app.unchanged:  # a range error is also a hold; nobody must read the hold without the error
             return ArmState(
                 app.mode, app.motion, app.end, self.boot, app.program, app.step_of, app.gripper, now.opening,
                 app.moving, tuple(now.q), tuple(now.v), tuple(now.torque), app.note[:80],

@@ -1,4 +1,4 @@
-"""The programs stored in the controller; each is replaced completely or not at all, in memory and on disk."""
+"""The programs stored in the controller. Replacing one is atomic, in memory and on disk."""
 
 import contextlib
 import json

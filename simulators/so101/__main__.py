@@ -1,18 +1,14 @@
 """The SO-101's six servos on their line, as a process: ``python -m simulators.so101 --dir DIR [--speed FACTOR]``.
 
-Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters
-checksum``, answered by ``FF FF id length error parameters checksum``; a register table each,
-little-endian. In DIR it keeps `tty` (the line), `calibration/farhand.json` (as LeRobot keeps
-that of a real arm), `faults` (a Unix socket) and `journal.jsonl`.
+Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters checksum``, answered by
+``FF FF id length error parameters checksum``; each servo has a table of registers, little-endian. In DIR it keeps `tty`
+(the line), `calibration/farhand.json` (as LeRobot stores that of a real arm), `faults` (a Unix socket) and
+`journal.jsonl`.
 """
 
-import contextlib
 import json
-import os
-import pty
 import select
 import threading
-import tty
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +16,8 @@ from robots.kit.clock import TIMER, FasterTimer, Timer
 from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.process import arguments, run
+from simulators.common.terminal import Terminal
 from simulators.common.threads import end_with_any, record_deaths
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
@@ -96,15 +93,9 @@ class Simulator:
         self._rest = b""
         self._lock = threading.Lock()
         self._running, self._moves = True, False
-        self._master, self._slave = pty.openpty()
-        for end in (self._master, self._slave):
-            tty.setraw(end)
-        os.set_blocking(self._master, False)
         serve(folder / "faults", self.faults, self.status)
         self._calibrated()
-        link = folder / "tty"
-        link.unlink(missing_ok=True)
-        link.symlink_to(os.ttyname(self._slave))
+        self._terminal = Terminal(folder / "tty")
 
     def _kept(self) -> list[float]:
         try:
@@ -135,10 +126,10 @@ class Simulator:
         """Serve the line and move the servos until stopped."""
         threading.Thread(target=self._drive, name="motors", daemon=True).start()
         while self._running:
-            ready, _, _ = select.select([self._master], [], [], 0.2)  # for bytes or the end; no time of the arm's
+            ready, _, _ = select.select([self._terminal.number], [], [], 0.2)  # real time
             if ready:
                 try:
-                    self._take(os.read(self._master, 4096))
+                    self._take(self._terminal.read(4096))
                 except OSError:
                     self._clock.sleep(0.05)
         replace_text(self._folder / "places.json", json.dumps([s.at for s in self._servos.values()]))
@@ -226,8 +217,7 @@ class Simulator:
         if self.faults.chance("corrupt"):
             packet[-1] ^= 0x10
         self._clock.sleep(self.faults.value("slow"))
-        with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses these bytes too
-            os.write(self._master, packet)
+        self._terminal.write(bytes(packet))
 
 
 def main() -> None:
@@ -235,8 +225,7 @@ def main() -> None:
     end_with_any()
     options = arguments(__doc__).parse_args()
     simulator = Simulator(options.dir, FasterTimer(options.speed))
-    stop_when_told(simulator)
-    simulator.run()
+    run(simulator, f"line {options.dir / 'tty'}")
 
 
 if __name__ == "__main__":

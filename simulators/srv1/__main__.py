@@ -7,11 +7,8 @@ In DIR it keeps `tty` (the address of its port), `overhead` (the address of the 
 tests, never for the rover), `faults` (a Unix socket), `journal.jsonl`, `state.json` and `flash`.
 """
 
-import gc
-import sys
-
 from robots.kit.clock import FasterTimer
-from simulators.common.process import arguments, stop_when_told
+from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any
 from simulators.srv1.simulator import LINKS, Simulator
 
@@ -31,17 +28,11 @@ def main() -> None:
     parser.add_argument("--stock", action="store_true", help="the published letters alone: it is silent to the rest")
     parser.add_argument("--beacon", action="store_true", help="the tower tells the rover range and bearing")
     options = parser.parse_args()
-    clock = FasterTimer(options.speed)
     simulator = Simulator(
-        options.dir, options.seed, clock, stock=options.stock, link=options.link, beacon=options.beacon
-    )
-    port = simulator.open(options.port)
-    stop_when_told(simulator)
-    sys.stdout.write(f"SRV-1 at socket://127.0.0.1:{port}\n")
-    sys.stdout.flush()
-    gc.collect()
-    gc.freeze()
-    simulator.run()
+        options.dir, options.seed, FasterTimer(options.speed), stock=options.stock, link=options.link,
+        beacon=options.beacon,
+    )  # fmt: skip
+    run(simulator, f"SRV-1 at {simulator.open(options.port)}")
 
 
 if __name__ == "__main__":

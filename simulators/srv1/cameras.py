@@ -4,25 +4,21 @@ from collections.abc import Mapping
 from functools import cache
 from math import radians
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from robots.kit.description import load
 from robots.kit.drivers.srv1.hall import Hall, hall
 from robots.kit.drivers.srv1.protocol import size_of
 from simulators.common.mesh import Mesh, joined, placed
-from simulators.common.raster import Canvas, Lens, looking
+from simulators.common.raster import Canvas, Lens
+from simulators.common.rovers import views
+from simulators.common.rovers.views import NOISE, Floats, Image
 from simulators.common.texture import Atlas
 from simulators.srv1 import scenery
 
-Floats = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Moved = Mapping[str, tuple[float, float]]  # showcases that are not where the description has them (m, m)
-NOISE = 3  # grey levels in both directions: two pictures of the same place always differ
 ABOVE = Lens(640, 440, radians(50))
 ABOVE_M = 13.6
-FINER = 2  # the still part of the view from above is drawn so many times as large, and averaged
 
 
 class Stage:
@@ -47,7 +43,7 @@ class Stage:
 
 @cache
 def stage() -> Stage:
-    """Return the stage of this process; nobody changes it."""
+    """Return the stage that all cameras of this process share."""
     return Stage(hall())
 
 
@@ -59,10 +55,7 @@ class RoverCamera:
         self._stage, self._noise, self._seed = stage, noise, seed
         self._field = float(known["field"])
         self._canvases: dict[int, Canvas] = {}
-        # the camera's axes (right, down, forward) in the hull's frame, and its place there
-        self._mount = np.eye(4)
-        self._mount[:3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
-        self._mount[:3, 3] = known["ahead"], 0.0, known["high"]
+        self._mount = views.mount(known)
 
     def take(self, hull: Floats, width: int = 320, moved: Moved | None = None) -> Image:
         """Return the picture from a hull at this pose (4 x 4), in one of the four sizes. Raises ValueError: no size."""
@@ -75,28 +68,17 @@ class RoverCamera:
         return canvas.picture()
 
 
-class Overhead:
-    """The view from above, through the ceiling: the still part is drawn once, the rover into it each time."""
+class Overhead(views.Overhead):
+    """The view from above, through the ceiling; see `views.Overhead`."""
 
     def __init__(self, stage: Stage) -> None:
+        super().__init__(ABOVE, (stage.hall.width / 2, stage.hall.depth / 2), ABOVE_M, stage.atlas, stage.rover)
         self._stage = stage
-        middle = np.array([stage.hall.width / 2, stage.hall.depth / 2, 0.0])
-        self._view = looking(np.add(middle, (0.0, -0.02, ABOVE_M)), middle, (0.0, 1.0, 0.0))
-        self._canvas = Canvas(ABOVE, stage.atlas)
         self._moved: Moved | None = None
-        self._empty: Image = np.zeros((ABOVE.height, ABOVE.width, 3), np.uint8)
 
     def take(self, hull: Floats, moved: Moved | None = None) -> Image:
         """Return the picture, shape (440, 640, 3), with the rover at this pose (4 x 4)."""
         if self._moved != (moved or {}):
-            self._moved = dict(moved or {})
-            fine = Canvas(Lens(ABOVE.width * FINER, ABOVE.height * FINER, ABOVE.field), self._stage.atlas)
-            self._stage.draw(fine, self._view, self._moved)
-            self._empty = np.asarray(
-                cv2.resize(fine.picture(), (ABOVE.width, ABOVE.height), interpolation=cv2.INTER_AREA), np.uint8
-            )
-        canvas = self._canvas
-        canvas.begin()
-        canvas.draw(self._stage.rover.in_frame(hull), self._view)
-        rover = canvas.picture((1, 2, 3))
-        return np.where(np.isfinite(canvas.depth())[:, :, None], rover, self._empty)
+            self._moved = now = dict(moved or {})
+            self._draw_still(lambda canvas, view: self._stage.draw(canvas, view, now))
+        return self._take(hull)

@@ -12,9 +12,9 @@ from robots.kit.drivers.srv1.hall import Hall
 TEMPERATURE_C, HUMIDITY, LIGHT = 20.5, 0.46, 0.25  # the last two are shares
 DAY_S, VENTILATION_S, CLOUD_S = 86400.0, 4700.0, 900.0
 WARM, WARM_C, WARM_M = "Reptiles", 1.6, 1.2  # its lamp warms the air around it
-LAMP, LAMP_M = 0.3, 1.3  # of the lamp over each showcase
+LAMP, LAMP_M = 0.3, 1.3  # brightness and reach of the lamp over each showcase
 VISIT_S, VISITED = 75.0, 0.3  # a visit's length, and the share of the time in which there is one
-NEAR_M = 4.0  # from which the detector notices somebody
+NEAR_M = 4.0  # within which the detector notices somebody
 
 
 class Climate:
@@ -44,7 +44,7 @@ class Climate:
         return LIGHT * (1 + 0.12 * self._wave(now, CLOUD_S, 4) + 0.08 * self._wave(now, DAY_S, 5)) + lamps
 
     def presence(self, now: float, x: float, y: float) -> float:
-        """Return how sure it is that somebody is near, 0 to 1."""
+        """Return how certain it is that somebody is near, 0 to 1."""
         visit, since = divmod(now, VISIT_S)
         dice = np.random.default_rng([self._seed, int(visit) % 2**32])
         if dice.random() >= VISITED:

@@ -25,7 +25,8 @@ from robots.kit.drivers.srv1.extension import (  # fmt: skip
 )
 from robots.kit.drivers.srv1.journal import Event
 from robots.kit.drivers.srv1.sensors import Channel
-from simulators.srv1.drive import End, Note
+from simulators.common.journal import Note
+from simulators.common.rovers.motor_board import End
 from simulators.srv1.flash import Flash, text_of
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.logbook import Logbook
@@ -35,8 +36,8 @@ from simulators.srv1.patrol import Rules
 from simulators.srv1.permits import Permits
 from simulators.srv1.rules import RuleSet
 
-MADE_WITH = "rules.txt"  # the rule set that the rover was made with
-FORGOTTEN_S = 60.0  # without a word of its owner for so long an epoch excludes nobody: a wrong one locks nobody out
+MADE_WITH = "rules.txt"  # the original rule set
+FORGOTTEN_S = 60.0  # after so long without a command any epoch is accepted: a wrong one locks nobody out for ever
 Parse = Callable[[str], Rules]
 
 
@@ -52,7 +53,7 @@ class Commander:
         self.restart()
 
     def restart(self) -> None:
-        """Be as at power on; what the flash memory has is in force again."""
+        """Begin as at power on, with the rule set of the flash memory."""
         hardware = self._hardware
         self._began = self._ticked = self._heard = self._clock.monotonic()
         self._now = 0.0  # the motor board's
@@ -67,10 +68,10 @@ class Commander:
         self._log.write(Event.POWER, self.boot)
 
     def _stored(self) -> tuple[Rules, int]:
-        """Return the rule set of the flash memory and its CRC; with 0 the one that the rover was made with."""
+        """Return the rule set of the flash memory and its CRC; if there is none, the original one and 0."""
         text = text_of(self._flash.user)
         if text:
-            with contextlib.suppress(ValueError):  # also of what is no ASCII
+            with contextlib.suppress(ValueError):  # no rule set, or no ASCII
                 return self._parse(text.decode("ascii")), crc_hqx(text, 0)
         return RuleSet.parse(described_text("srv1", MADE_WITH)), 0
 
@@ -81,13 +82,13 @@ class Commander:
 
     @property
     def odometry(self) -> Odometry:
-        """Return where it believes to be."""
+        """Return the estimate of its place."""
         return self._odometry
 
     # time
 
     def tick(self, now: float) -> None:
-        """Do what the timer's interrupt does; `now` is the motor board's time (s)."""
+        """Execute the timer's interrupt; `now` is the motor board's time (s)."""
         at = self._clock.monotonic()
         seconds, self._ticked, self._now = at - self._ticked, at, now
         hardware = self._hardware
@@ -102,7 +103,7 @@ class Commander:
         self._log.follow(self._mode == "patrol", at - self._patrol_said, hardware.drive.motion)
 
     def _guard(self) -> None:
-        """Do what the reflex does below every velocity: nothing drives ahead faster than what is seen allows."""
+        """Limit the speed ahead, below every command, to what infrared and sonar allow."""
         self._hardware.drive.limit_ahead(self._most_ahead())
 
     def _most_ahead(self) -> float:
@@ -130,12 +131,12 @@ class Commander:
             self._rest(End.PERMIT)
 
     def _go_on(self, at: float) -> None:
-        """Drive by the rules for the next moment, or stop to: nobody says it any more, and there is no permit."""
+        """Drive by the rules for the next moment; end the patrol if nobody renews it and there is no permit."""
         if self._alone(at):
             if not self._permits.runs:
                 self._mode = "rest"  # the motor board forgets the velocity
                 return
-            self._aside = 0.0  # nobody leads it any more
+            self._aside = 0.0  # where the way leads on is not known any more
         most = float(self._description["motion"]["most_speed"])
         if self._permits.runs:
             most = min(most, self._permits.permit.speed)
@@ -196,7 +197,7 @@ class Commander:
         self._mode = "hand"
 
     def answer(self, command: Command) -> Answer:
-        """Do a command; return what is answered.
+        """Execute a command; return the answer.
 
         A command that is not refused for its epoch renews the claim. A question has no epoch; but one client is
         connected at a time, and a client whose claim is refused has nothing to ask.
@@ -221,7 +222,7 @@ class Commander:
                 self._do(command)
                 if isinstance(command, Permit):
                     return self._done(command)
-        return self.status(command.letter)  # of a hold, too: the interrupt has done it
+        return self.status(command.letter)  # also of a hold, which the interrupt has executed
 
     def _done(self, command: Command) -> Acknowledgement:
         self._write_motions()
@@ -298,7 +299,7 @@ class Commander:
         return self._done(command)
 
     def status(self, letter: str = Ask.letter) -> Status:
-        """Return what it says of itself."""
+        """Return the rover's report of itself."""
         hardware, place = self._hardware, self._odometry
         self._write_motions()
         drive = hardware.drive

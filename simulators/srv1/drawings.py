@@ -1,4 +1,4 @@
-"""Surfaces of the hall and of what is in its showcases, drawn: textures whose sides are powers of two."""
+"""Drawings of the hall's surfaces and of things in its showcases: textures whose sides are powers of two."""
 
 from collections.abc import Callable
 from functools import partial
@@ -73,7 +73,7 @@ def wood(tone: Ink = (104, 66, 42)) -> Picture:
 
 
 def black_glass() -> Picture:
-    """Return black glass: what the hall's lamps leave on it."""
+    """Return black glass with reflections of the hall's lamps."""
 
     def draw(d: Draw, w: int, h: int) -> None:
         for y in range(h):

@@ -125,7 +125,7 @@ INSIDE: dict[str, Callable[[Atlas, float, float], Mesh]] = {
 
 
 def inside(case: Case, atlas: Atlas) -> Mesh:
-    """Return what is in a showcase, its long side along x; crystals in one of which nothing is known."""
+    """Return the contents of a showcase, whose long side is along x; crystals if its name is not known."""
     wide, deep = max(case.half), min(case.half)
     return INSIDE.get(case.name, _minerals)(atlas, wide - 0.06, deep - 0.05)
 
@@ -192,5 +192,5 @@ ALONE: dict[str, Callable[[Atlas, Exhibit], Mesh]] = {"Globe": _globe, "Vase": _
 
 
 def alone(exhibit: Exhibit, atlas: Atlas) -> Mesh:
-    """Return what stands by itself; a vase on a column where nothing is known of it."""
+    """Return an exhibit that stands free; a vase on a column if its name is not known."""
     return ALONE.get(exhibit.name, _vase)(atlas, exhibit)

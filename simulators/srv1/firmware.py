@@ -2,8 +2,8 @@
 
 One thread `run`s the loop: it takes a letter, does everything that the letter asks for, and then throws away all bytes
 that have arrived meanwhile. `receive` is the serial port, `tick` the timer's interrupt; both may be called by other
-threads while the loop is busy. A hold is found by `receive` at any moment: the rover brakes at once, what the loop does
-(waiting for arguments, a motion of `M`) is given up without its answer, and the hold is answered when the loop is free.
+threads while the loop is busy. `receive` finds a hold at any moment: the rover brakes at once, the loop gives up its
+command (an argument that it waits for, a motion of `M`) without an answer, and answers the hold when it is free.
 """
 
 from collections.abc import Callable
@@ -14,8 +14,8 @@ from robots.kit.drivers.srv1.bounds import BOOT
 from robots.kit.drivers.srv1.extension import Hold
 from robots.kit.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
 from robots.kit.drivers.srv1.protocol import Malformed
+from simulators.common.journal import Note
 from simulators.srv1.commander import Commander, Parse
-from simulators.srv1.drive import Note
 from simulators.srv1.flash import Flash
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.motors import Motors
@@ -35,7 +35,7 @@ class Firmware:
 
     `stock`: without our part, so that `%` is silent. `lock` protects the hardware, and is the simulator's: its steps of
     the motor board hold it. `boot` is the number of this start; `flash` has what outlives a loss of power; `parse`
-    makes a rule set of its text. `wake` is called when the motors are told something.
+    makes a rule set of its text. `wake` is called when the motors get a command.
     """
 
     def __init__(
@@ -69,12 +69,12 @@ class Firmware:
         self._uart.receive(data)
 
     def tick(self, now: float) -> None:
-        """Do what the timer's interrupt does, ten times a second or more; `now`: the motor board's time (s)."""
+        """Execute the timer's interrupt, ten times a second or more; `now`: the motor board's time (s)."""
         with self._lock:
             self.commander.tick(now)
 
     def restart(self) -> None:
-        """Lose the power and get it back: nothing is remembered but the flash memory."""
+        """Lose the power and get it back: only the flash memory keeps its contents."""
         self._begin()
         self._uart.interrupt(forget=True)
 
@@ -106,7 +106,7 @@ class Firmware:
     # the loop
 
     def run(self) -> None:
-        """Do commands until stopped."""
+        """Execute commands until stopped."""
         while True:
             try:
                 self._uart.settle()
@@ -127,7 +127,7 @@ class Firmware:
                 self._end_command()
 
     def _start(self) -> None:
-        """Say what nobody asked for."""
+        """Send the first lines, which no command asks for."""
         self._boots = False
         limit = Limit(self._clock, BOOT_S)
         while limit.remaining > 0:
@@ -149,7 +149,7 @@ class Firmware:
         self._end_command()
 
     def _next(self) -> None:
-        """Do the next command, or take the failsafe speeds if none comes."""
+        """Execute the next command, or take the failsafe speeds if none comes."""
         due = None if self._fails_safe else self._motors.failsafe_due(self._clock.monotonic() - self._heard)
         byte = self._uart.byte(None if due is None else max(0.0, due))
         self._heard_at = self._clock.monotonic()
@@ -164,15 +164,15 @@ class Firmware:
         self._end_command()
 
     def _send(self, data: bytes) -> None:
-        """Say something, which takes as long as the serial port needs, or longer where the module makes it wait.
+        """Send bytes. This takes as long as the serial port needs, or longer by the module's flow control.
 
-        All of it arrives at the end, so that no client goes on before the firmware does.
+        All of them arrive at the end, so that no client goes on before the firmware does.
         """
         self._clock.sleep(len(data) * BITS_A_BYTE / BAUD)
         out = self._clock.monotonic()
         wait = self._sends(data)
         self._clock.sleep(wait)
-        self._said_until = out + wait  # whatever this machine kept the thread waiting
+        self._said_until = out + wait  # without the time by which this machine delayed the thread
 
     def _end_command(self) -> None:
         now = self._clock.monotonic()
@@ -181,7 +181,7 @@ class Firmware:
         self._uart.flush(now if silent else self._said_until + FLUSH_S)
 
     def _user_function(self) -> None:
-        """Do what stands behind `%`."""
+        """Execute what follows `%`."""
         if self._is_stock:
             if self._uart.argument() == HELLO[0]:
                 self._send(HELLO_ANSWER)
@@ -198,7 +198,7 @@ class Firmware:
         try:
             said = Frame.decode(bytes(frame), COMMAND)
         except Malformed:
-            return  # whose it was nobody knows
+            return  # a frame that cannot be read gets no answer
         try:
             command = extension.decode(said)
         except Malformed:

@@ -2,12 +2,13 @@
 
 from binascii import crc_hqx
 from collections.abc import Callable
+from pathlib import Path
 
 from simulators.srv1.xmodem import Byte, receive
 
 BUFFER, SECTOR, CHECKED = 0x40000, 0x10000, 0x1FFF8  # bytes; `zC` leaves out the last 8 of two sectors
 USER, SECTORS = 4, range(2, 64)  # the user's sector, and those that can be reached
-ENDS = b"\0\x1a"  # of a text: nothing more, or what XMODEM fills its last block with
+ENDS = b"\0\x1a"  # bytes after a text: an empty buffer's, and the one with which XMODEM fills its last block
 
 
 class Flash:
@@ -27,7 +28,7 @@ class Flash:
         self._buffer[:] = data[:BUFFER].ljust(BUFFER, b"\0")
 
     def text(self) -> bytes:
-        """Return the text in the buffer, which ends where text does."""
+        """Return the text at the beginning of the buffer."""
         return text_of(bytes(self._buffer[:SECTOR]))
 
     def receive(self, byte: Byte, send: Callable[[bytes], None]) -> bytes:
@@ -88,6 +89,14 @@ class Flash:
 
 
 def text_of(data: bytes) -> bytes:
-    """Return the text that stands at the beginning."""
+    """Return the text at the beginning of the data."""
     ends = (at for at in (data.find(end) for end in (ENDS[:1], ENDS[1:])) if at >= 0)
     return data[: min(ends, default=len(data))]
+
+
+def restore_user(path: Path) -> bytes:
+    """Return the user's sector that was stored in `path`; nothing if that cannot be read."""
+    try:
+        return path.read_bytes()[:SECTOR]
+    except OSError:
+        return b""

@@ -1,6 +1,6 @@
 """A picture in the memory of the rover's processor, and what its firmware measures in it (`colors.c`).
 
-Two pixels beside each other share their colour there (UYVY), so a pair of pixels is the smallest thing it looks at.
+Two neighbouring pixels share their colour there (UYVY), so a pair of pixels is the smallest unit of a measurement.
 """
 
 from dataclasses import dataclass
@@ -53,10 +53,10 @@ class Frame:
         return np.asarray(np.all([(low <= plane) & (plane <= high) for plane, low, high in planes], axis=0))
 
     def blobs(self, of: Bin) -> list[Blob]:
-        """Return what matches, largest first; a gap of one column divides two blobs, lonely pairs are left out."""
+        """Return the blobs of what matches, largest first; an empty column divides two, isolated pairs are dropped."""
         mask = np.pad(self.matching(of)[1:-1, 1:], 1)
         for _ in range(2):
-            _leave_out_lonely(mask)
+            _clear_isolated(mask)
         mask = mask[:, :-1]
         columns = np.flatnonzero(mask.any(axis=0))
         found = []
@@ -97,8 +97,8 @@ class Frame:
 
 
 @njit(cache=True, nogil=True)
-def _leave_out_lonely(mask: Mask) -> None:
-    """Clear what has less than four of its eight neighbours, one after the other; the border is empty."""
+def _clear_isolated(mask: Mask) -> None:
+    """Clear, one after the other, pairs with less than four of their eight neighbours; the border is empty."""
     for row in range(1, mask.shape[0] - 1):
         for column in range(1, mask.shape[1] - 1):
             if mask[row, column] and mask[row - 1 : row + 2, column - 1 : column + 2].sum() < 5:

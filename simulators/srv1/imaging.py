@@ -10,6 +10,7 @@ import numpy as np
 
 from robots.kit.clock import Timer
 from robots.kit.drivers.srv1.protocol import SIZES, PictureHeader, Size
+from simulators.common.rovers import views
 from simulators.srv1.frame import Bin, Frame, Image
 from simulators.srv1.hardware import Hardware
 from simulators.srv1.uart import Uart
@@ -31,11 +32,7 @@ def jpeg(picture: Image, quality: int = QUALITY) -> bytes:
     """
     size = (3 * quality - 2) / 8
     same = round(50 / size if size > 1 else 100 - 50 * size)
-    pairs = (cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422)
-    done, data = cv2.imencode(".jpg", picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, same, *pairs])
-    if not done:
-        raise RuntimeError("the picture cannot be encoded")
-    return bytes(data)
+    return views.jpeg(picture, same, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422)
 
 
 class Imaging:
@@ -59,7 +56,7 @@ class Imaging:
         self.restart()
 
     def restart(self) -> None:
-        """Be as at power on."""
+        """Begin as at power on."""
         self.size: Size = SIZES[1]
         self._quality, self._threshold, self._upside_down = QUALITY, THRESHOLD, False
         self._bins = [Bin()] * BINS

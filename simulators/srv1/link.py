@@ -1,7 +1,7 @@
 """The rover's Wi-Fi module: bytes between one client and the firmware, with delays and faults, whatever carries them.
 
-A second client is refused while one is connected: its connection is closed at once, as the module does. What the
-firmware says while nobody is connected is lost. The firmware is told neither of a connection nor of its end.
+A second client is refused while one is connected: its connection is closed at once, as the module does. Bytes of the
+firmware are lost while nobody is connected. The firmware does not learn of a connection or of its end.
 """
 
 import threading
@@ -13,9 +13,9 @@ from robots.kit.clock import TIMER, Timer, Until
 from robots.kit.drivers.srv1.extension import HOLD
 from robots.kit.drivers.srv1.protocol import STOP
 from simulators.common.faults import FaultBoard
-from simulators.srv1.drive import Note
+from simulators.common.journal import Note
 
-AHEAD_S = 0.25  # what the radio's modem buffers of what the firmware says; then flow control makes it wait
+AHEAD_S = 0.25  # so much of the firmware's bytes the radio's modem buffers; then backpressure makes the firmware wait
 MOST_LATE = 65536  # bytes that wait in each direction; more are lost
 LOOK_S = 3600.0
 
@@ -59,7 +59,7 @@ class Link:
     # clients
 
     def join(self, peer: Peer) -> bool:
-        """Take a client; return False if there is another, which stays."""
+        """Accept a client; return False if there is another, which stays."""
         with self._changed:
             taken = self._present is None
             if taken:
@@ -71,7 +71,7 @@ class Link:
         return taken
 
     def leave(self, peer: Peer) -> None:
-        """Forget a client whose connection has ended; the firmware is not told."""
+        """Forget a client whose connection has ended; the firmware does not learn of it."""
         with self._changed:
             present = self._present is peer
             if present:
@@ -80,7 +80,7 @@ class Link:
             self._note("disconnected", peer=peer.name)
 
     def take(self, peer: Peer, data: bytes) -> None:
-        """Carry what a client sends; a client that is not the present one says nothing."""
+        """Carry what the present client sends; ignore any other."""
         if self._present is not peer or self._is_cut():
             return
         if self._faults.value("flushed_hold") and (HOLD in data or data == STOP):
@@ -89,13 +89,13 @@ class Link:
         self._carry(data, to_robot=True)
 
     def say(self, data: bytes) -> float:
-        """Carry what the firmware says; return for how long it has to wait (s): by radio until most of it has gone."""
+        """Carry what the firmware sends; return how long it has to wait (s): over a radio until most of it was sent."""
         if self._faults.value("mute") or self._is_cut():
             return 0.0
         return self._carry(data, to_robot=False)
 
     def power_off(self) -> None:
-        """End the connection; what is on its way is lost."""
+        """End the connection; bytes on their way are lost."""
         with self._changed:
             peer = self._present
             self._late.clear()
@@ -123,7 +123,7 @@ class Link:
         faults, medium = self._faults, self._medium
         if faults.value("awol") or (medium is not None and not medium.reaches(faults.value("far"))):
             return 0.0
-        data, now = self._spoilt(data), self._clock.monotonic()
+        data, now = faults.spoil(data), self._clock.monotonic()
         if not data:
             return 0.0
         with self._changed:
@@ -145,21 +145,8 @@ class Link:
         elif (peer := self._present) is not None:
             peer.say(data)
 
-    def _spoilt(self, data: bytes) -> bytes:
-        """Corrupt, drop or double bytes as the fault board says."""
-        faults = self._faults
-        if not any(faults.value(verb) for verb in ("corrupt", "drop", "double")):
-            return data
-        out = bytearray()
-        for byte in data:
-            if faults.chance("drop"):
-                continue
-            byte ^= 1 << faults.random.randrange(8) if faults.chance("corrupt") else 0
-            out += bytes((byte,)) * (2 if faults.chance("double") else 1)
-        return bytes(out)
-
     def run(self) -> None:
-        """Deliver what is late, in order, until closed."""
+        """Deliver delayed bytes, in order, until closed."""
         while True:
             with self._changed:
                 due = self._late[0][0] if self._late else self._clock.monotonic() + LOOK_S

@@ -1,4 +1,4 @@
-"""The rover's own journal: what it did, also while nobody heard it. It is in memory, and numbers go on for ever."""
+"""The rover's own journal of what it did, also while it was not connected. In memory; numbers are never used again."""
 
 from collections import deque
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from robots.kit.drivers.srv1.protocol import Malformed
 
 ROOM = 256  # entries; older ones are forgotten
 MOST_VALUE = 2**31
-ALONE_S, WAY_M = 1.0, 0.5  # without a word for so long it is alone; then it writes where it is once in so far
+ALONE_S, WAY_M = 1.0, 0.5  # after so long without a command it drives alone, and writes its place every so many m
 Place = tuple[float, float]
 
 
@@ -19,7 +19,7 @@ class Logbook:
 
     def __init__(self, uptime_ms: Callable[[], int], place: Callable[[], Place]) -> None:
         self._uptime_ms, self._place = uptime_ms, place
-        self._alone: Place | None = None  # where it was when it wrote that it drives by itself
+        self._alone: Place | None = None  # the place of its last entry while it drives by itself
         self._entries: deque[Entry] = deque(maxlen=ROOM)
         self.newest = 0
 
@@ -29,7 +29,7 @@ class Logbook:
         self._entries.append(Entry(self.newest, self._uptime_ms(), event, value % MOST_VALUE, *self._place()))
 
     def follow(self, patrols: bool, silent_s: float, motion: int) -> None:
-        """Write the way that it patrols without a word; `silent_s`: since when."""
+        """Write the way of a patrol during which no command has come for `silent_s`."""
         here = self._place()
         if not patrols:
             self._alone = None

@@ -1,4 +1,4 @@
-"""Media between owner and rover in place of Wi-Fi: the packet radio of section 5.4, and the Internet."""
+"""Media that carry bytes between owner and rover in place of Wi-Fi: the packet radio of section 5.4, the Internet."""
 
 from collections.abc import Callable
 from random import Random
@@ -9,9 +9,9 @@ BITS_A_BYTE = 8
 
 
 class Internet:
-    """Tells when bytes arrive: each piece takes its own time, and none overtakes another.
+    """A `link.Medium` with random delays: each piece takes its own time, and none overtakes another.
 
-    See `link.Medium`. `seed`: of the delays. Not for several threads.
+    `seed`: of the delays. Not for several threads.
     """
 
     def __init__(self, seed: int) -> None:
@@ -29,9 +29,9 @@ class Internet:
 
 
 class Radio:
-    """Tells when bytes arrive: slow, one direction at a time, of a short reach.
+    """A `link.Medium` that is slow, half duplex, and of a short reach.
 
-    See `link.Medium`. `distance`: of rover and station (m). Not for several threads.
+    `distance`: of rover and station (m). Not for several threads.
     """
 
     def __init__(self, distance: Callable[[], float]) -> None:
@@ -42,10 +42,10 @@ class Radio:
         self._distance, self._free = distance, 0.0
 
     def reaches(self, farther: float) -> bool:
-        """Return whether anything is heard; `farther`: m that the station is away in addition."""
+        """See `link.Medium`."""
         return self._distance() + farther <= self._reach
 
     def arrival(self, now: float, size: int) -> float:
-        """Return when so many bytes that are sent now have arrived; they wait for what is being sent."""
+        """See `link.Medium`; bytes wait while others are sent."""
         self._free = max(self._free, now) + size * self._byte_s
         return self._free + self._half_cycle_s

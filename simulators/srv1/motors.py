@@ -1,4 +1,4 @@
-"""The stock firmware's motor commands, with everything in them that surprises (`motor_command`, `motor_set`, failsafe).
+"""The stock firmware's motor commands, with their peculiarities (`motor_command`, `motor_set`, failsafe).
 
 A speed is never 0, the keypad does nothing before the first `M`, and a 0 for the failsafe becomes 1.
 """
@@ -36,7 +36,7 @@ def clipped(speed: int) -> int:
 
 
 class Motors:
-    """`set_percent` is told each pair of speeds; `delay` waits, in s, and may raise."""
+    """`set_percent` gets each pair of speeds; `delay` waits, in s, and may raise."""
 
     def __init__(self, set_percent: Callable[[int, int], None], delay: Callable[[float], None]) -> None:
         self._set, self._delay = set_percent, delay

@@ -1,15 +1,14 @@
-"""The Wi-Fi module's TCP port: who connects is given to the link, byte for byte."""
+"""The Wi-Fi module's TCP port: it hands the bytes of a client to the link, and those of the link to the client."""
 
 import contextlib
 from functools import partial
 
 from robots.kit.clock import TIMER, Timer
-from simulators.common.tcp import Line, Listener
-from simulators.srv1.drive import Note
+from simulators.common.journal import Note
+from simulators.common.tcp import Line, Server
 from simulators.srv1.link import Link
 
 PIECE = 4096
-AGAIN_S = 0.05  # after a connection that could not be taken
 
 
 class TcpPeer:
@@ -19,7 +18,7 @@ class TcpPeer:
         self.line, self.name = line, name
 
     def say(self, data: bytes) -> None:
-        """See `link.Peer`; who does not read for a while is disconnected."""
+        """See `link.Peer`; a client that does not read for a while is disconnected."""
         try:
             self.line.sendall(data)
         except OSError:
@@ -31,42 +30,28 @@ class TcpPeer:
             self.line.shut()
 
 
-class Network:
-    """Serves a link to those that connect: threads of `clock`."""
+class Network(Server):
+    """Serves a link to the clients that connect: threads of `clock`."""
 
     def __init__(self, link: Link, note: Note, clock: Timer = TIMER) -> None:
-        self._link, self._note, self._clock = link, note, clock
-        self._open = True
-        self._listener: Listener | None = None
-
-    def listen(self, listener: Listener) -> None:
-        """Let clients connect."""
-        self._listener = listener
-        self._clock.spawn(partial(self._listen, listener), "network")
+        super().__init__(clock)
+        self._link, self._note = link, note
 
     def close(self) -> None:
-        """Let nobody connect any more; end the present connection."""
-        self._open = False
-        if self._listener is not None:
-            self._listener.close()
+        """Accept no more connections; end the present one."""
+        super().close()
         self._link.close()
 
-    def _listen(self, listener: Listener) -> None:
-        while self._open:
-            try:
-                line, _, name = listener.accept()
-            except OSError:
-                self._clock.sleep(AGAIN_S)  # closed, or no descriptors left for now
-                continue
-            peer = TcpPeer(line, name)
-            if not self._link.join(peer):
-                peer.cut()
-                line.close()
-                continue
-            try:
-                self._clock.spawn(partial(self._serve, peer), "reader")
-            except RuntimeError:  # the system has no thread left for now
-                self._left(peer)
+    def _accept(self, line: Line, host: str, name: str) -> None:
+        peer = TcpPeer(line, name)
+        if not self._link.join(peer):
+            peer.cut()
+            line.close()
+            return
+        try:
+            self._clock.spawn(partial(self._serve, peer), "reader")
+        except RuntimeError:  # the system has no thread left for now
+            self._leave(peer)
 
     def _serve(self, peer: TcpPeer) -> None:
         try:
@@ -76,8 +61,8 @@ class Network:
             pass
         except Exception as error:  # noqa: BLE001 - one client must not end the others' service
             self._note("crash", error=f"{type(error).__name__}: {error}")
-        self._left(peer)
+        self._leave(peer)
 
-    def _left(self, peer: TcpPeer) -> None:
+    def _leave(self, peer: TcpPeer) -> None:
         self._link.leave(peer)
         peer.line.close()

@@ -1,20 +1,20 @@
-"""Dead reckoning of the rover: ways by its encoders, the heading by encoders and compass, as its firmware does it.
+"""Dead reckoning of the rover as its firmware does it: distances by encoders, the heading by encoders and compass.
 
-Four wheels slip sideways in each turn, so the heading by encoders alone is soon wrong; the compass draws it back. A
-rover is switched on at `hall.home`, so its coordinates are the hall's, but for what has slipped.
+Four wheels slip sideways in each turn, so the heading by encoders alone is soon wrong; the compass corrects it. A
+rover is switched on at `hall.home`, so its coordinates are the hall's, apart from the errors of slip.
 """
 
 from math import cos, exp, pi, radians, remainder, sin, tau
 
 from robots.kit.description import load
 
-DEAD_S, DRIVEN_M_S = 0.3, 0.02  # a side that is driven so fast counts in any shorter time, or its encoder is dead
+DEAD_S, DRIVEN_M_S = 0.3, 0.02  # an encoder is dead that counts nothing for so long while its side is driven so fast
 COMPASS_S = 0.3  # within which the heading follows the compass
-SPEEDS_S = 0.1  # over which speeds are smoothed: an encoder's step is a large part of a short time's way
+SPEEDS_S = 0.1  # speeds are smoothed over it, because one step of an encoder is a large part of a short way
 
 
 class Odometry:
-    """Counts of the encoders and degrees of the compass in, a place out. Not for several threads."""
+    """Computes a place from the encoders' counts and the compass' degrees. Not for several threads."""
 
     def __init__(self, counts: tuple[int, int], compass: float) -> None:
         """`counts`: of the encoders now (left, right); `compass`: degrees clockwise from the hall's y axis."""
@@ -47,7 +47,7 @@ class Odometry:
 
 
 class EncoderWatch:
-    """Notices an encoder that counts nothing while its side is driven: it is dead, or the wheels are held fast.
+    """Detects an encoder that counts nothing while its side is driven: it is dead, or the wheels are held fast.
 
     `dead`: 1 the left, 2 the right, 3 both; it stays until that side counts again, or the next motion begins.
     """

@@ -1,4 +1,4 @@
-"""The rover's own driving: at the speed of its rules, on the way that it is led, and away from what is near.
+"""The rover's own driving: at the speed of its rules, in the direction that commands lead, away from near things.
 
 Below all rules is the reflex: it halts before what infrared sees nearer than `infrared.stop`, or the sonar nearer than
 `sonar.close`, turns in place until the way is clear, and goes on.
@@ -10,10 +10,10 @@ from typing import Protocol
 from robots.kit.description import load
 
 TURN_RAD_S = 0.8
-SLOWEST_M_S = 0.02  # a rule set that says less says that the way is closed
-TURN_FIRST_RAD, LEAD_M = 0.6, 0.45  # a way that leads farther aside is turned to; so far ahead it is steered for
+SLOWEST_M_S = 0.02  # a lower speed of the rules means that the way is closed
+TURN_FIRST_RAD, LEAD_M = 0.6, 0.45  # for a greater angle it turns in place first; the point ahead that it steers for
 ROLLING_M_S = 0.04  # it halts before it turns
-CLEAR_SHARE, CLEAR_SONAR_M = 2.5, 0.6  # the way is clear: times `infrared.stop`, and m
+CLEAR_SHARE, CLEAR_SONAR_M = 2.5, 0.6  # distances of a clear way: times `infrared.stop`, and m
 
 
 class Rules(Protocol):
@@ -28,7 +28,7 @@ class Rules(Protocol):
 
 
 class Patrol:
-    """Velocities from distances. Not for several threads."""
+    """Computes velocities from distances. Not for several threads."""
 
     def __init__(self) -> None:
         described = load("srv1")
@@ -43,9 +43,10 @@ class Patrol:
     def velocity(
         self, infrared: float, sonar: float, rolling: float, speed: float, aside: float = 0.0
     ) -> tuple[float, float]:
-        """Return m/s ahead and rad/s to the left, for distances (m), the speed of now and that of the rules (m/s).
+        """Return the velocity: ahead (m/s), and to the left (rad/s).
 
-        `aside` (rad): so far to the left of its heading the way leads on.
+        `infrared` and `sonar` are distances (m), `rolling` is the present speed, `speed` that of the rules (m/s),
+        `aside` the angle to the left of its heading at which the way leads on (rad).
         """
         if abs(aside) > TURN_FIRST_RAD:
             return 0.0, 0.0 if abs(rolling) > ROLLING_M_S else copysign(TURN_RAD_S, aside)

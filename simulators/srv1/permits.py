@@ -5,7 +5,7 @@ from robots.kit.drivers.srv1.extension import Permit
 from robots.kit.drivers.srv1.journal import Event
 from simulators.srv1.odometry import Odometry
 
-FASTER, FASTER_M_S = 1.1, 0.03  # what the encoders' steps make of a speed that is kept
+FASTER, FASTER_M_S = 1.1, 0.03  # tolerance of a measured speed, which the encoders' steps make uneven
 NONE = Permit(0, 0, 0.0, (0.0, 0.0, 0.0, 0.0))
 
 
@@ -17,7 +17,7 @@ class Permits:
         self.permit = NONE
 
     def takes(self, permit: Permit, now: int) -> bool:
-        """Return whether the rover takes a permit for that long."""
+        """Return whether the rover takes a permit that lasts so long."""
         return permit.until_ms - now <= self._longest
 
     def grant(self, permit: Permit, now: int) -> None:
@@ -34,11 +34,11 @@ class Permits:
         return self.permit is not NONE
 
     def left_ms(self, now: int) -> int:
-        """Return for how many ms more it is good."""
+        """Return how long it still lasts (ms)."""
         return max(0, self.permit.until_ms - now) if self.runs else 0
 
     def violation(self, place: Odometry, now: int) -> Event | None:
-        """Return what the present permit does not cover any more: its time, the place, the speed."""
+        """Return what violates the present permit: the time, the place or the speed; None if nothing does."""
         x0, y0, x1, y1 = self.permit.area
         if not self.runs:
             return None

@@ -10,6 +10,7 @@ import mujoco
 
 from robots.kit.description import load
 from robots.kit.drivers.srv1.hall import Hall, hall
+from simulators.common.rovers.body import FIXED, ROBOT
 
 STEP_S = 0.004
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
@@ -20,13 +21,11 @@ WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 ALONG, ACROSS = 0.80, 0.51
 SMOOTH = [0.25, 0.002, 0.0001]  # the hull's plastic on glass and walls
 STALL_NM = 0.5  # of a motor: 11 N at the rim; against a wall the wheels spin before they stall
-ROTOR = 4e-3  # kg m^2, of a motor behind its gear
 ROTOR = 4e-3  # kg m^2, of a motor behind its gear; with less of it, or more gain, the physics is unstable
 GAIN = 0.8  # of a motor's loop, N m s/rad: the rim of a wheel that is dragged aside is some % slow
 WHEEL_KG, HALF_TREAD_M = 0.06, 0.008
 LOW_M = 0.02  # between floor and hull
 WALL_M = 0.1
-ROBOT, FIXED = 0, 1  # geometry groups: a ray of a range sensor looks for the second only
 Geom = mujoco.mjtGeom
 
 
@@ -80,7 +79,7 @@ def _rover(made: Any) -> None:
         name="hull", type=Geom.mjGEOM_BOX, size=[body["length"] / 2, body["width"] / 2, (top - LOW_M) / 2],
         pos=[0, 0, (top + LOW_M) / 2], mass=0.0, friction=SMOOTH, group=ROBOT,
     )  # fmt: skip
-    hull.add_geom(  # what is heavy lies low: cells, motors
+    hull.add_geom(  # the heavy parts lie low: cells, motors
         type=Geom.mjGEOM_BOX, size=[0.09, 0.06, 0.025], pos=[0, 0, body["wheel_radius"]],
         mass=body["mass"] - 4 * WHEEL_KG, contype=0, conaffinity=0, group=ROBOT,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The scene before the cameras: the lit floor, walls and ceiling, showcases, exhibits, and the rover."""
+"""The scene that the cameras see: the lit floor, walls and ceiling, showcases, exhibits, and the rover."""
 
 from math import pi
 
@@ -11,13 +11,13 @@ from simulators.srv1 import drawings, paintings
 from simulators.srv1.exhibits import BRASS, alone, inside
 from simulators.srv1.solids import Floats, ball, sheet
 
-CELL_M = 0.25  # of the grid in which light is told
+CELL_M = 0.25  # of the grid on which light is computed
 BASE_M = 0.34  # height of a showcase's base
 POST_M = 0.018
 PICTURE_M = (1.6, 1.2)
 PICTURE_Z = 1.42  # of a painting's middle
 SKIRTING_M = 0.12
-SHADE_M = 0.22  # how far from what stands there the floor gets less light
+SHADE_M = 0.22  # the floor is darker up to this distance from a thing that stands on it
 SPOT_M = 1.5
 
 

@@ -13,11 +13,11 @@ from simulators.srv1.plant import Plant
 
 RAYS = 9  # of the sonar's cone
 GHOSTS = (0.3, 0.9), (1.1, 3.0)  # shares of the true distance: an echo from elsewhere, or none from a slanting wall
-COMPASS_DEG, IRON_DEG = 0.8, 1.5  # its noise, and what the rover's own iron does, which depends on the heading
+COMPASS_DEG, IRON_DEG = 0.8, 1.5  # its noise, and its deviation by the rover's own iron, which depends on the heading
 BEACON_M, BEACON_RAD = 0.05, 0.02  # noise of range and bearing
-SET_UP_RAD = 0.01  # how exactly the tower was turned to the hall
+SET_UP_RAD = 0.01  # standard deviation of the tower's alignment with the hall
 REFLECTED, DETOUR_M = 0.02, (0.3, 2.0)  # share of readings that come by a reflection, and how much longer their way is
-WARMTH_C, SHARE = 0.1, 0.004  # noise of the thermometer, and of what is a share from 0 to 1
+WARMTH_C, SHARE = 0.1, 0.004  # noise of the thermometer, and of readings that are shares from 0 to 1
 
 
 class Senses:
@@ -42,7 +42,7 @@ class Senses:
         self._last, self._counts = self._plant.angles, [0.0, 0.0]
 
     def advance(self, now: float) -> None:
-        """Count what the wheels have turned; a dead encoder (1: left, 2: right, 3: both) counts nothing."""
+        """Count the turns of the wheels; a dead encoder (1: left, 2: right, 3: both) counts nothing."""
         self.now = now
         angles, dead = self._plant.angles, int(self._faults.value("dead_encoder"))
         for side in (0, 1):
@@ -56,7 +56,7 @@ class Senses:
         return floor(left), floor(right)
 
     def infrared(self) -> float:
-        """Return what the infrared sensor reads ahead (m): one narrow ray, which black glass swallows."""
+        """Return what the infrared sensor reads ahead (m): one narrow ray, which black glass does not reflect."""
         known = self._infrared
         away, name = self._plant.ray(known["from"], 0.0)
         if name in self._black or self._faults.value("blind_infrared"):
@@ -64,7 +64,7 @@ class Senses:
         return self._read(away, known)
 
     def sonar(self) -> float:
-        """Return what the sonar reads ahead (m): the nearest surface in its cone; now and then a ghost, if told so."""
+        """Return what the sonar reads ahead (m): the nearest surface in its cone; by a fault, now and then a ghost."""
         known = self._sonar
         half = known["half_cone"]
         away = min(self._plant.ray(known["from"], float(angle))[0] for angle in np.linspace(-half, half, RAYS))

@@ -29,11 +29,11 @@ RESET = "!"
 
 
 class Reset(Exception):
-    """The processor was told to start anew."""
+    """A client has asked the processor to start anew."""
 
 
 class Stock:
-    """`send` takes the answers. All waiting is the port's, and may raise what it raises."""
+    """`send` takes the answers. All waiting is in `uart`, whose exceptions are not caught here."""
 
     def __init__(
         self, hardware: Hardware, lock: Lock, uart: Uart, motors: Motors, flash: Flash, send: Callable[[bytes], None],
@@ -60,19 +60,19 @@ class Stock:
         self._letters |= self._imaging.letters
 
     def restart(self) -> None:
-        """Be as at power on."""
+        """Begin as at power on."""
         self._began = self._clock.monotonic()
         self._imaging.restart()
         self._motors.restart()
 
     def do(self, letter: str) -> None:
-        """Do what a letter asks for, with the arguments that follow it. Raises Interrupted, Reset, Stopped."""
+        """Execute a letter with the arguments that follow it. Raises Interrupted, Reset, Stopped."""
         function = self._letters.get(letter)
         answer = UNKNOWN if function is None else function()
         if answer:
             self._send(answer)
 
-    # what is put into the table
+    # functions for the table
 
     def _do(self, function: Callable[[], None], answer: bytes) -> Callable[[], bytes]:
         def do() -> bytes:
@@ -94,7 +94,7 @@ class Stock:
         for _ in range(arguments):
             self._uart.argument()
 
-    # what needs more than a line
+    # functions of single letters
 
     def _planes(self) -> bytes:
         return b"P5\n80\n192\n255\n" + bytes(80 * 64 * 3)
@@ -125,13 +125,13 @@ class Stock:
         return b"".join(looks) + b"lconf 0 lrange %d rconf 0 rrange %d\r\n" % ((6 * size.width,) * 2) + answer
 
     def _other_motors(self) -> bytes:
-        """Drive what is not there, for as long as is asked for."""
+        """Wait as long as motors would run that this rover does not have."""
         *_, duration = [self._uart.argument() for _ in range(3)]
         self._uart.delay(duration * DURATION_S)
         return b"#m"
 
     def _other_board(self) -> bytes:
-        self._send(b"#x")  # before it reads what it is to do
+        self._send(b"#x")  # before it reads the arguments
         self._swallow(2)
         return b""
 
@@ -198,7 +198,7 @@ class Stock:
             return self._hardware.encoders()
 
     def _rates(self) -> bytes:
-        """Return pulses a second, counted for 40 ms; below three edges there are none, and no sign says the way."""
+        """Return pulses a second, counted for 40 ms; fewer than three edges count as none, and there is no sign."""
         before = self._encoders()
         self._uart.delay(ENCODERS_S)
         counts = [abs(new - old) for new, old in zip(self._encoders(), before, strict=True)]

@@ -1,7 +1,7 @@
 """The processor's serial port to the Wi-Fi module: bytes wait while the loop is busy, and an interrupt finds a hold.
 
-The stock firmware reads the port by asking it, so what waits is what flow control keeps in the Wi-Fi module: at most
-`ROOM` bytes here; more are lost, as bytes are without flow control. The interrupt is ours.
+The stock firmware polls the port. Bytes that it has not read wait in the Wi-Fi module, by flow control: at most `ROOM`
+here; more are lost, as bytes are without flow control. The interrupt is ours.
 """
 
 import threading
@@ -12,11 +12,11 @@ from robots.kit.clock import TIMER, Limit, Timer, Until
 from robots.kit.drivers.srv1.extension import HOLD
 
 ROOM = 4096
-LOOK_S = 3600.0  # between two looks at an empty port; who puts something there says so
+LOOK_S = 3600.0  # between two looks at an empty port; a new byte wakes the reader sooner
 
 
 class Interrupted(Exception):
-    """A hold has arrived, or the processor starts anew: the command that is at work is given up."""
+    """A hold has arrived, or the processor starts anew: the command that is executed is given up."""
 
 
 class Stopped(Exception):
@@ -55,7 +55,7 @@ class Uart:
                 self._changed.notify_all()
 
     def interrupt(self, forget: bool = False) -> None:
-        """Have the loop give up what it does; `forget`: what waits is lost, too."""
+        """Interrupt the loop's command; `forget`: bytes that wait are lost, too."""
         with self._changed:
             self._interrupted = True
             if forget:
@@ -64,7 +64,7 @@ class Uart:
             self._changed.notify_all()
 
     def settle(self) -> bool:
-        """Return whether there was an interrupt, and wait for the next."""
+        """Return whether there was an interrupt, and clear it."""
         with self._changed:
             was, self._interrupted = self._interrupted, False
             return was
@@ -103,7 +103,7 @@ class Uart:
                 self._check()
 
     def flush(self, until: float) -> None:
-        """Throw away all that has arrived until then (monotonic, s), whenever this thread comes to it."""
+        """Drop the bytes that arrived until then (monotonic, s), however late this thread is."""
         with self._changed:
             while self._waiting and self._waiting[0][0] <= until:
                 self._waiting.popleft()

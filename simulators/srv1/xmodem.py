@@ -1,6 +1,6 @@
 """The receiving end of XMODEM as the firmware has it (`xmodem.c`): 128 or 1024 bytes a block, with CRC or checksum.
 
-A byte of value 0 is taken for silence, so the end of what was spoilt is waited for until one, or until 1 s of nothing.
+A byte of value 0 counts as silence, so after a bad block bytes are dropped until a 0, or until 1 s of silence.
 """
 
 from binascii import crc_hqx
@@ -30,7 +30,7 @@ def _is_right(block: bytes, check: bytes) -> bool:
 
 
 def receive(byte: Byte, send: Callable[[bytes], None], room: int) -> tuple[bytes, int]:
-    """Return what was received, at most `room` bytes, and its length as it is told, or a negative error.
+    """Receive a file; return its bytes, at most `room`, and the length that is answered, or a negative error.
 
     `byte(seconds)` waits for a byte; what it raises ends the reception.
     """
@@ -70,7 +70,7 @@ def receive(byte: Byte, send: Callable[[bytes], None], room: int) -> tuple[bytes
 
 
 def _start(byte: Byte, send: Callable[[bytes], None], asking: int | None) -> int | None:
-    """Wait for what begins a block or ends the transfer; None if nothing does within 30 tries."""
+    """Wait for a byte that begins a block or ends the transfer; return None if none comes within 30 tries."""
     for _ in range(TRIES):
         if asking is not None:
             send(bytes((asking,)))

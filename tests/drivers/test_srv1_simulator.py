@@ -12,7 +12,8 @@ from robots.kit.drivers.srv1.extension import Ask, Claim, Hold, Patrol, Velocity
 from robots.kit.drivers.srv1.framing import ANSWER, Frames
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.protocol import HEADER_BYTES, SIZES, PictureHeader
-from simulators.srv1.simulator import IDLE_S, KEEP_S, Simulator
+from simulators.common.rovers.simulator import IDLE_S, KEEP_S
+from simulators.srv1.simulator import Simulator
 from tests.world.world import World
 
 pytestmark = pytest.mark.django_db(transaction=True)

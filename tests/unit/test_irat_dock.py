@@ -12,7 +12,7 @@ from simulators.irat.cameras import RobotCamera, Stage
 from simulators.irat.dock import DOCKED_M
 from simulators.irat.maze import DOCK, along_corridors
 from simulators.irat.plant import docked
-from tests.unit.irat_world import drive, rest, world
+from tests.unit.rover_worlds import drive, irat, rest
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def stage():
 
 
 def test_a_robot_at_the_stop_charges_and_comes_out_backwards():
-    one = world()
+    one = irat()
     rest(one)
     assert one.charging
     drive(one, 2.0, -0.1)
@@ -42,7 +42,7 @@ def test_a_robot_at_the_stop_charges_and_comes_out_backwards():
 ])  # fmt: skip
 def test_contacts_close_only_where_the_robot_is_square_enough(aside, ahead, turn, mates):
     x, y, heading = docked()
-    one = world((x + aside, y - ahead, heading + turn))
+    one = irat((x + aside, y - ahead, heading + turn))
     assert all(one.plant.contacts) is mates
 
 
@@ -52,7 +52,7 @@ def test_contacts_close_only_where_the_robot_is_square_enough(aside, ahead, turn
 )
 def test_the_funnel_leads_in_who_comes_nearly_straight(aside, turn, docks):
     """Nobody steers here: at too acute an angle only one contact closes, as with some of the paper's."""
-    one = world((DOCK[0] + aside, 1.45, pi / 2 + turn))
+    one = irat((DOCK[0] + aside, 1.45, pi / 2 + turn))
     drive(one, 6.0, 0.08)
     assert one.charging is docks
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 from simulators.common.faults import FaultBoard
 from simulators.irat.peer import MOST_ANSWERS, Subscription
-from simulators.irat.socket_peer import BURST, SocketPeer
+from simulators.irat.server import BURST, SocketPeer
 
 
 class Line:
@@ -88,6 +88,15 @@ def test_a_faster_sender_waits():
         for _ in range(int(BURST) + 100):
             await peer.within_rate()
         assert loop.time() - began >= 0.2
+
+    run(work)
+
+
+def test_each_message_says_that_its_sender_is_not_silent():
+    async def work(peer):
+        peer.heard_at = 0.0
+        await peer.within_rate()
+        assert peer.heard_at > 0.0
 
     run(work)
 

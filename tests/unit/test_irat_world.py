@@ -11,13 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.kit.description import load
-from simulators.common.battery import Battery
+from simulators.common.rovers.battery import Battery
+from simulators.common.rovers.body import TICK_S
+from simulators.common.rovers.motor_board import End
+from simulators.common.rovers.simulator import StoredState, keep, restore
 from simulators.irat import maze, scene, scenery
-from simulators.irat.drive import Drive, End
 from simulators.irat.maze import COLUMN, DOCK, HALF_M, STROKES, WALL_M, along_corridors, off_centre, walls
-from simulators.irat.plant import TICK_S, Plant, docked
-from simulators.irat.state import StoredState, keep, restore
-from tests.unit.irat_world import drive, rest, world
+from simulators.irat.plant import Plant, docked
+from simulators.irat.world import motor_board
+from tests.unit.rover_worlds import drive, irat, rest
 
 MOTION = load("irat")["motion"]
 OPEN = (1.0, 0.8, 0.0)  # a place on the open floor
@@ -55,7 +57,7 @@ def test_the_letters_make_several_loops():
 
 
 def test_corridors_are_free_and_connected():
-    one = world()
+    one = irat()
     for x, y, heading in along_corridors(0.15):
         if dist((x, y), COLUMN[:2]) < 0.14:
             continue
@@ -78,7 +80,7 @@ def test_things_stand_beside_the_corridors():
 
 
 def test_the_dock_is_seen_from_one_arm_of_the_u_only():
-    one = world()
+    one = irat()
     x, y, heading = DOCK
     marker = np.array([x + 0.01 * cos(heading), y + 0.01 * sin(heading), 0.06])
     seen = []
@@ -139,7 +141,7 @@ actions = st.one_of(
 @given(st.lists(actions, max_size=30))
 def test_the_motor_board_keeps_its_limits_and_always_comes_to_rest(steps):
     noted = []
-    board = Drive(lambda event, **more: noted.append(event))
+    board = motor_board(lambda event, **more: noted.append(event))
     now, most = 0.0, MOTION["speed"] + MOTION["turn"] * load("irat")["body"]["track"] / 2
 
     def ticks(count):
@@ -165,7 +167,7 @@ def test_the_motor_board_keeps_its_limits_and_always_comes_to_rest(steps):
 
 
 def test_a_hold_ends_with_rest_only():
-    board = Drive(lambda event, **more: None)
+    board = motor_board(lambda event, **more: None)
     board.velocity(0.2, 0, 1, 0.0)
     for k in range(20):
         board.velocity(0.2, 0, 1, k * TICK_S)
@@ -179,7 +181,7 @@ def test_a_hold_ends_with_rest_only():
 
 
 def test_a_wall_stalls_the_wheels():
-    one = world((0.2, 0.9, 0.0))
+    one = irat((0.2, 0.9, 0.0))
     drive(one, 4.0, 0.1)
     assert one.drive.stalled
     assert any(n["event"] == "stalled" for n in one.noted)
@@ -192,7 +194,7 @@ def test_a_wall_stalls_the_wheels():
 def test_the_same_seed_is_the_same_day():
     ways = []
     for seed in (3, 3, 4):
-        one = world(OPEN, seed, with_maze=False)
+        one = irat(OPEN, seed, with_maze=False)
         drive(one, 3.0, 0.1, 0.4)
         ways.append((one.odometry.x, one.odometry.y, one.odometry.heading, *one.plant.ranges()))
     assert ways[0] == ways[1] != ways[2]
@@ -202,7 +204,7 @@ def test_dead_reckoning_drifts_as_wheels_do():
     """A few per cent of the way, and some degrees a turn: too much to map with, little enough to start with."""
     errors, turns_off = [], []
     for seed in range(6):
-        one = world(OPEN, seed, with_maze=False)
+        one = irat(OPEN, seed, with_maze=False)
         for _ in range(2):
             drive(one, 3.0, 0.15)
             rest(one)
@@ -218,7 +220,7 @@ def test_dead_reckoning_drifts_as_wheels_do():
 @pytest.mark.timed
 def test_a_day_runs_far_faster_than_real_time(stopwatch):
     """The world alone: 24 times real time is wanted of world, camera and map together."""
-    one = world((0.2, 1.2, -pi / 2))
+    one = irat((0.2, 1.2, -pi / 2))
     drive(one, 0.2, 0.1)
 
     def took():
@@ -249,7 +251,7 @@ def test_a_day_runs_far_faster_than_real_time(stopwatch):
 def test_a_spoilt_state_starts_in_the_dock_with_a_number_of_its_own(tmp_path, text):
     path = tmp_path / "state.json"
     path.write_text(text)
-    kept = restore(path)
+    kept = restore(path, docked())
     assert kept.pose == docked()
     assert kept.boot > 10**9
 
@@ -257,8 +259,8 @@ def test_a_spoilt_state_starts_in_the_dock_with_a_number_of_its_own(tmp_path, te
 def test_a_state_is_kept(tmp_path):
     kept = StoredState((1.0, 0.5, 2.0), 0.4, 7)
     keep(tmp_path / "state.json", kept)
-    assert restore(tmp_path / "state.json") == kept
-    assert restore(tmp_path / "none.json") == StoredState(docked(), 1.0, 0)
+    assert restore(tmp_path / "state.json", docked()) == kept
+    assert restore(tmp_path / "none.json", docked()) == StoredState(docked(), 1.0, 0)
     assert json.loads((tmp_path / "state.json").read_text())["boot"] == 7
 
 
@@ -269,7 +271,7 @@ def test_the_scene_compiles_with_and_without_a_maze():
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), -0.21, 1e308])
 def test_the_motor_board_takes_no_velocity_outside_its_bounds(wrong):
-    board = Drive(lambda event, **more: None)
+    board = motor_board(lambda event, **more: None)
     for linear, angular in ((wrong, 0.0), (0.0, wrong * 15)):
         with pytest.raises(ValueError, match="no velocity"):
             board.velocity(linear, angular, 1, 0.0)

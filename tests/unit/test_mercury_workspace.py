@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.kit.description import load
-from simulators.mercury.arm import Pose
-from simulators.mercury.state import START
+from simulators.mercury.arm import START, Pose
 from simulators.mercury.workspace import Workspace
 
 D = load("mercury")

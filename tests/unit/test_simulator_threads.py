@@ -39,12 +39,13 @@ def test_a_thread_that_dies_ends_the_simulator_with_a_word(tmp_path):
 
 REAL = """
 import sys, threading
+from simulators.common import process
 from simulators.{robot} import __main__ as simulator
 
-def stop_when_told(_):
+def stop_at_signals(_):
     threading.Thread(target=lambda: {{}}["gone"], name="watchdog", daemon=True).start()
 
-simulator.stop_when_told = stop_when_told
+process.stop_at_signals = stop_at_signals
 sys.argv = ["simulator", "--dir", {folder!r}]
 simulator.main()
 """

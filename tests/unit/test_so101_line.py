@@ -35,7 +35,7 @@ class Line:
 
     def __init__(self, folder):
         self.sim = Simulator(folder)
-        os.set_blocking(self.sim._slave, False)
+        self.end = os.open(folder / "tty", os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
 
     def say(self, data):
         """Return the answers to some bytes."""
@@ -43,7 +43,7 @@ class Line:
         found = b""
         try:
             while True:
-                found += os.read(self.sim._slave, 65536)
+                found += os.read(self.end, 65536)
         except BlockingIOError:
             return found
 

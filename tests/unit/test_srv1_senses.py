@@ -12,7 +12,7 @@ from robots.kit.description import load
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.sensors import Channel, infrared_m, is_present, share, temperature_c
 from simulators.srv1.climate import VISIT_S, Climate
-from tests.unit.srv1_world import drive, poses, rest, world
+from tests.unit.rover_worlds import drive, poses, rest, srv1
 
 HALL = hall()
 KNOWN = load("srv1")
@@ -23,7 +23,7 @@ SIGMAS = 6.0
 
 @pytest.fixture(scope="module")
 def one():
-    return world()
+    return srv1()
 
 
 def sensor(pose, name):
@@ -106,7 +106,7 @@ def heard(one, count=200):
 
 def test_the_beacon_tells_where_the_rover_is_from_the_tower():
     """With noise, and now and then by a reflection, whose way is longer."""
-    one = world((2.0, 1.0, 0.7), beacon=True)
+    one = srv1((2.0, 1.0, 0.7), beacon=True)
     x, y = 2.0 - HALL.tower[0], 1.0 - HALL.tower[1]
     ranges, bearings = heard(one, 2000).T
     assert len(ranges) == 2000
@@ -121,13 +121,13 @@ def test_the_beacon_tells_where_the_rover_is_from_the_tower():
 
 @given(pose=poses())
 def test_the_bearing_of_the_beacon_is_from_minus_to_plus_half_a_turn(pose):
-    one = world(pose, beacon=True)
+    one = srv1(pose, beacon=True)
     assert all(-pi <= bearing <= pi and away >= 0.0 for away, bearing in heard(one, 3))
 
 
 def test_a_beacon_that_is_not_there_out_of_view_or_broken_tells_nothing():
-    assert len(heard(world((2.0, 1.0, 0.7)))) == 0, "the hall has none, unless somebody says so"
-    one = world((10.95, 4.0, 0.0), beacon=True)
+    assert len(heard(srv1((2.0, 1.0, 0.7)))) == 0, "the hall has none, unless somebody says so"
+    one = srv1((10.95, 4.0, 0.0), beacon=True)
     assert len(heard(one)) == 200
     one.faults.set("beacon_gone")
     assert len(heard(one)) == 0
@@ -138,7 +138,7 @@ def test_a_beacon_that_is_not_there_out_of_view_or_broken_tells_nothing():
 
 def test_a_beacon_changes_nothing_else_of_a_rover():
     """Without one the same seed gives the same readings as with one that nobody asks."""
-    plain, other = world((2.0, 1.0, 0.7)), world((2.0, 1.0, 0.7), beacon=True)
+    plain, other = srv1((2.0, 1.0, 0.7)), srv1((2.0, 1.0, 0.7), beacon=True)
     assert [plain.senses.sonar() for _ in range(9)] == [other.senses.sonar() for _ in range(9)]
     plain.senses.beacon()
     other_reading = plain.senses.sonar()
@@ -149,7 +149,7 @@ def test_a_beacon_changes_nothing_else_of_a_rover():
 
 
 def test_encoders_count_forwards_and_backwards_from_power_on():
-    rover = world((1.5, 4.0, 0.0))
+    rover = srv1((1.5, 4.0, 0.0))
     drive(rover, 2.0, 0.3)
     rest(rover)
     left, right = rover.senses.encoders()
@@ -165,7 +165,7 @@ def test_encoders_count_forwards_and_backwards_from_power_on():
 
 @pytest.mark.parametrize(("dead", "counts"), [(1, (False, True)), (2, (True, False)), (3, (False, False))])
 def test_a_dead_encoder_counts_nothing_and_goes_on_where_it_was(dead, counts):
-    rover = world((1.5, 4.0, 0.0))
+    rover = srv1((1.5, 4.0, 0.0))
     drive(rover, 1.0, 0.3)
     before = rover.senses.encoders()
     rover.faults.set("dead_encoder", dead)
@@ -181,14 +181,14 @@ def test_a_dead_encoder_counts_nothing_and_goes_on_where_it_was(dead, counts):
 
 
 def test_blind_infrared_reads_far():
-    rover = world((0.4, 2.0, pi))
+    rover = srv1((0.4, 2.0, pi))
     assert rover.senses.infrared() < 0.4
     rover.faults.set("blind_infrared")
     assert rover.senses.infrared() == KNOWN["infrared"]["far"]
 
 
 def test_ghosts_of_the_sonar_are_nearer_or_farther_and_as_many_as_told():
-    rover = world((1.2, 4.0, 0.0))
+    rover = srv1((1.2, 4.0, 0.0))
     true = rover.senses.sonar()
     rover.faults.set("sonar_ghost", 0.3)
     seen = [rover.senses.sonar() for _ in range(500)]

@@ -1,6 +1,5 @@
 """The iRat in a world: simulator with its maze and pictures, rosbridge, driver and brain."""
 
-import json
 from pathlib import Path
 from random import Random
 
@@ -8,10 +7,10 @@ from robots.kit.drivers.irat.brain.process import BrainProcess
 from robots.kit.drivers.irat.driver import Driver
 from robots.kit.drivers.irat.protocol import DRIVE, Drive
 from robots.kit.drivers.rosbridge import decode, operation
-from simulators.irat.drive import End
 from simulators.irat.simulator import Simulator
 from tests.faults.wishes import ROBOTS
 from tests.world.brain import Brain
+from tests.world.rig import VelocityRig, Watched
 from tests.world.rosbridge import Network
 from tests.world.world import World
 
@@ -29,7 +28,7 @@ HOSTILE = (
 NARROW = 208  # of drawn pictures: quicker, and a little worse than the robot's own
 
 
-class IratRig:
+class IratRig(VelocityRig):
     """A simulated iRat in a corridor that runs in a process of its own, and what connects an owner with it."""
 
     driver = "irat"
@@ -37,18 +36,14 @@ class IratRig:
     strengths = {"slow": 0.5, "ir_dead": 7.0}
 
     def __init__(self, world: World, folder: Path) -> None:
-        self.world, self.folder = world, folder
-        self.process = world.process("simulator", delayed=False)
+        super().__init__(world, folder)
         self.brains: list[Brain] = []  # that were made, the newest last
         self.sim = Simulator(
             folder, world.seed, clock=world, wall=lambda: world.now().timestamp(), real=world, width=NARROW
         )
         self.sim.faults.set("carried", ROBOTS["irat"].corridor)
-        self.network = network = Network(world, self.sim.radio, self.sim.faults, self.process)
-        self.pull, self.plug, self.stall, self.halve = network.unplug, network.plug, network.stall, network.halve
+        self.use(Network(world, self.sim.radio, self.sim.faults, self.process))
         self.kinds: dict[tuple[float, float], str] = {}  # for which command a velocity was sent last
-        self._last: dict = {}  # the motion before
-        self._end = ""  # how it ended, if nobody has held the robot since
         world.spawn(self.sim.run, "simulator", self.process)
 
     def _think(self, folder, packet, clock) -> BrainProcess:
@@ -60,100 +55,32 @@ class IratRig:
 
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the network."""
+        rig = self
 
-        rig, executed = self, ""
-
-        class InWorld(Driver):
+        class InWorld(Watched, Driver):
             clock = self.world
             think = staticmethod(self._think)
 
-            @staticmethod
-            def opened(address):
-                return rig.network.open(address, sent)
+            def opened(self, address):
+                return rig.cable.open(address, self.note_sent)
 
-            def execute(self, kind, *rest):
-                nonlocal executed
-                executed = kind
-                return super().execute(kind, *rest)
-
-        def sent(frame: str) -> None:
-            if (asked := operation(decode(frame))).name == DRIVE and asked.op == "publish":
-                velocity = Drive.decode(asked.body).velocity
-                rig.kinds[velocity.linear, velocity.angular] = executed
+            def note_sent(self, frame: str) -> None:
+                if (asked := operation(decode(frame))).name == DRIVE and asked.op == "publish":
+                    velocity = Drive.decode(asked.body).velocity
+                    rig.kinds[velocity.linear, velocity.angular] = self.executed
 
         made = InWorld("ws://world", {**settings, "folder": str(self.folder)}, trace)
         made.wheels.seed(self.world.seed)
         return made
 
-    def camera(self, url, rig, view="", colour=False):
-        raise AssertionError("its pictures come over its own wire")
-
-    @property
-    def moving(self) -> bool:
-        return self.sim.moving
-
-    def journal(self) -> list[dict]:
-        """Return what the simulator did, oldest first."""
-        return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
-
-    def count(self, event: str) -> int:
-        return self.sim.journal.counts[event]
-
-    def tell(self, told) -> None:
-        """Have each of the simulator's notes told, at the moment at which it is written."""
-
-        def noted(record: dict) -> None:
-            if record["event"] == "rest":
-                self._end = record["end"]
-            elif record["event"] in ("hold", "connected", "disconnected", "power_on"):
-                self._end = ""
-            told(record)
-
-        self.sim.journal.listener = noted
-
-    @property
-    def stalled_s(self) -> float:
-        """Return how long the network kept back what it was given last (s)."""
-        return self.network.kept_back_s
-
-    def is_by_itself(self, motion: dict) -> bool:
-        """Tell whether a motion goes on with the one before: that rested because velocities came late, or none came.
-
-        The driver says that the wheels are to rest while it does not hear the robot; a command's own end is a hold.
-        """
-        last, self._last = self._last, motion
-        same = all(last.get(name) == motion[name] for name in ("epoch", "linear", "angular"))
-        return same and self._end in (End.SILENCE, End.DONE)
-
     def kind_of(self, motion: dict) -> str:
         """Return the kind of command that began a motion."""
         return self.kinds[motion["linear"], motion["angular"]]
 
-    def number_of(self, record: dict) -> int:
-        """Return the number of the motion of which the simulator notes something."""
-        return record["motion"]
-
-    def confirms(self, record: dict) -> bool:
-        """Tell whether the simulator notes that a motion came to its end: one by hand ends by a hold, or by silence."""
-        return record["event"] == "rest" and record["end"] != End.LOST
-
-    def fault(self, verb: str, value: float = 1.0) -> None:
-        self.sim.faults.set(verb, value)
-
-    def clear_faults(self) -> None:
-        self.sim.faults.clear()
-
-    def power_cycle(self) -> None:
-        """Switch the robot off and on."""
-        self.sim.faults.set("power_cycle", count=1)
-
     def meddle(self, dice: Random) -> None:
         """Connect beside the owner, say what no owner says, and go."""
-        line = self.network.open("ws://hostile")
+        line = self.cable.open("ws://hostile")
         frame = dice.choice(HOSTILE)
         line.send(frame[: dice.randrange(len(frame) + 1)] if dice.random() < 0.3 else frame)
         self.world.sleep(dice.random() * 0.1)
         line.close()
-
-    def close(self) -> None:
-        self.sim.journal.close()

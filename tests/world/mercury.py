@@ -8,13 +8,14 @@ from robots.kit.drivers.mercury.protocol import move_xyz
 from simulators.mercury.__main__ import Simulator
 from tests.unit.sand_beds import fresh
 from tests.world.eyes import Eye
+from tests.world.rig import Rig, Watched
 from tests.world.wires import Cable, Port, line_of
 from tests.world.world import World
 
 SEQ = 2  # where the number of an instruction stands in it
 
 
-class MercuryRig:
+class MercuryRig(Rig):
     """A simulated arm that runs in a process of its own, and what connects an owner with it."""
 
     driver = "mercury"
@@ -22,44 +23,25 @@ class MercuryRig:
     strengths = {"slow": 0.5, "drop": 0.1, "corrupt": 0.1, "double": 0.1}
 
     def __init__(self, world: World, folder: Path) -> None:
-        self.world, self.folder, self.cable = world, folder, Cable(world)
-        self.pull, self.plug = self.cable.pull, self.cable.plug
-        self.stall, self.halve = self.cable.stall, self.cable.halve
+        super().__init__(world, folder)
+        self.use(Cable(world))
         self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
         self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
-        self.process = world.process("simulator", delayed=False)
         self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world, fresh)
         world.spawn(self.sim.run, "simulator", self.process)
 
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the cable."""
-
         rig = self
 
-        class InWorld(Driver):
+        class InWorld(Watched, Driver):
             clock = self.world
 
-            @staticmethod
-            def opened(url, local):
-                return Port(rig.cable, sent)
+            def opened(self, url, local):
+                return Port(rig.cable, self.note_sent)
 
-            def execute(self, kind, *rest):
-                nonlocal executed
-                executed = kind
-                return super().execute(kind, *rest)
-
-            def recover(self, permit):
-                nonlocal recovers
-                recovers = True
-                try:
-                    return super().recover(permit)
-                finally:
-                    recovers = False
-
-        recovers, executed = False, ""
-
-        def sent(data: bytes) -> None:
-            rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = recovers, "" if recovers else executed
+            def note_sent(self, data: bytes) -> None:
+                rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = self.recovers, self.sends_for
 
         return InWorld(address, settings, trace)
 
@@ -69,22 +51,6 @@ class MercuryRig:
     @property
     def moving(self) -> bool:
         return self.sim.body.moving
-
-    def journal(self) -> list[dict]:
-        """Return what the simulator did, oldest first."""
-        return journal(self.folder)
-
-    def count(self, event: str) -> int:
-        return self.sim.journal.counts[event]
-
-    def tell(self, told) -> None:
-        """Have each of the simulator's notes told, at the moment at which it is written."""
-        self.sim.journal.listener = told
-
-    @property
-    def stalled_s(self) -> float:
-        """Return how long the cable kept back what it was given last (s)."""
-        return self.cable.kept_back_s
 
     def is_by_itself(self, motion: dict) -> bool:
         """Tell whether the owner began a motion by itself, to put the robot in order."""
@@ -102,27 +68,8 @@ class MercuryRig:
         """Tell whether the simulator notes that a motion came to its end."""
         return record["event"] == "rest" and not record["braked"]
 
-    def fault(self, verb: str, value: float = 1.0) -> None:
-        self.sim.faults.set(verb, value)
-
-    def clear_faults(self) -> None:
-        self.sim.faults.clear()
-
-    def power_cycle(self) -> None:
-        """Switch the robot off and on."""
-        self.sim.faults.set("power_cycle", count=1)
-
     def meddle(self, dice: Random) -> None:
         """Say something on the line that no owner says: noise, and motions that are cut off or spoilt."""
         frame = bytearray(move_xyz(dice.randrange(256), *(dice.uniform(-300.0, 300.0) for _ in range(3))).encode())
         cut, spoilt = frame[: dice.randrange(1, len(frame))], frame[:-1] + bytes([frame[-1] ^ 1])
         self.cable.to_robot += dice.choice((cut, spoilt, dice.randbytes(dice.randrange(1, 60))))
-
-    def close(self) -> None:
-        self.sim.journal.close()
-
-
-def journal(folder: Path) -> list[dict]:
-    import json
-
-    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]

@@ -1,10 +1,8 @@
 """The museum arm in a world: simulator, connections, driver and cameras."""
 
-import json
 from collections.abc import Iterable
 from math import radians
 from pathlib import Path
-from random import Random
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from robots.kit.drivers.pa10.protocol import End
 from simulators.pa10.cameras import Cameras
 from simulators.pa10.simulator import Simulator
 from tests.world.eyes import Eye
+from tests.world.rig import StreamRig, Watched
 from tests.world.streams import Door, Network
 from tests.world.world import World
 
@@ -34,28 +33,27 @@ class InPlace(Courses):
         return super().plan(*about, **more)
 
 
-HOSTILE = (
+HOSTILE = tuple(line + b"\n" for line in (
     b"j 1e308 0 0 0 0 0", b"j nan 25 75 0 80 0", b"j -inf 0 0 0 0 0", b"j 0 25 75 0 80 0", b"J 1 1 1 1 1 1", b"l 1 2",
     b"k 400 0 300 180 0 180", b"g 1", b"p 1", b"h 1", b"i nan", b"i -1", b"i 0.5", b"u nan", b"\xff\xfe\xfd", b"",
     b"\x00", b"j " + b"9" * 3000, b"x" * 100_000,
-)  # fmt: skip
+))  # fmt: skip
 PICTURE_S = 0.06  # what a picture takes
 
 
-class ArmRig:
+class ArmRig(StreamRig):
     """A simulated arm that runs in a process of its own, and what connects an owner with it."""
 
     driver = "pa10"
     faults = ("awol", "mute", "slow", "disturb", "slip", "cam_gone")
     strengths = {"slow": 0.5, "disturb": 60.0}
+    hostile = HOSTILE
 
     def __init__(self, world: World, folder: Path) -> None:
-        self.world, self.folder, self.cable = world, folder, Network(world)
-        self.pull, self.plug = self.cable.pull, self.cable.plug
-        self.stall, self.halve = self.cable.stall, self.cable.halve
+        super().__init__(world, folder)
+        self.use(Network(world))
         self.by_itself: dict[tuple[float, ...], bool] = {}  # whether the newest line to a target put the arm in order
         self.kinds: dict[tuple[float, ...], str] = {}  # for which command the newest line to a target was sent
-        self.process = world.process("simulator", delayed=False)
         line = load("pa10")["line"]
         self.sim = Simulator(
             folder, lambda note: InPlace(world), "computed_torque", "", (line["watchdog_s"], line["connect_s"]),
@@ -70,33 +68,18 @@ class ArmRig:
 
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the network."""
+        rig = self
 
-        rig, recovers, executed = self, False, ""
-
-        class InWorld(Driver):
+        class InWorld(Watched, Driver):
             clock = real = self.world
 
-            @staticmethod
-            def opened(host, port, seconds):
-                return rig.cable.connect(host, port, seconds, sent)
+            def opened(self, host, port, seconds):
+                return rig.cable.connect(host, port, seconds, self.note_sent)
 
-            def execute(self, kind, *rest):
-                nonlocal executed
-                executed = kind
-                return super().execute(kind, *rest)
-
-            def recover(self, permit):
-                nonlocal recovers
-                recovers = True
-                try:
-                    return super().recover(permit)
-                finally:
-                    recovers = False
-
-        def sent(data: bytes) -> None:
-            if data[:1] == b"j":
-                there = target(radians(float(v)) for v in data.split()[1:7])
-                rig.by_itself[there], rig.kinds[there] = recovers, "" if recovers else executed
+            def note_sent(self, data: bytes) -> None:
+                if data[:1] == b"j":
+                    there = target(radians(float(v)) for v in data.split()[1:7])
+                    rig.by_itself[there], rig.kinds[there] = self.recovers, self.sends_for
 
         return InWorld("127.0.0.1:5000", settings, trace)
 
@@ -112,22 +95,6 @@ class ArmRig:
     def moving(self) -> bool:
         return self.sim.app.moving
 
-    def journal(self) -> list[dict]:
-        """Return what the simulator did, oldest first."""
-        return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
-
-    def count(self, event: str) -> int:
-        return self.sim.journal.counts[event]
-
-    def tell(self, told) -> None:
-        """Have each of the simulator's notes told, at the moment at which it is written."""
-        self.sim.journal.listener = told
-
-    @property
-    def stalled_s(self) -> float:
-        """Return how long the network kept back what it was given last (s)."""
-        return self.cable.kept_back_s
-
     def is_by_itself(self, motion: dict) -> bool:
         """Tell whether the owner began a motion by itself, to put the arm in order."""
         return self.by_itself.get(target(motion.get("target", ())), False)
@@ -136,37 +103,13 @@ class ArmRig:
         """Return the kind of command that began a motion to a place; empty where the owner did by itself, and of jogs."""
         return self.kinds.get(target(motion.get("target", ())), "")
 
-    def number_of(self, record: dict) -> int:
-        """Return the number of the motion of which the simulator notes something."""
-        return record["motion"]
-
     def confirms(self, record: dict) -> bool:
         """Tell whether the simulator notes that a motion came to its end."""
         return record["event"] == "end" and record["end"] == End.DONE
 
-    def fault(self, verb: str, value: float = 1.0) -> None:
-        self.sim.faults.set(verb, value)
-
-    def clear_faults(self) -> None:
-        self.sim.faults.clear()
-
     def power_cycle(self) -> None:
         """Start the control application again, as its watchdog does."""
         self.sim.faults.set("restart", count=1)
-
-    def meddle(self, dice: Random) -> None:
-        """Connect beside the owner, say what no owner says, and go."""
-        end = self.cable.connect("hostile", 5000, 1.0)
-        try:
-            end.sendall(dice.choice(HOSTILE) + b"\n")
-            self.world.sleep(dice.random() * 0.1)
-        except OSError:
-            pass  # it was turned away
-        finally:
-            end.close()
-
-    def close(self) -> None:
-        self.sim.journal.close()
 
 
 def target(joints: Iterable[float]) -> tuple[float, ...]:

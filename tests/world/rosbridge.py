@@ -41,7 +41,7 @@ class Network:
             line.to_robot.clear()
             line.close()
 
-    def unplug(self) -> None:
+    def pull(self) -> None:
         """End every connection, and refuse new ones until `plug`."""
         self.plugged = False
         self.cut()

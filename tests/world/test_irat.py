@@ -1,69 +1,27 @@
 """The iRat in virtual time: its owner, driver, brain and rosbridge over the simulated maze."""
 
 import random
-from math import dist, inf
+from math import dist
 
 import pytest
 
 from robots.kit.drivers.irat.driver import NEVER_BEGAN
 from tests.world.seeds import hunt, seeds
+from tests.world.steps import held, moved_by, nothing_moves, rested, stop_each
 
 pytestmark = pytest.mark.parametrize("which", ["irat"], indirect=True)
 REST_S = 0.25 + 0.25  # its watchdog, and the braking from the speed of hands
-
-
-def held(portal):
-    """Begin a motion that is held until its controls are lost, and wait until the robot moves."""
-    portal.controls.moment_s = inf
-    command = portal.move()
-    portal.in_motion()
-    return command
-
-
-def exploring(portal):
-    """Begin to explore, and wait until the robot moves."""
-    command = portal.issue("explore")
-    portal.in_motion()
-    return command
-
-
-def rested(portal, since):
-    """Wait until the robot rests; return how long that took (s)."""
-    portal.at_rest()
-    return portal.world.monotonic() - since
-
-
-def nothing_moves(portal, seconds):
-    """Fail if a motion begins within so many seconds."""
-    begun = len(portal.motions())
-    portal.world.sleep(seconds)
-    assert not portal.rig.moving
-    assert len(portal.motions()) == begun, "something moved by itself"
-
-
-def stops(portal, begin, within_s):
-    portal.grant()
-    dice = random.Random(portal.world.seed)
-    for _ in range(5):
-        command = begin(portal)
-        portal.world.sleep(dice.random())
-        took = portal.stop()
-        assert took <= within_s, f"at rest {took:.3f} s after the stop"
-        assert portal.final(command).state == "cancelled"
-        nothing_moves(portal, dice.random() * 2)
-        portal.controls.let_go()
-        portal.release()
-        nothing_moves(portal, 0.3)
+exploring = moved_by("explore")
 
 
 @seeds(1, 20, 200)
 def test_a_stop_overtakes_a_held_drive(worlds, seed):
-    hunt(worlds, seed, lambda portal: stops(portal, held, 0.25))
+    hunt(worlds, seed, lambda portal: stop_each(portal, [held] * 5, 0.25))
 
 
 @seeds(1, 10, 100)
 def test_a_stop_overtakes_an_exploration(worlds, seed):
-    hunt(worlds, seed, lambda portal: stops(portal, exploring, 0.5))
+    hunt(worlds, seed, lambda portal: stop_each(portal, [exploring] * 5, 0.5))
 
 
 def lost_controls(portal):
@@ -92,13 +50,13 @@ def lost_connection(portal):
     portal.grant()
     command = held(portal)
     at = portal.world.monotonic()
-    portal.rig.network.unplug()
+    portal.rig.pull()
     assert rested(portal, at) <= REST_S
     assert portal.rig.journal()[-1]["end"] == "lost"
     assert portal.final(command).state == "failed"
     portal.until(lambda: portal.row.reason, 10, "a word of it")
     portal.world.sleep(random.Random(portal.world.seed).random() * 20)
-    portal.rig.network.plug()
+    portal.rig.plug()
     portal.until(lambda: not portal.row.reason, 60, "another connection")
     nothing_moves(portal, 2)
     held(portal)
@@ -117,7 +75,7 @@ def killed(portal):
     portal.world.sleep(0.3)
     at = portal.world.monotonic()
     if unheard:
-        portal.rig.network.stall(5)
+        portal.rig.stall(5)
     portal.supervisor.worker.kill()
     assert rested(portal, at) <= REST_S
     assert portal.rig.journal()[-1]["end"] == ("silence" if unheard else "lost")

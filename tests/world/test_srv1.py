@@ -15,66 +15,19 @@ from robots.kit.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
 from tests.world.motions import Motions
 from tests.world.seeds import hunt, seeds
+from tests.world.steps import held, moved_by, nothing_moves, rested, stop_each
 from workers.commands.packages import NOT_STORED
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 REST_S = 0.25 + 0.3  # its watchdog, and the braking from its greatest speed
 PLACE = hall().nodes[1].at
-
-
-def held(portal):
-    """Begin a motion that is held until its controls are lost, and wait until the rover moves."""
-    portal.controls.moment_s = inf
-    command = portal.move()
-    portal.in_motion()
-    return command
-
-
-def sent(portal):
-    """Send it to a place, and wait until it moves."""
-    command = portal.issue("go", x=PLACE[0], y=PLACE[1])
-    portal.in_motion()
-    return command
-
-
-def patrolling(portal):
-    command = portal.issue("patrol")
-    portal.in_motion()
-    return command
-
-
-def rested(portal, since):
-    """Wait until the rover rests; return how long that took (s)."""
-    portal.at_rest()
-    return portal.world.monotonic() - since
-
-
-def nothing_moves(portal, seconds):
-    """Fail if a motion begins within so many seconds."""
-    begun = len(portal.motions())
-    portal.world.sleep(seconds)
-    assert not portal.rig.moving
-    assert len(portal.motions()) == begun, "something moved by itself"
-
-
-def stops(portal):
-    portal.grant()
-    dice = random.Random(portal.world.seed)
-    for begin in (held, sent, patrolling):
-        command = begin(portal)
-        portal.world.sleep(dice.random())
-        took = portal.stop()
-        assert took <= REST_S, f"at rest {took:.3f} s after the stop"
-        assert portal.final(command).state == "cancelled"
-        nothing_moves(portal, dice.random() * 2)
-        portal.controls.let_go()
-        portal.release()
-        nothing_moves(portal, 0.3)
+sent = moved_by("go", x=PLACE[0], y=PLACE[1])
+patrolling = moved_by("patrol")
 
 
 @seeds(1, 20, 200)
 def test_a_stop_overtakes_each_of_its_motions(worlds, seed):
-    hunt(worlds, seed, stops)
+    hunt(worlds, seed, lambda portal: stop_each(portal, (held, sent, patrolling), REST_S))
 
 
 def goes(portal):

@@ -1,11 +1,11 @@
-"""The battery of a rover: lithium-ion cells, their charger, and what the robot takes."""
+"""The battery of a rover: lithium-ion cells, their charger, and the current that the robot takes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-# share of the charge, and of the way from the empty to the full voltage: the usual curve of such cells
+# the usual curve of such cells: shares of the charge, and of the way from the empty to the full voltage
 CHARGE = (0.0, 0.05, 0.20, 0.50, 0.80, 1.0)
 VOLTAGE = (0.0, 0.25, 0.42, 0.55, 0.75, 1.0)
 FULL_A = 0.05  # the charging current below which the charger says full
@@ -54,6 +54,6 @@ class Battery:
         self.charge = float(min(1.0, max(0.0, self.charge + change)))
 
     def _charger(self, taken: float) -> float:
-        """Return what the charger gives: its greatest current, and less where the voltage would rise above full."""
+        """Return the charger's current (A): its greatest, or less where the voltage would rise above full."""
         most = taken + (self.figures["full"] - self.rest_voltage) / self.figures["resistance"]
         return float(max(0.0, min(self.figures["charger"], most)))

@@ -1,13 +1,14 @@
-"""The motor board of a robot with a left and a right side: rim speeds, and where each motion begins and ends.
+"""The motor board of a robot with a left and a right side: it turns commands into rim speeds.
 
 It has no lock and no clock of its own: its owner calls it under one lock, and `now` is the simulator's time in s.
 """
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
 
-Note = Callable[..., None]
+from simulators.common.journal import Note
+
 STALLED_SHARE, STALLED_RIM_M_S, STALLED_S = 0.25, 0.02, 0.3  # a rim below this share of its speed for so long
 
 
@@ -26,24 +27,25 @@ class End(StrEnum):
 class MotorBoard:
     """One motion is everything from rest to rest. `note` writes to the journal.
 
-    `motion` is the description's table of that name, `fastest` the greatest speed of a rim (m/s).
+    `description` is the robot's, `fastest` the greatest speed of a rim (m/s).
     """
 
-    def __init__(self, motion: dict[str, Any], fastest: float, note: Note) -> None:
-        self._motion, self._fastest, self._note = motion, fastest, note
+    def __init__(self, description: Mapping[str, Any], fastest: float, note: Note) -> None:
+        self._motion, self._half = description["motion"], float(description["body"]["track"]) / 2
+        self._fastest, self._note = fastest, note
         self.motion = 0
         self._rest()
 
     def _rest(self) -> None:
         self._wanted = (0.0, 0.0)  # rim speeds, left and right (m/s)
-        self._said: float | None = None  # when they were said; None: they stay until others are
+        self._said: float | None = None  # when they were commanded; None: they stay until others are
         self._slow_since: float | None = None
         self.target = (0.0, 0.0)
         self.moving = self.holding = self.stalled = self._brakes = False
         self.end = End.NONE
 
     def _want(self, rims: tuple[float, float], velocity: tuple[float, float], epoch: int, said: float | None) -> None:
-        """Go over to these rim speeds (m/s), unless it is held; `velocity` (m/s, rad/s) is what is noted of them."""
+        """Change to these rim speeds (m/s), except during a hold; the journal gets `velocity` (m/s, rad/s)."""
         if self.holding:
             return
         self._wanted, self._said, self._brakes = rims, said, False
@@ -53,6 +55,21 @@ class MotorBoard:
             self._note("motion", motion=self.motion, epoch=epoch, linear=linear, angular=angular)
         elif self.moving:
             self.end = End.NONE
+
+    def velocity(self, linear: float, angular: float, epoch: int, now: float) -> None:
+        """Drive with these (m/s, rad/s) until the next velocity, at most for 0.25 s. Ignored during a hold.
+
+        Where one rim would be faster than it can be, both get slower, in the same proportion.
+
+        Raises:
+            ValueError: outside their bounds, or no numbers.
+
+        """
+        if not (abs(linear) <= self._motion["speed"] and abs(angular) <= self._motion["turn"]):
+            raise ValueError(f"no velocity of this robot: {linear} m/s, {angular} rad/s")
+        left, right = linear - angular * self._half, linear + angular * self._half
+        share = min(1.0, self._fastest / max(abs(left), abs(right), 1e-9))
+        self._want((left * share, right * share), (linear, angular), epoch, now)
 
     def hold(self, why: End = End.HELD) -> None:
         """Brake to rest; nothing but rest ends the hold."""

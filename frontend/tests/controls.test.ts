@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { forward, nozzlePixel, onSand, reach, target } from "../../robots/kit/drivers/mercury/console/scara.ts";
 import { type SandFacts as Facts, whyNot } from "../../robots/kit/drivers/mercury/console/rules.ts";
 import { blocked } from "../src/page/controls.ts";
-import { skipsForReducedMotion } from "../src/media/reduced_motion.ts";
+import { skipsForReducedMotion } from "../src/media/pictures.ts";
 import { decode } from "../src/socket/decoder.ts";
 import { ago, clock } from "../src/kit/times.ts";
 

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { browse } from "./browser.ts";
 import { isIdle, type QueuePlace } from "../src/queue/person_socket.ts";
-import { currentPlaces, barPlaces } from "../src/queue/places.ts";
+import { barPlaces, currentPlaces } from "../src/queue/person_socket.ts";
 
 const NOW = Date.now();
 const place = (robot: string, ticket: number, more: Partial<QueuePlace>): QueuePlace => ({

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { pictureAge, isLive } from "../src/media/picture_age.ts";
+import { pictureAge, isLive } from "../src/media/pictures.ts";
 import { queueSentence, waitSentence, waitWords, watcherWords } from "../src/queue/waits.ts";
 
 test("a picture's age is said, and marked from 2 s and 5 s on", () => {

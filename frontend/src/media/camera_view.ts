@@ -1,9 +1,8 @@
 /** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
-import { set } from "../kit/dom.ts";
-import { shape } from "../kit/svg.ts";
+import { set, shape } from "../kit/dom.ts";
 import type { Still } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
-import { PictureOrder } from "./picture_order.ts";
+import { PictureOrder } from "./pictures.ts";
 
 export class CameraView {
   /** When the picture on screen was taken, server ms. */

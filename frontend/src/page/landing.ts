@@ -1,6 +1,6 @@
 /** The landing page: each robot's thumbnail follows its newest picture, and says where that is not live. */
 import { every } from "../kit/page_clock.ts";
-import { LIVE_MS, isLive } from "../media/picture_age.ts";
+import { LIVE_MS, isLive } from "../media/pictures.ts";
 import type { Message } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
 import { RobotSocket } from "../socket/robot_socket.ts";

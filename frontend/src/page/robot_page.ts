@@ -11,20 +11,18 @@ import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../sock
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import type { Tolerance } from "../socket/poses.ts";
 import { COMMAND_LABELS, SETTING_KINDS } from "../socket/stages.ts";
-import { Banner, bannerWords } from "./banner.ts";
+import { bannerWords, showBanner } from "./banner.ts";
 import type { CommandList } from "./command_list.ts";
 import { Commands, latestStages } from "./commands.ts";
-import type { Console } from "./console.ts";
+import { completeConsole, type Console } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
-import { completeConsole } from "./default_console.ts";
 import { facts } from "./facts.ts";
 import "./key_card.ts";
-import { LogList } from "./log_list.ts";
+import { drawLog } from "./log_list.ts";
 import { Media } from "./media.ts";
 import { Notice } from "./notice.ts";
 import { RobotState } from "./robot_state.ts";
 import { Status } from "./status.ts";
-import "./sticky_stop.ts";
 import { StopButton } from "./stop_button.ts";
 import { WireTrace } from "./wire_trace.ts";
 
@@ -46,11 +44,9 @@ export class RobotPage {
   );
   private media = new Media({ connection: () => this.live, console: () => this.console, snapshot: () => this.snapshot });
   private notices = new Notice(byId("notice"));
-  private banner = new Banner(() => this.notices.hide()); // it is newer
   private status = new Status();
   private suspension = new Suspension((words, level) => this.notice(words, level));
   private wakeLock = new ScreenWakeLock();
-  private log = new LogList(byId("log"));
   private stop: StopButton;
   private turnPanel: TurnPanel;
   private trace: WireTrace | null;
@@ -275,7 +271,7 @@ export class RobotPage {
     const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
     if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
     if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
-    this.log.draw(s.log, this.live.now());
+    drawLog(byId("log"), s.log, this.live.now());
     this.stop.press.update(s); // last, because the result of a Stop matters most
   }
 
@@ -289,18 +285,17 @@ export class RobotPage {
   draw(): void {
     const f = this.facts(),
       s = this.snapshot;
-    this.banner.show(
-      bannerWords({
-        lost: !f.lineUp,
-        lostMs: this.live.lostMs,
-        offline: !navigator.onLine,
-        snapshot: s,
-        storeDown: this.storeDown,
-        stopPending: this.stop.press.pending,
-        robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)),
-        now: f.now,
-      }),
-    );
+    const words = bannerWords({
+      lost: !f.lineUp,
+      lostMs: this.live.lostMs,
+      offline: !navigator.onLine,
+      snapshot: s,
+      storeDown: this.storeDown,
+      stopPending: this.stop.press.pending,
+      robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)),
+      now: f.now,
+    });
+    showBanner(words, () => this.notices.hide()); // the banner is newer
     this.media.draw(f);
     this.notices.draw();
     this.wakeLock.keep(this.operating && !isReplay() && this.live.lostMs < AWAY_MS);

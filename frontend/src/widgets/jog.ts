@@ -1,22 +1,23 @@
 /** A held motion: it goes on while the controls are held, and ends when they are released or the page cannot tell. */
 import { say } from "../kit/dom.ts";
+import { allow } from "../kit/refusal.ts";
 import type { KeepAlive } from "../socket/held_motion.ts";
-import { gamepads, type Pad, Pads } from "./gamepad.ts";
+import { type Pad, Pads } from "./gamepad.ts";
 
 export interface JogSettings<Direction> extends KeepAlive {
   /** The direction that a control's `data-jog` names. */
   read(words: string): Direction;
   /** Keys that jog while the pad has the focus. */
-  arrows: Record<string, Direction>;
+  arrows?: Record<string, Direction>;
   /** What a gamepad asks for; null at rest. */
-  stick(pad: Pad | null): Direction | null;
+  stick?(pad: Pad | null): Direction | null;
   /** Why no motion may start now; empty if one may. */
   whyNot(): string;
   /** Issue the command; returns its sequence number. */
   begin(direction: Direction): number;
 }
 
-/** Read `name,way` as the one value that a control moves. */
+/** Return `name,way` as the one value that a control moves. */
 export function named(words: string): Record<string, number> {
   const [name = "", way = "0"] = words.split(",");
   return { [name]: Number(way) };
@@ -31,7 +32,7 @@ export class Jog<Direction> {
   private last = 0;
   private pads = new Pads();
   private hint: HTMLElement | null;
-  private advice: string; // the hint's own words
+  private advice: string; // the text of the hint in the template
 
   constructor(
     private pad: HTMLElement,
@@ -48,6 +49,11 @@ export class Jog<Direction> {
     addEventListener("pagehide", () => this.end());
     document.addEventListener("visibilitychange", () => document.hidden && this.end());
     setInterval(() => this.feelPad(), 40);
+  }
+
+  /** Enable the controls, or disable them with a reason; a motion that is held goes on. */
+  enable(why: string): void {
+    for (const control of this.pad.querySelectorAll<HTMLElement>("[data-jog]")) allow(control, this.seq ? "" : why);
   }
 
   private listen(button: HTMLElement): void {
@@ -70,7 +76,7 @@ export class Jog<Direction> {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const own = (event.target as HTMLElement).dataset["jog"];
     const pressed = event.key === " " || event.key === "Enter";
-    const direction = pressed && own ? this.jogging.read(own) : this.jogging.arrows[event.key];
+    const direction = pressed && own ? this.jogging.read(own) : this.jogging.arrows?.[event.key];
     if (direction === undefined) return;
     event.preventDefault();
     event.stopPropagation();
@@ -78,13 +84,7 @@ export class Jog<Direction> {
   }
 
   private feelPad(): void {
-    const away = document.hidden || this.pad.closest("[hidden]") !== null;
-    if (away) this.pads.forget();
-    const direction =
-      this.pads
-        .read(away ? [] : gamepads())
-        .map((pad) => this.jogging.stick(pad))
-        .find((d) => d !== null) ?? null;
+    const direction = this.pads.wanted(this.pad, (pad) => this.jogging.stick?.(pad) ?? null);
     if (this.hint) say(this.hint, this.pads.why || this.advice); // its place is as high as the longest of these
     if (this.by === "pad" && !direction) this.end("pad");
     else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");
@@ -105,7 +105,7 @@ export class Jog<Direction> {
     }, KEEP_MS);
   }
 
-  /** Release; with `by`, only a motion that was started that way. */
+  /** End the motion; with `by`, only one that was started that way. */
   end(by = this.by): void {
     if (!this.seq || by !== this.by) return;
     clearInterval(this.timer);

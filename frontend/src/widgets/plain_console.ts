@@ -1,8 +1,8 @@
 /** The console of a robot without one of its own: its controls are drawn from its spec. */
 import { byId } from "../kit/dom.ts";
 import { fill } from "../kit/render.ts";
+import { Basics } from "../page/console.ts";
 import type { Facts } from "../page/controls.ts";
-import { Basics } from "../page/default_console.ts";
 import { facts } from "../page/facts.ts";
 import { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";

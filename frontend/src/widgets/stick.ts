@@ -1,7 +1,8 @@
 /** A stick on the screen for a held motion that is steered: up is speed, to the side is steering. */
+import { make } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import { gamepads, Pads } from "./gamepad.ts";
+import { Pads } from "./gamepad.ts";
 import { KEEP_MS } from "./jog.ts";
 import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
@@ -10,12 +11,12 @@ const AGAIN_MS = 250; // a gamepad that stays pushed begins nothing sooner
 export type StickBy = "pointer" | "touch" | "key" | "pad" | "";
 
 export class Stick {
-  readonly element = document.createElement("div");
+  readonly element: HTMLElement;
   /** What holds it now; empty while nothing does. */
   by: StickBy = "";
-  /** With how much force its knob is pushed back while a pointer pushes it ahead, 0 to 1. */
+  /** The force that pushes the knob back while a pointer pushes it ahead, 0 to 1. */
   resistance = 0;
-  private knob = document.createElement("span");
+  private knob = make("span", { class: "stick-knob" });
   private seq = 0;
   private wanted: Push = REST;
   private at: Push = REST;
@@ -32,26 +33,19 @@ export class Stick {
     private args: (push: Push) => Record<string, number>,
     label = "Stick",
   ) {
-    this.element.className = "stick";
-    this.element.tabIndex = 0;
-    this.element.setAttribute("role", "application");
-    this.element.setAttribute(
-      "aria-label",
-      `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`,
-    );
-    this.element.setAttribute("aria-describedby", "why");
-    this.knob.className = "stick-knob";
-    this.element.append(this.knob);
+    const how = `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`;
+    const attributes = { class: "stick", tabindex: 0, role: "application", "aria-label": how, "aria-describedby": "why" };
+    this.element = make("div", attributes, this.knob);
     this.listen();
     setInterval(() => this.tick(), TICK_MS);
   }
 
-  /** Where its knob is. */
+  /** Where the knob is. */
   get push(): Push {
     return this.at;
   }
 
-  /** Show that it works, or that it does not; a motion that is held goes on. */
+  /** Enable the stick, or disable it with a reason; a motion that is held goes on. */
   enable(why: string): void {
     allow(this.element, this.seq ? "" : why);
   }
@@ -115,13 +109,7 @@ export class Stick {
   }
 
   private feelPad(): void {
-    const away = document.hidden || this.element.closest("[hidden]") !== null;
-    if (away) this.pads.forget();
-    const push =
-      this.pads
-        .read(away ? [] : gamepads())
-        .map(byPad)
-        .find((one) => one !== null) ?? null;
+    const push = this.pads.wanted(this.element, byPad);
     if (this.by === "pad" && !push) this.end();
     else if (this.by === "pad" && push) this.wanted = push;
     else if (push && !this.by && document.hasFocus() && performance.now() - this.last > AGAIN_MS) {
@@ -165,7 +153,7 @@ export class Stick {
     this.knob.style.setProperty("--y", (-y).toFixed(3));
   }
 
-  /** Let go. */
+  /** End the motion. */
   end(): void {
     this.keys.clear();
     if (!this.seq) return;

@@ -12,7 +12,7 @@ export { Jog, named } from "../widgets/jog.ts";
 export { facts } from "../page/facts.ts";
 export { type Box, objectsAfter, type Placed } from "../socket/objects.ts";
 export { RobotPage } from "../page/robot_page.ts";
-export { byId, say, set, shape } from "../kit/dom.ts";
+export { byId, make, say, set, shape } from "../kit/dom.ts";
 export { allow, refusal } from "../kit/refusal.ts";
 export { fill } from "../kit/render.ts";
 export { fromOwn } from "../socket/poses.ts";

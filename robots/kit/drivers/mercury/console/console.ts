@@ -30,6 +30,7 @@ class SandConsole extends Basics<RobotPage> {
   private aim: Aim | null = null;
   private sent: Aim | null = null;
   private airStill = 0;
+  private jog: Jog<readonly [number, number]>;
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
   constructor() {
@@ -40,7 +41,7 @@ class SandConsole extends Basics<RobotPage> {
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => this.give(kind));
     byId("stage").addEventListener("keydown", (event) => this.key(event));
-    new Jog<readonly [number, number]>(byId("jog"), {
+    this.jog = new Jog(byId("jog"), {
       read: (words) => {
         const [x = 0, y = 0] = words.split(",").map(Number);
         return [x, y];
@@ -154,9 +155,7 @@ class SandConsole extends Basics<RobotPage> {
     const z = f.state?.joints[2];
     say(byId("height"), z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);
     byId("jog").hidden = !page.operating;
-    const whyJog = whyNot("jog", judged);
-    for (const button of byId("jog").querySelectorAll<HTMLElement>("[data-jog]"))
-      allow(button, byId("jog").classList.contains("held") ? "" : whyJog);
+    this.jog.enable(whyNot("jog", judged));
     for (const name of ["go", "up", "down", "air"]) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
       if (button) allow(button, whyNot(name, judged));

@@ -89,9 +89,8 @@ class TurnBar {
 
   /** Dismiss an ended turn that the page itself tells, so that other pages do not say it again. */
   private seen(places: readonly QueuePlace[]): void {
-    const told = places.find(
-      (p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`),
-    );
+    const here = (p: QueuePlace): boolean => p.robot === this.own || location.pathname === `/turns/${p.turn}/`;
+    const told = places.find((p) => p.state === "ended" && p.turn !== null && here(p));
     if (!told || document.hidden || this.read.has(told.ticket)) return;
     this.read.add(told.ticket);
     void this.line.ask("dismiss", told);
@@ -143,11 +142,8 @@ class TurnBar {
 
   private async notify(): Promise<void> {
     const answer = await Notification.requestPermission();
-    this.tell(
-      answer === "granted"
-        ? "This browser will notify you."
-        : "This browser may not notify you. Keep this page open: its title and a sound tell you.",
-    );
+    const denied = "This browser may not notify you. Keep this page open: its title and a sound tell you.";
+    this.tell(answer === "granted" ? "This browser will notify you." : denied);
   }
 
   private tell(words: string): void {

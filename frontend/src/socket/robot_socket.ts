@@ -106,12 +106,12 @@ export class RobotSocket {
     return this.roundTrip.best;
   }
 
-  /** Whether the answer to a ping is missing for long. */
+  /** Whether the answer to a ping is overdue. */
   get overdue(): boolean {
     return this.roundTrip.overdue;
   }
 
-  /** Send a ping, unless one was sent lately. */
+  /** Send a ping, unless one was sent a short time ago. */
   check(): void {
     if (this.roundTrip.due) this.ping();
   }

@@ -74,10 +74,10 @@ export class FloorView extends View3D {
     });
     this.world.position.set(-width / 2, 0, depth / 2);
     this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
-    this.controls.addEventListener(
-      "end",
-      () => (this.turned = Math.hypot(this.controls.getAzimuthalAngle(), this.controls.getPolarAngle() - this.polar) > TURNED_RAD),
-    );
+    this.controls.addEventListener("end", () => {
+      const { controls, polar } = this;
+      this.turned = Math.hypot(controls.getAzimuthalAngle(), controls.getPolarAngle() - polar) > TURNED_RAD;
+    });
     this.robot = bodyOf(size, 0x0c6471, 1);
     this.robot.add(...ring(size, this.ringLook));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);

@@ -83,11 +83,9 @@ export class Stick {
 
   private pointed(event: PointerEvent): Push {
     const box = this.element.getBoundingClientRect();
-    return byPointer(
-      event.clientX - box.left - box.width / 2,
-      event.clientY - box.top - box.height / 2,
-      Math.min(box.width, box.height) / 2,
-    );
+    const right = event.clientX - box.left - box.width / 2,
+      down = event.clientY - box.top - box.height / 2;
+    return byPointer(right, down, Math.min(box.width, box.height) / 2);
   }
 
   private key(event: KeyboardEvent, down: boolean): void {

@@ -1,7 +1,7 @@
 /** The table of readings beside the picture. */
 import { byId, fill, type RobotPage, say } from "/static/farhand/v1/console.js";
 
-/** The values that the robot tells, for people. */
+/** Show the robot's values in words. */
 export function showReadings(page: RobotPage): void {
   const told = (name: string, words: (value: number) => string): string => {
     const value = page.value(name);

@@ -1,4 +1,4 @@
-/** The way that the rover drove unseen: dashed on the map, in the legend and in words below it. */
+/** The way that the rover drove without a connection: dashed on the map, in the legend, and in words below it. */
 import { byId, make, say, set, shape, type StreamPacket } from "/static/farhand/v1/console.js";
 import { readUnseen, unseenWords } from "./unseen.ts";
 

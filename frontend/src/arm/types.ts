@@ -19,7 +19,7 @@ export interface Target {
   kind: string;
   args: Record<string, number | string>;
 }
-/** Checks targets: asks the server where one would lead, and says why one cannot be sent. */
+/** The judge of targets: it asks the server where one would lead, and says why one cannot be sent. */
 export interface Judge {
   ask(): void;
   whyNot(kind: string, facts: Facts): string;

@@ -11,7 +11,7 @@ export class Confirmation {
     return performance.now() - this.asked < ASKED_MS;
   }
 
-  /** Note a press; returns whether it is the second one, which confirms. */
+  /** Take a press. Returns whether it is the second one, which confirms. */
   press(): boolean {
     const since = performance.now() - this.asked;
     if (since < DOUBLE_MS) return false;

@@ -11,7 +11,7 @@ export const storage = {
     try {
       localStorage.setItem(`farhand-${key}`, value);
     } catch {
-      // without storage each page tells it again
+      // the value is lost with this page
     }
   },
 };

@@ -28,7 +28,7 @@ export class StopButton {
     stayVisible();
   }
 
-  /** Whether somebody has confirmed that they looked at the robot. */
+  /** Whether the person has confirmed that they looked at the robot. */
   get looked(): boolean {
     return this.checked.checked;
   }

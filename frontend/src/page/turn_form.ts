@@ -4,7 +4,7 @@ const turn = document.querySelector<HTMLElement>("[data-drafts-of]")?.dataset["d
 const form = document.querySelector<HTMLFormElement>("form[data-draft]");
 const nameOf = (draft: string): string => `draft-${draft}`;
 
-/** The filled-in values by name, without the hidden fields. */
+/** Return the filled-in values by name, without the form's token. */
 function filled(of: HTMLFormElement): Record<string, string> {
   const all = [...new FormData(of)].filter(([name]) => name !== "csrfmiddlewaretoken");
   return Object.fromEntries(all.map(([name, value]) => [name, typeof value === "string" ? value : value.name]));
@@ -18,7 +18,7 @@ function read(name: string): Record<string, string> {
   }
 }
 
-/** The names of fields in which something was filled in before this script ran. */
+/** Return the names of the fields in which something was filled in before this script ran. */
 function touched(of: HTMLFormElement): Set<string> {
   const found = new Set<string>();
   for (const field of of.elements)
@@ -29,7 +29,7 @@ function touched(of: HTMLFormElement): Set<string> {
   return found;
 }
 
-/** Fill in the draft; what somebody has begun to write stays. */
+/** Fill in the draft, except in the fields that somebody has begun to fill in. */
 function fill(of: HTMLFormElement, draft: Record<string, string>, begun: Set<string>): void {
   for (const [name, value] of Object.entries(draft)) {
     if (begun.has(name)) continue;
@@ -53,7 +53,7 @@ if (form) {
   if (begun.size) store();
   form.addEventListener("input", store);
 }
-// a part without a form was accepted by the server
+// the server has accepted a part that has no form any more
 for (const draft of [turn, `${turn}-edit`])
   if (form?.dataset["draft"] !== draft) {
     try {

@@ -25,6 +25,23 @@ export function named(words: string): Record<string, number> {
 
 export const KEEP_MS = 80;
 
+/** Call `down` when a pointer presses the control, which gets the focus, and `up` when the pointer is released or lost. */
+export function onPress(control: HTMLElement, down: (event: PointerEvent) => void, up: () => void): void {
+  control.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    control.focus({ preventScroll: true });
+    try {
+      control.setPointerCapture(event.pointerId);
+    } catch {
+      return; // it was released already
+    }
+    down(event);
+  });
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) control.addEventListener(name, up);
+  control.addEventListener("contextmenu", (event) => event.preventDefault());
+}
+
 export class Jog<Direction> {
   private seq = 0;
   private by: "pointer" | "key" | "pad" | "" = "";
@@ -41,7 +58,10 @@ export class Jog<Direction> {
     this.hint = pad.querySelector(".hint");
     this.hint?.setAttribute("role", "status");
     this.advice = this.hint?.textContent ?? "";
-    for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) this.listen(button);
+    for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) {
+      const begin = (): void => this.begin(jogging.read(button.dataset["jog"] ?? ""), "pointer");
+      onPress(button, begin, () => this.end("pointer"));
+    }
     pad.addEventListener("keydown", (event) => this.keyDown(event));
     pad.addEventListener("keyup", () => this.end("key"));
     pad.addEventListener("focusout", () => this.end("key"));
@@ -54,22 +74,6 @@ export class Jog<Direction> {
   /** Enable the controls, or disable them with a reason; a motion that is held goes on. */
   enable(why: string): void {
     for (const control of this.pad.querySelectorAll<HTMLElement>("[data-jog]")) allow(control, this.seq ? "" : why);
-  }
-
-  private listen(button: HTMLElement): void {
-    button.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      event.preventDefault();
-      button.focus({ preventScroll: true });
-      try {
-        button.setPointerCapture(event.pointerId);
-      } catch {
-        return; // it was released already
-      }
-      this.begin(this.jogging.read(button.dataset["jog"] ?? ""), "pointer");
-    });
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(name, () => this.end("pointer"));
-    button.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
   private keyDown(event: KeyboardEvent): void {

@@ -3,7 +3,7 @@ import { make } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { Pads } from "./gamepad.ts";
-import { KEEP_MS } from "./jog.ts";
+import { KEEP_MS, onPress } from "./jog.ts";
 import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
 const TICK_MS = 40;
@@ -52,24 +52,14 @@ export class Stick {
 
   private listen(): void {
     const { element } = this;
-    element.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      event.preventDefault();
-      element.focus({ preventScroll: true });
-      try {
-        element.setPointerCapture(event.pointerId);
-      } catch {
-        return; // it was released already
-      }
+    const down = (event: PointerEvent): void => {
       this.wanted = this.pointed(event);
       this.begin(event.pointerType === "touch" ? "touch" : "pointer");
-    });
+    };
+    onPress(element, down, () => this.pointing && this.end());
     element.addEventListener("pointermove", (event) => {
       if (this.pointing) this.wanted = this.pointed(event);
     });
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
-      element.addEventListener(name, () => this.pointing && this.end());
-    element.addEventListener("contextmenu", (event) => event.preventDefault());
     element.addEventListener("keydown", (event) => this.key(event, true));
     element.addEventListener("keyup", (event) => this.key(event, false));
     element.addEventListener("focusout", () => this.by === "key" && this.end());

@@ -4,7 +4,7 @@ export const DELAY_S = 0.18; // a piece that comes after silence is played with 
 export const MAX_DELAY_S = 0.3; // with a longer delay than this the waiting pieces are dropped
 
 /** When a piece is played: `at` (s, of the audio clock), null to leave it out; `drop`: drop the pieces that still wait. */
-export interface Due {
+interface Due {
   at: number | null;
   drop: boolean;
 }

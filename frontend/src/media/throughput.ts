@@ -6,7 +6,7 @@ export interface Carried {
   arrives: number;
   needs: number;
 }
-export type Quality = "good" | "fair" | "poor";
+type Quality = "good" | "fair" | "poor";
 
 const WINDOW_MS = 4000;
 const FARTHEST = 200; // a greater gap between two numbers comes from another process or a pause

@@ -17,7 +17,7 @@ import { facts } from "./facts.ts";
 const RATE_MS = 3000; // with an older picture the page does not say how many come
 
 /** The parts of the page that `Media` needs. */
-export interface MediaUse {
+interface MediaUse {
   connection(): Connection;
   console(): Console | null;
   snapshot(): Snapshot | null;

@@ -7,7 +7,7 @@ import { StopPress } from "./stop_press.ts";
 const HEAD = 72; // px at the top of the window that a notice may cover
 
 /** The parts of the page that `StopButton` needs. */
-export interface StopUse {
+interface StopUse {
   connection: Connection;
   /** Run `act` at a press of the buttons with that name. */
   on(name: string, act: () => void): void;

@@ -1,5 +1,4 @@
 /** The panel that shows whose turn it is and what you can do. */
-import { Confirmation } from "../kit/confirmation.ts";
 import { refusal } from "../kit/refusal.ts";
 import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
@@ -9,8 +8,29 @@ import { queueSentence, waitSentence } from "./waits.ts";
 
 const AGAIN = "Press again to end it";
 const LATELY_MS = 3_600_000;
+const ASKED_MS = 8000; // how long the question is shown
+const DOUBLE_MS = 400; // a double click is one press
 const FOLLOWS =
   "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
+
+/** Confirmation of an action that cannot be undone: the same button, in the same place, is pressed again. */
+class Confirmation {
+  private asked = -Infinity;
+
+  /** Whether the question is shown. */
+  get asking(): boolean {
+    return performance.now() - this.asked < ASKED_MS;
+  }
+
+  /** Take a press. Returns whether it is the second one, which confirms. */
+  press(): boolean {
+    const since = performance.now() - this.asked;
+    if (since < DOUBLE_MS) return false;
+    const sure = since < ASKED_MS;
+    this.asked = sure ? -Infinity : performance.now();
+    return sure;
+  }
+}
 
 /** The parts of the page that `TurnPanel` needs. */
 interface TurnPanelUse {

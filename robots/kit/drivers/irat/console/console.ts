@@ -1,11 +1,10 @@
 /** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
 import type { CellGrid } from "/static/farhand/v1/cells.js";
-import { allow, Basics, byId, type Facts, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
+import { allow, Basics, byId, type Facts, fill, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
-import { showReadings } from "./readings.ts";
 
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
@@ -67,7 +66,7 @@ class RoamingConsole extends Basics<RobotPage> {
     const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
     const known = x !== undefined && y !== undefined && heading !== undefined && !this.past;
     this.map.place(known ? { x, y, heading } : null);
-    showReadings(page);
+    showReadings();
   }
 
   stream(name: string, { data, key }: StreamPacket): void {
@@ -159,6 +158,25 @@ class RoamingConsole extends Basics<RobotPage> {
       allow(button, this.whyNot(name, f));
     }
   }
+}
+
+/** Show the robot's values in words. */
+function showReadings(): void {
+  const told = (name: string, words: (value: number) => string): string => {
+    const value = page.value(name);
+    return value === undefined ? "not known" : words(value);
+  };
+  const charge = page.value("charge");
+  byId<HTMLMeterElement>("charge").value = charge ?? 0;
+  say(byId("charge-said"), `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
+  fill(byId("readings").querySelector("tbody")!, [
+    ["Now", page.state?.mode || "not known"],
+    ["Charging", told("charging", (v) => (v > 0 ? "yes, current flows" : "no"))],
+    ["Remembered places", told("experiences", (v) => v.toFixed(0))],
+    ["Map", told("map", (v) => `number ${v.toFixed(0)}`)],
+    ["Dock seen from", told("docks", (v) => `${v.toFixed(0)} places`)],
+    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
+  ]);
 }
 
 function round(metres: number): number {

@@ -1,5 +1,5 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
-import { type ArmDescription, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
+import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import {
   allow,
@@ -10,6 +10,7 @@ import {
   type Console,
   facts,
   type Facts,
+  fill,
   FINAL,
   type PicturePacket,
   type PlanAnswer,
@@ -23,7 +24,6 @@ import {
 import "./terminal.css";
 import { Cameras } from "./cameras.ts";
 import { Programs } from "./programs.ts";
-import { showReadings } from "./readings.ts";
 import { Terminal } from "./terminal.ts";
 
 interface Plan {
@@ -127,7 +127,7 @@ class ArmConsole implements Console, Judge {
     this.joints.show(packet);
     this.programs.state(packet);
     say(byId("mode"), packet.mode);
-    showReadings(packet, NAMES);
+    showReadings(packet);
     if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
@@ -255,6 +255,18 @@ class ArmConsole implements Console, Judge {
     this.joints.enable(why);
     this.position.enable(why);
   }
+}
+
+/** Show the newest state in the table of readings. */
+function showReadings({ joints, velocities, torques }: StatePacket): void {
+  const rows = NAMES.map((name, i) => {
+    const v = velocities[i],
+      t = torques[i];
+    const angle = `${deg(joints[i] ?? 0).toFixed(1)}°`;
+    return [name, angle, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
+  });
+  const width = `${(1000 * (joints[NAMES.length] ?? 0)).toFixed(0)} mm`;
+  fill(byId("readings").querySelector("tbody")!, [...rows, ["Gripper", width, "", ""]]);
 }
 
 page.begin(new ArmConsole());

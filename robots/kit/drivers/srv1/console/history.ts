@@ -20,7 +20,7 @@ export function added(samples: readonly Sample[], at: number, value: number | un
 }
 
 /** Return the least and the greatest value; null without samples. */
-export function extent(samples: readonly Sample[]): readonly [number, number] | null {
+function extent(samples: readonly Sample[]): readonly [number, number] | null {
   return samples.length ? [Math.min(...samples.map((s) => s.value)), Math.max(...samples.map((s) => s.value))] : null;
 }
 

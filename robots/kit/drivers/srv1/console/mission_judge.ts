@@ -76,7 +76,7 @@ function aside(d: Judged, [x, y]: Place): Place | undefined {
 }
 
 /** Return the shortest way over the nodes, without its begin; a sentence if there is none. */
-export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
+function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   if (!(room(d.hall, end) >= d.mission.room)) return CANNOT_STAND;
   if (!(room(d.hall, begin) >= d.mission.room)) {
     const first = aside(d, begin),

@@ -12,7 +12,7 @@ const GHOST_MS = 50;
 const blocks = (): Promise<typeof import("./mission_blocks.ts")> => import("./mission_blocks.ts");
 
 /** The parts of the page that the card needs. */
-export interface Around {
+interface Around {
   description: Judged;
   /** Where the rover is, or would begin. */
   here(): Pose;

@@ -22,17 +22,24 @@ def roles(robot, people, owned, django_user_model):
     """One person a role. The operator's turn is open; the viewer is staff who may look at everything."""
     from django.contrib.auth.models import AnonymousUser, Permission
 
-    from queueing import services as queue
     from robots.kit.clock import SYSTEM
+    from tests.services.turns import drive
 
     viewer = django_user_model.objects.create_user("vic", "vic@example.org", "correct horse 42", is_staff=True)
     viewer.user_permissions.set(Permission.objects.filter(codename__startswith="view_"))
     root = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
-    queue.join(robot, people["bob"], SYSTEM.now())
-    queue.tick(SYSTEM.now())
-    queue.accept(robot, people["bob"], SYSTEM.now())
+    drive(robot, people["bob"], SYSTEM.now())
     cast = (AnonymousUser(), people["eve"], people["ada"], people["bob"], people["mod"], viewer, people["kim"], root)
     return dict(zip(ROLES, cast, strict=True))
+
+
+@pytest.fixture
+def media(settings, tmp_path):
+    """An empty folder for pictures, recordings and movies, on a disk with room for them."""
+    settings.MEDIA_ROOT = tmp_path / "media"
+    settings.MEDIA_ROOT.mkdir()
+    settings.RECORDING = settings.RECORDING | {"FREE_MB": 1}
+    return settings.MEDIA_ROOT
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What happens to a row while staff have its form open, or while it is being saved, is not undone by saving it."""
+"""A change of a row while staff have its form open, or while they save it, is not undone by saving."""
 
 import pytest
 from django.db.models.signals import pre_save

@@ -1,4 +1,4 @@
-"""Limits of what is asked for often: requests side by side are counted exactly, none is refused below the limit."""
+"""Limits of attempts: parallel requests are counted exactly, and none is refused below the limit."""
 
 from concurrent.futures import ThreadPoolExecutor
 

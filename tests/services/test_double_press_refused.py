@@ -1,4 +1,4 @@
-"""What was refused is no first press: the same form is carried out when it may be; strangers leave nothing behind."""
+"""A refused form does not count as a first press: the same form works when it is allowed; strangers leave no rows."""
 
 import pytest
 from django.core.cache import cache

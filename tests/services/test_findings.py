@@ -1,4 +1,4 @@
-"""What a long mission finds: pictures are taken although its readings are many, and what is left out is said."""
+"""What a long mission finds: it takes pictures although it has many readings, and its page counts omitted ones."""
 
 from datetime import timedelta
 

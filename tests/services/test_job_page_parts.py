@@ -1,4 +1,4 @@
-"""What the page of a job tells to everybody: its kind in words, every stage of every run, progress, and the result."""
+"""What the page of a job shows to everybody: its kind in words, every stage of every run, progress, and the result."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""Jobs beside a turn: who drives does not drive for ever while a job of somebody else waits; who asked is not named."""
+"""Jobs beside a turn: an operator does not drive for ever while another person's job waits; no asker is named."""
 
 import json
 
@@ -13,6 +13,7 @@ from robots import services
 from robots.grants import stage_event
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
+from tests.services.turns import drive
 
 pytestmark = pytest.mark.django_db
 GUEST = Asker(guest="a" * 64, network="192.0.2.1")
@@ -28,9 +29,7 @@ def driven(shuttle, people, clock):
     """The shuttle, which ada drives."""
     QueueRobot.objects.update(offers_turns=True)
     Robot.objects.update(cycle=Cycle.READY)
-    queue.join(shuttle, people["ada"], clock.now())
-    queue.tick(clock.now())
-    queue.accept(shuttle, people["ada"], clock.now())
+    drive(shuttle, people["ada"], clock.now())
     return shuttle
 
 

@@ -1,4 +1,4 @@
-"""Jobs as a console asks for them: JSON answers, one's own, the order in which they will be served, first settings."""
+"""Jobs as a console requests them: JSON answers, one's own jobs, the order in which they are served, first settings."""
 
 from dataclasses import replace
 from datetime import timedelta

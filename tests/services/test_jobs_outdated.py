@@ -1,4 +1,4 @@
-"""A waiting job that its robot has outlived, as a goal on a map that was cleared, ends at once, uncharged."""
+"""A waiting job that the robot's state has made impossible, as a goal on a deleted map, ends at once, uncharged."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""What somebody asks for is judged from where the robot is, as its page and the robot do, not from its home."""
+"""A request is judged from the robot's present place, as its page and the robot do, not from its home."""
 
 from datetime import timedelta
 

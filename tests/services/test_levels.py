@@ -1,4 +1,4 @@
-"""A kind of command has a level, and the clearance of whoever drives must reach it."""
+"""A kind of command has a level, which the operator's clearance must reach."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""Who looks at pages again and again leaves no row behind."""
+"""Visits to pages, even repeated ones, leave no row behind."""
 
 import pytest
 from django.apps import apps

@@ -1,4 +1,4 @@
-"""Two pages of one operator give different commands the same number: the second is told that it was not carried out."""
+"""Two pages of one operator give different commands the same number: the second learns that its own did not run."""
 
 import asyncio
 

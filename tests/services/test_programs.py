@@ -59,7 +59,7 @@ def test_ones_own_are_ones_own(robot, people):
     with pytest.raises(NotPermitted):
         programs.delete(robot, people["bob"], mine.pk)
     with pytest.raises(BadRequest, match="no such program"):
-        programs.one(robot, people["bob"], mine.pk)
+        programs.visible_program(robot, people["bob"], mine.pk)
     assert Program.objects.get().author == people["ada"]
 
 

@@ -1,4 +1,4 @@
-"""What a robot told last, as staff read it and as a picture keeps it: what its spec declares, with units, and nothing else."""
+"""The robot's last values, as staff read them and a picture stores them: those that its spec declares, with units."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""What an update makes of the rows that a portal has from before."""
+"""How an update changes the rows that a portal has from before."""
 
 from datetime import timedelta
 

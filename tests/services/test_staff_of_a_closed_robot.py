@@ -1,4 +1,4 @@
-"""What staff ask of a robot that is off, silent, locked out, stopped, in fault or in a turn is answered by what is so."""
+"""Requests of staff to a robot that is off, silent, locked out, stopped, in fault or in a turn get a true answer."""
 
 from types import SimpleNamespace
 

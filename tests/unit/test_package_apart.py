@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from portal.web.consoles.console import console_of
-from portal.web.consoles.static import Finder
+from portal.web.consoles.files import Finder
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERIC = (

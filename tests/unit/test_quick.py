@@ -1,4 +1,4 @@
-"""What `make quick` chooses: the tests nearest to what changed, and never none without a word."""
+"""The tests that `make quick` chooses: those nearest to the changed files, each with its reason."""
 
 import shutil
 import subprocess

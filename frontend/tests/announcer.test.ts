@@ -1,8 +1,9 @@
 /** Messages for a person who looks elsewhere: what is said, with which urgency, and what sounds. */
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
-import type { QueuePlace } from "../src/queue/person_socket.ts";
 import type { Announcer as Told } from "../src/queue/announcer.ts";
+import type { QueuePlace } from "../src/queue/person_socket.ts";
+import { queuePlace, stub } from "./helpers.ts";
 
 const NOW = 1_000_000;
 const storage = new Map<string, string>();
@@ -29,14 +30,13 @@ class Sound {
   };
 }
 
-const stubs = {
+stub({
   document: { title: "Mercury", hidden: false, hasFocus: () => true, querySelector: () => null },
   addEventListener: () => undefined,
   navigator: { userActivation: { hasBeenActive: true }, vibrate: (times: number[]) => vibrated.push(times) },
   AudioContext: Sound,
   localStorage: { getItem: (key: string) => storage.get(key) ?? null, setItem: (key: string, value: string) => storage.set(key, value) },
-};
-for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+});
 const { Announcer } = await import("../src/queue/announcer.ts");
 
 beforeEach(() => {
@@ -55,21 +55,7 @@ function page(): { teller: Told; polite: { textContent: string }; assertive: { t
   return { teller, polite, assertive };
 }
 
-const place = (state: QueuePlace["state"], seconds: number): QueuePlace => ({
-  state,
-  ticket: 7,
-  robot: "mercury",
-  name: "Mercury",
-  ahead: 0,
-  away: false,
-  until_ms: NOW + seconds * 1000,
-  kept_until_ms: null,
-  ended_ms: null,
-  wait_s: null,
-  idle_ms: null,
-  end: null,
-  turn: null,
-});
+const place = (state: QueuePlace["state"], seconds: number): QueuePlace => queuePlace({ state, ticket: 7, until_ms: NOW + seconds * 1000 });
 
 test("of a turn's end 60 s are said politely, 20 and 10 s at once", () => {
   const { teller, polite, assertive } = page(),

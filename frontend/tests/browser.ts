@@ -1,7 +1,17 @@
 /** As much of a browser as elements need, for tests without one. */
 import { JSDOM } from "jsdom";
 
-const NAMES = ["document", "window", "Node", "Element", "HTMLElement", "Event", "CustomEvent", "MutationObserver"] as const;
+const NAMES = [
+  "document",
+  "window",
+  "Node",
+  "Element",
+  "HTMLElement",
+  "HTMLInputElement",
+  "Event",
+  "CustomEvent",
+  "MutationObserver",
+] as const;
 
 /** Give the test's modules a document with this body; import what uses it afterwards. */
 export function browse(body = ""): Document {

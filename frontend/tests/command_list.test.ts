@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { browse } from "./browser.ts";
+import type { CommandInfo } from "../src/socket/messages.ts";
 import { laterStage } from "../src/socket/stages.ts";
 
 const document = browse();
@@ -13,16 +14,7 @@ function ladder(): { list: InstanceType<typeof CommandList>; rows: HTMLElement; 
   return { list: new CommandList(rows, said), rows, said };
 }
 
-const command = (state: string, id = 7): Parameters<typeof latest>[1] => ({
-  id,
-  seq: 1,
-  grant: 3,
-  kind: "move",
-  state,
-  reason: "",
-  at_ms: 0,
-  result: {},
-});
+const command = (state: string, id = 7): CommandInfo => ({ id, seq: 1, grant: 3, kind: "move", state, reason: "", at_ms: 0, result: {} });
 
 test("a snapshot that was read before a command ended does not bring it back", () => {
   const cancelled = command("cancelled"),

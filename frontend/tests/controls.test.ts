@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { forward, nozzlePixel, onSand, reach, target } from "../../robots/kit/drivers/mercury/console/scara.ts";
 import { type SandFacts as Facts, whyNot } from "../../robots/kit/drivers/mercury/console/rules.ts";
 import { blocked } from "../src/page/controls.ts";
-import { skipsForReducedMotion } from "../src/media/reduced_motion.ts";
+import { skipsForReducedMotion } from "../src/media/pictures.ts";
 import { decode } from "../src/socket/decoder.ts";
 import { ago, clock } from "../src/kit/times.ts";
 
@@ -25,18 +25,19 @@ test("reach and forward agree all over the sand", () => {
 });
 
 test("the nozzle's pixel maps to no motion", () => {
-  const map = {
-    matrix: [
-      [4.9e-4, 2e-5, 3e-3],
-      [2e-5, -4.9e-4, -2e-3],
-    ],
-    theta: 0,
-  };
+  const u0 = [4.9e-4, 2e-5, 3e-3],
+    v0 = [2e-5, -4.9e-4, -2e-3];
+  const map = { matrix: [u0, v0], theta: 0 };
   const [u, v] = nozzlePixel(map, 192, 165);
   const [x, y] = target(map, [0.1, 0.4, 0, 0], u, v, 192, 165);
   assert.ok(Math.hypot(x - 0.1, y - 0.4) < 1e-12);
   assert.ok(forward(D, [0, 0]).tool[0] > 0.64);
 });
+
+const state = (z: number): Facts["state"] => {
+  const rest = { moving: false, stopped: false, number: 1, atMs: 10_000, velocities: [], torques: [], values: [], mode: "" };
+  return { ...rest, joints: [1, 1, z, 0] };
+};
 
 function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
   const f = {
@@ -47,7 +48,7 @@ function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
       me: { can: { drive: true } },
       ...snapshot,
     } as never,
-    state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0], velocities: [], torques: [], mode: "" },
+    state: state(0),
     lineUp: true,
     now: 10_200,
     latency: 10,
@@ -71,9 +72,7 @@ test("a control is enabled, or it says why not", () => {
   ];
   for (const [f, why] of no) for (const kind of ["go", "up", "down", "air"]) assert.match(whyNot(kind, f), why);
   assert.match(whyNot("up", facts({ busy: true })), /One command at a time/);
-  const up = facts({
-    state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0.075, 0], velocities: [], torques: [], mode: "" },
-  });
+  const up = facts({ state: state(0.075) });
   assert.match(whyNot("air", up), /Down first/);
   assert.match(whyNot("up", up), /up already/);
   assert.match(whyNot("down", facts()), /down already/);
@@ -96,14 +95,8 @@ test("binary packets decode, broken ones do not", () => {
   const packet = decode(view.buffer);
   assert.ok(packet && "moving" in packet);
   assert.deepEqual([packet.moving, packet.stopped, packet.atMs, packet.mode], [true, true, 1234, "RPY"]);
-  assert.deepEqual(
-    [packet.joints, packet.velocities, packet.torques],
-    [
-      [-1.5, 4.75],
-      [0.5, 0],
-      [100, -7],
-    ],
-  );
+  assert.deepEqual([...packet.joints, ...packet.velocities, ...packet.torques], [-1.5, 4.75, 0.5, 0, 100, -7]);
+  assert.equal(packet.joints.length, 2);
   assert.equal(decode(view.buffer.slice(0, 30)), null, "cut off in the middle of the joints");
   assert.equal(decode(new ArrayBuffer(5)), null);
 });

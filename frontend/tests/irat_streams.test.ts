@@ -1,9 +1,9 @@
 /** The iRat's byte streams, read as they are packed (tests/unit/test_irat_vectors.py); broken ones change nothing shown. */
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { PoseCells } from "../../robots/kit/drivers/irat/console/cell_packets.ts";
 import { ExperienceMap } from "../../robots/kit/drivers/irat/console/map_packets.ts";
+import { bytesOf, vectorsOf } from "./helpers.ts";
 
 interface Packet {
   hex: string;
@@ -13,24 +13,16 @@ interface Vectors {
   map: {
     what: string;
     packets: Packet[];
-    shown: {
-      number: number;
-      spots: Record<string, [number, number]>;
-      links: number[][];
-      route: number[];
-      docks: number[];
-      dock: number[] | null;
-    };
+    shown: Pick<ExperienceMap, "number" | "links" | "route" | "docks"> & { spots: Record<string, [number, number]>; dock: number[] | null };
   }[];
   cells: { what: string; packets: Packet[]; shown: Record<string, number> }[];
 }
-const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/irat_streams.json", import.meta.url), "utf-8")) as Vectors;
-const bytes = (hex: string): Uint8Array => Uint8Array.from(Buffer.from(hex, "hex"));
+const vectors = vectorsOf<Vectors>("irat_streams");
 
 for (const one of vectors.map)
   test(`map: ${one.what}`, () => {
     const map = new ExperienceMap();
-    for (const { hex, key } of one.packets) assert.ok(map.take(bytes(hex), key));
+    for (const { hex, key } of one.packets) assert.ok(map.take(bytesOf(hex), key));
     const spots = Object.fromEntries([...map.spots].map(([id, { x, y }]) => [id, [x, y]]));
     assert.deepEqual(Object.keys(spots).sort(), Object.keys(one.shown.spots).sort());
     for (const [id, [x, y]] of Object.entries(one.shown.spots)) {
@@ -45,16 +37,14 @@ for (const one of vectors.map)
 for (const one of vectors.cells)
   test(`cells: ${one.what}`, () => {
     const cells = new PoseCells();
-    for (const { hex, key } of one.packets) assert.ok(cells.take(bytes(hex), key));
-    const shown = Object.fromEntries(
-      [...cells.levels.entries()].filter(([, level]) => level).map(([number, level]) => [String(number), level]),
-    );
-    assert.deepEqual(shown, one.shown);
+    for (const { hex, key } of one.packets) assert.ok(cells.take(bytesOf(hex), key));
+    const active = [...cells.levels.entries()].filter(([, level]) => level);
+    assert.deepEqual(Object.fromEntries(active), one.shown);
   });
 
 test("a packet that is cut, of another version or of another map is refused, and the map stays as it was", () => {
   for (const { packets } of vectors.map) {
-    const whole = bytes(packets[0]!.hex);
+    const whole = bytesOf(packets[0]!.hex);
     for (let end = 0; end < whole.length; end++) {
       const map = new ExperienceMap();
       assert.equal(map.take(whole.slice(0, end), true), false, `cut at ${end}`);
@@ -67,7 +57,7 @@ test("a packet that is cut, of another version or of another map is refused, and
     assert.equal(map.take(other, false), false, "a delta of another map");
     assert.notEqual(map.number, 99);
   }
-  const huge = bytes(vectors.map[0]!.packets[0]!.hex);
+  const huge = bytesOf(vectors.map[0]!.packets[0]!.hex);
   huge.fill(255, 6, 14);
   assert.equal(new ExperienceMap().take(huge, true), false, "more places than it has bytes");
 });
@@ -75,7 +65,7 @@ test("a packet that is cut, of another version or of another map is refused, and
 test("places at the dock are not open to people, and all are where the dock is not known", () => {
   const map = new ExperienceMap();
   const { packets } = vectors.map.find(({ shown }) => shown.dock)!;
-  for (const { hex, key } of packets) map.take(bytes(hex), key);
+  for (const { hex, key } of packets) map.take(bytesOf(hex), key);
   assert.deepEqual([...map.open().keys()], [2]);
   map.dock = null;
   assert.equal(map.open().size, map.spots.size);

@@ -2,9 +2,9 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { Jobs } from "../src/queue/jobs.ts";
+import { settled, stub } from "./helpers.ts";
 
 interface Asked {
-  method: string;
   press: string | null;
   text: string | null;
   answer(body: object, ok?: boolean): void;
@@ -14,19 +14,18 @@ let asked: Asked[] = [];
 
 function fetched(_address: string, init: RequestInit): Promise<Response> {
   return new Promise((resolve, reject) => {
+    const sent = init.body instanceof URLSearchParams ? init.body : new URLSearchParams();
     asked.push({
-      method: init.method ?? "GET",
-      press: init.body instanceof URLSearchParams ? init.body.get("press") : null,
-      text: init.body instanceof URLSearchParams ? init.body.get("arg-text") : null,
+      press: sent.get("press"),
+      text: sent.get("arg-text"),
       answer: (body, ok = true) => resolve({ ok, json: () => Promise.resolve(body) } as Response),
       fail: () => reject(new TypeError("no connection")),
     });
   });
 }
-Object.defineProperty(globalThis, "fetch", { value: fetched, configurable: true });
+stub({ fetch: fetched });
 
 const job = (id: number): object => ({ id, kind: "goal", args: {}, state: "waiting", open: true });
-const settled = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
 beforeEach(() => (asked = []));
 
@@ -85,9 +84,7 @@ test("a job carries the text of a program, and another text is another request",
   void jobs.ask("mission", { text: "read" });
   void jobs.ask("mission", { text: "go South\nread" });
   void jobs.ask("goal", { x: 1 });
-  assert.deepEqual(
-    asked.map(({ text }) => text),
-    ["read", "go South\nread", null],
-  );
+  const texts = asked.map(({ text }) => text);
+  assert.deepEqual(texts, ["read", "go South\nread", null]);
   assert.notEqual(asked[0]!.press, asked[1]!.press);
 });

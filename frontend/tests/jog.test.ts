@@ -3,12 +3,7 @@ import { test } from "node:test";
 import { parse, print } from "../../robots/kit/drivers/pa10/console/program_text.ts";
 import { understood } from "../../robots/kit/drivers/pa10/console/terminal_lines.ts";
 import { type Pad, Pads, stick, twist } from "../src/widgets/gamepad.ts";
-
-const pad = (axes: number[], pressed: number[] = [], connected = true) => ({
-  axes,
-  connected,
-  buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
-});
+import { gamepad as pad } from "./helpers.ts";
 
 test("a stick at rest, or one that only trembles, is no direction", () => {
   assert.equal(stick(null), null);
@@ -35,29 +30,19 @@ test("two sticks move a tool, and at rest ask for nothing", () => {
 /** A gamepad as the browser reports it. */
 const reported = (axes: number[], mapping: GamepadMappingType = "standard", pressed: number[] = []): Pad => ({
   ...pad(axes, pressed),
-  mapping,
-  id: "A pad",
-  index: 0,
+  ...{ mapping, id: "A pad", index: 0 },
 });
 const twists = (pads: Pads, given: Pad): Record<string, number> | null => pads.read([given]).map(twist)[0] ?? null;
 
 test("triggers that rest at -1 turn nothing, whichever axes they are", () => {
   const pads = new Pads(),
     firefox = (axes: number[]): Pad => reported(axes, "");
-  for (const rest of [
-    [0, 0, 0, 0, 0, 0],
-    [0, 0, -1, 0, 0, -1],
-    [0, 0, -1, -1, 0, 0],
-    [0, 0, 1, 0, 0, -1],
-  ])
-    assert.equal(twists(pads, firefox(rest)), null, "not even one that was reported as 0 before its first press");
+  for (const rest of ["0 0 0 0 0 0", "0 0 -1 0 0 -1", "0 0 -1 -1 0 0", "0 0 1 0 0 -1"])
+    assert.equal(twists(pads, firefox(rest.split(" ").map(Number))), null, "not even one that was reported as 0 before its first press");
   assert.match(pads.why, /does not know its layout/);
   assert.deepEqual(twists(pads, firefox([0, -1, -1, 0, 0, -1])), { x: 1 }, "the left stick works");
-  assert.deepEqual(
-    pads.read([{ ...firefox([0, 0]), buttons: reported([], "", [12]).buttons }]).map(stick),
-    [null],
-    "buttons have no known places",
-  );
+  const crossed = pads.read([{ ...firefox([0, 0]), buttons: reported([], "", [12]).buttons }]);
+  assert.deepEqual(crossed.map(stick), [null], "buttons have no known places");
 });
 
 test("an axis counts from when it was seen at rest, and again after another gamepad took its place", () => {
@@ -96,13 +81,13 @@ test("a line of the terminal stands for a command in SI units, or says what is w
   assert.deepEqual([joints.args["W2"], joints.args["speed"]], [-Math.PI, 0.2]);
   assert.deepEqual(understood("l 500 -20 30 0 0 0", AXES).args, { x: 0.5, y: -0.02, z: 0.03, roll: 0, pitch: 0, yaw: 0 });
   assert.deepEqual(understood(" g 1 ", AXES), { kind: "gripper", args: { closed: 1 } });
-  for (const [line, why] of [
-    ["j 1 2", /needs 6 or 7 numbers, not 2/],
-    ["k 1 2 3 4 5 x", /x is not a number/],
-    ["g", /needs 1 numbers/],
-    ["rm -rf", /is not a number|no line/],
-  ] as const)
-    assert.throws(() => understood(line, AXES), why);
+  const wrong = {
+    "j 1 2": /needs 6 or 7 numbers, not 2/,
+    "k 1 2 3 4 5 x": /x is not a number/,
+    g: /needs 1 numbers/,
+    "rm -rf": /is not a number|no line/,
+  };
+  for (const [line, why] of Object.entries(wrong)) assert.throws(() => understood(line, AXES), why);
 });
 
 test("a program is the same as text and as steps", () => {

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { isToken, align } from "../src/kit/morph.ts";
+import { align, isToken, morph } from "../src/kit/morph.ts";
 import { nextPause } from "../src/page/pending_parts.ts";
+import { browse } from "./browser.ts";
 
 const kinds = { alike: (a: string, b: string) => a[0] === b[0], weight: (one: string) => (one.includes("!") ? 100 : 1) };
 const stays = (old: string[], fresh: string[]): string[] => [...align(old, fresh, kinds)].map(([now, was]) => `${was}>${now}`);
@@ -23,6 +24,32 @@ test("tokens of forms are no news, what somebody chose is", () => {
   for (const name of ["csrfmiddlewaretoken", "once", "press"]) assert.ok(isToken("hidden", name));
   assert.ok(!isToken("hidden", "kind"));
   assert.ok(!isToken("text", "once"));
+});
+
+test("an element becomes like another one; what is alike stays, and news is what the page's observer sees", () => {
+  const document = browse();
+  const made = (html: string): Element => {
+    const box = document.createElement("div");
+    box.innerHTML = html;
+    return box.firstElementChild!;
+  };
+  const token = (value: string): string => `<input type="hidden" name="once" value="${value}">`;
+  const old = made(`<section id="part" data-arrives><p>It is made.</p><form>${token("1")}<button>Cancel</button></form></section>`);
+  const button = old.querySelector("button"),
+    observer = new MutationObserver(() => undefined);
+  observer.observe(old, { attributes: true, characterData: true, childList: true, subtree: true });
+  morph(old, made(old.outerHTML.replace('value="1"', 'value="2"')));
+  assert.equal(observer.takeRecords().length, 0, "another token is no news");
+  morph(
+    old,
+    made(
+      `<section id="part" class="done"><p>It is there.</p><a href="/x">Open</a><form>${token("3")}<button>Cancel</button></form></section>`,
+    ),
+  );
+  assert.ok(observer.takeRecords().length > 0);
+  const wanted = `<section id="part" class="done"><p>It is there.</p><a href="/x">Open</a><form>${token("1")}<button>Cancel</button></form></section>`;
+  assert.equal(old.outerHTML, wanted);
+  assert.equal(old.querySelector("button"), button);
 });
 
 test("without news the pause grows to ten seconds", () => {

@@ -1,11 +1,11 @@
 /** The one clock of a page. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
+import { stub } from "./helpers.ts";
 
 let now = 0; // ms
-Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
 const reported: unknown[] = [];
-Object.defineProperty(globalThis, "reportError", { value: (error: unknown) => void reported.push(error), configurable: true });
+stub({ performance: { now: () => now }, reportError: (error: unknown) => void reported.push(error) });
 mock.timers.enable({ apis: ["setInterval"] });
 const { every } = await import("../src/kit/page_clock.ts");
 

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test, type TestContext } from "node:test";
 import type { PersonSocket as Line, QueuePlace } from "../src/queue/person_socket.ts";
+import { queuePlace, stub } from "./helpers.ts";
 
 class Socket {
   static CONNECTING = 0;
@@ -29,18 +30,16 @@ class Socket {
 }
 
 const listeners: Record<string, () => void> = {};
-const stubs = {
+stub({
   WebSocket: Socket,
   location: { protocol: "http:", host: "localhost" },
   document: { hidden: false, addEventListener: () => undefined },
   addEventListener: (name: string, heard: () => void) => void (listeners[name] = heard),
   fetch: async () => ({ ok: true, type: "basic", json: async () => ({ t: "places", now_ms: Date.now(), places: [], text: "by request" }) }),
-};
-for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+});
 const { PersonSocket, UNSENT } = await import("../src/queue/person_socket.ts");
 
-const place = (robot: string): QueuePlace => ({ robot, ticket: 1, name: robot, state: "offered" }) as QueuePlace;
-
+const place = (robot: string): QueuePlace => queuePlace({ robot, state: "offered" });
 const answer = (to: string, robot: string, text: string): object => ({ t: "answer", to, robot, ok: !text, text });
 
 function connected(t: TestContext): { line: Line; socket: Socket } {
@@ -99,12 +98,9 @@ test("an attempt that is never answered is given up after ten seconds, and anoth
 test("a request that nobody answers is given up, and the person is told", async (t) => {
   const limit = new AbortController();
   t.mock.method(AbortSignal, "timeout", () => limit.signal);
-  t.mock.method(
-    globalThis,
-    "fetch",
-    (_: string, given: RequestInit) =>
-      new Promise((_, reject) => given.signal?.addEventListener("abort", () => reject(given.signal?.reason))),
-  );
+  const unanswered = (_: string, { signal }: RequestInit): Promise<never> =>
+    new Promise((_, reject) => signal?.addEventListener("abort", () => reject(signal.reason)));
+  t.mock.method(globalThis, "fetch", unanswered);
   const { line, socket } = connected(t);
   socket.readyState = 3; // closed
   const asked = line.ask("leave", place("mercury"));

@@ -1,7 +1,7 @@
 /** Which of a camera's pictures are shown. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { PictureOrder } from "../src/media/picture_order.ts";
+import { PictureOrder } from "../src/media/pictures.ts";
 
 const picture = (atMs: number, number: number): { atMs: number; number: number } => ({ atMs, number });
 

@@ -1,10 +1,10 @@
 /** Where the robot is and was, as pictures and states tell it. */
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { fromOwn, hasLeft, splitPicture, splitState } from "../src/socket/poses.ts";
 import { decode } from "../src/socket/decoder.ts";
 import type { PicturePacket, StatePacket } from "../src/socket/packets.ts";
+import { bytesOf, vectorsOf } from "./helpers.ts";
 
 interface Told {
   what: string;
@@ -15,19 +15,17 @@ interface Told {
   channels: string[];
   values: (number | null)[];
 }
-const read = (name: string): Told[] =>
-  JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8")) as Told[];
-const packet = (one: Told): unknown => decode(Uint8Array.from(Buffer.from(one.hex, "hex")).buffer);
+const packet = (one: Told): unknown => decode(bytesOf(one.hex).buffer);
 
 test("a picture's joints, pose and velocity are told apart by what the spec declares", () => {
-  for (const one of read("picture_packets")) {
+  for (const one of vectorsOf<Told[]>("picture_packets")) {
     const { joints, pose, twist } = splitPicture(packet(one) as PicturePacket, one.joints.length, one.pose.length);
     assert.deepEqual([joints, pose, twist], [one.joints, one.pose, one.twist], one.what);
   }
 });
 
 test("a state's velocity is no value of a channel", () => {
-  for (const one of read("state_packets")) {
+  for (const one of vectorsOf<Told[]>("state_packets")) {
     const { values, twist } = splitState(packet(one) as StatePacket, one.channels.length);
     assert.deepEqual([values.map((v) => (Number.isNaN(v) ? null : v)), twist], [one.values, one.twist], one.what);
   }
@@ -52,13 +50,11 @@ test("a robot in the plane has left a picture's place once it has rolled or turn
 });
 
 test("a path in the robot's own frame lies where the robot is", () => {
-  const [start, end] = fromOwn(
-    [1, 2, Math.PI / 2],
-    [
-      [0, 0, 0],
-      [0.5, 0.25, 0.1],
-    ],
-  ) as [number[], number[]];
-  assert.deepEqual(start, [1, 2, Math.PI / 2]);
+  const here = [1, 2, Math.PI / 2];
+  const [[start], [end]] = [
+    [0, 0, 0],
+    [0.5, 0.25, 0.1],
+  ].map((pose) => fromOwn(here, [pose])) as [number[][], number[][]];
+  assert.deepEqual(start, here);
   [0.75, 2.5, Math.PI / 2 + 0.1].forEach((v, i) => assert.ok(Math.abs(end[i]! - v) < 1e-12, `${end}`));
 });

@@ -2,10 +2,7 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { prefetch } from "../src/kit/prefetch.ts";
-
-const settled = async (): Promise<void> => {
-  for (let i = 0; i < 20; i++) await Promise.resolve();
-};
+import { settled } from "./helpers.ts";
 
 test("large parts are loaded one after the other, while the page is idle; one that fails keeps none from coming", async () => {
   mock.timers.enable({ apis: ["setTimeout"] });

@@ -1,15 +1,13 @@
 /** A recording's slices and story: what was known at a moment, back and forth. */
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { momentOf, Slices, unpackSlice } from "../src/replay/slices.ts";
 import { type Index, Story } from "../src/replay/story.ts";
+import { bytesOf, vectorsOf } from "./helpers.ts";
 
 // of tests/vectors, as Python writes it: key 1, state 1, delta 2, picture 1, key 3, state 2, what nobody knows, picture 2
-const SLICES = (
-  JSON.parse(readFileSync(new URL("../../tests/vectors/recording_slices.json", import.meta.url), "utf-8")) as { slices: string[] }
-).slices;
-const DATA = Uint8Array.from(Buffer.from(SLICES[0]!, "hex")).buffer;
+const { slices: SLICES } = vectorsOf<{ slices: string[] }>("recording_slices");
+const DATA = bytesOf(SLICES[0]!).buffer;
 
 /** A slice of one state, the first of the recording, at another time. */
 function state(at: number): ArrayBuffer {
@@ -21,10 +19,8 @@ function state(at: number): ArrayBuffer {
 }
 
 test("a slice is taken apart; what is not understood is left out, and a part that is cut off too", () => {
-  assert.deepEqual(
-    unpackSlice(DATA).map(({ at }) => at),
-    [0, 100, 200, 300, 900, 950, 990],
-  );
+  const times = unpackSlice(DATA).map(({ at }) => at);
+  assert.deepEqual(times, [0, 100, 200, 300, 900, 950, 990]);
   assert.equal(unpackSlice(DATA.slice(0, DATA.byteLength - 1)).length, 6);
   assert.deepEqual(unpackSlice(new ArrayBuffer(0)), []);
 });
@@ -59,17 +55,10 @@ test("slices are read once, from the earliest that is needed, and again after a 
   assert.deepEqual(await slices.read(3), []);
 });
 
+const NONE = { grant: 1, kind: "up", reason: "", at_ms: 0, result: {} };
 const stage = (after_ms: number, id: number, state: string, more: object = {}): Index["commands"][number] => ({
-  id,
-  seq: id,
-  grant: 1,
-  kind: "up",
-  state,
-  reason: "",
-  at_ms: 0,
-  result: {},
-  after_ms,
-  ...more,
+  ...NONE,
+  ...{ id, seq: id, state, after_ms, ...more },
 });
 const INDEX: Index = {
   began_ms: 1000,
@@ -90,30 +79,19 @@ const INDEX: Index = {
 
 test("what is known of commands at a moment; a late stage does not take an end back", () => {
   const story = new Story(INDEX, { index: "", slices: "", slug: "r", name: "R", who: "ada" });
-  const known = (at: number): string[] => story.snapshot(at, false).commands.map(({ id, state }) => `${id} ${state}`);
-  assert.deepEqual([0, 200, 400, 600, 800].map(known), [
-    [],
-    ["1 queued"],
-    ["1 completed"],
-    ["2 queued", "1 completed"],
-    ["2 failed", "1 completed"],
-  ]);
+  const known = (at: number): string => {
+    const { commands } = story.snapshot(at, false);
+    return commands.map(({ id, state }) => `${id} ${state}`).join(", ");
+  };
+  const wanted = ["", "1 queued", "1 completed", "2 queued, 1 completed", "2 failed, 1 completed"];
+  assert.deepEqual([0, 200, 400, 600, 800].map(known), wanted);
   const { me, jobs, replay, operator } = story.snapshot(200, true);
   assert.deepEqual([replay, operator, jobs[0]?.args], [true, "ada", { x: 1 }]);
   assert.deepEqual(me.can, { watch: true, drive: false, ask: false, stop: false });
-  assert.deepEqual(
-    story.marks().map(({ at, bad }) => [at, bad]),
-    [
-      [100, false],
-      [500, false],
-      [600, true],
-      [700, true],
-    ],
-  );
-  assert.deepEqual(
-    story.between(500, 700).commands.map(({ state }) => state),
-    ["failed"],
-  );
+  const marks = story.marks().map(({ at, bad }) => `${at} ${bad}`);
+  assert.deepEqual(marks, ["100 false", "500 false", "600 true", "700 true"]);
+  const between = story.between(500, 700).commands.map(({ state }) => state);
+  assert.deepEqual(between, ["failed"]);
 });
 
 test("of many slices that a moment needs, four are asked for at once", async () => {
@@ -129,16 +107,10 @@ test("of many slices that a moment needs, four are asked for at once", async () 
     return new Response(state(number));
   }) as typeof fetch;
   try {
-    const items = await new Slices(
-      "/x/",
-      Array.from({ length: 40 }, () => 0),
-    ).until(39 * 5000);
-    assert.equal(items.length, 40);
-    assert.deepEqual(
-      items.map(({ at }) => at),
-      Array.from({ length: 40 }, (_, i) => i + 1),
-      "in their order",
-    );
+    const slices = new Slices("/x/", new Array<number>(40).fill(0));
+    const times = (await slices.until(39 * 5000)).map(({ at }) => at);
+    const inOrder = Array.from({ length: 40 }, (_, i) => i + 1);
+    assert.deepEqual(times, inOrder);
     assert.equal(most, 4);
   } finally {
     globalThis.fetch = before;

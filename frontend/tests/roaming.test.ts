@@ -7,20 +7,11 @@ import { jobSentence, waitWords } from "../src/queue/waits.ts";
 const row = (count: number, step = 0.05): Map<number, { x: number; y: number }> =>
   new Map(Array.from({ length: count }, (_, i) => [i, { x: i * step, y: 0 }]));
 
+const points = (...at: [x: number, y: number][]): { x: number; y: number }[] => at.map(([x, y]) => ({ x, y }));
+
 test("what is drawn somewhere is found there again", () => {
-  const scale = new Scale(
-    fittingBox(null, [
-      { x: -1, y: 2 },
-      { x: 1, y: 0.5 },
-    ]),
-    320,
-    290,
-  );
-  for (const [x, y] of [
-    [-1, 2],
-    [0.3, 0.7],
-    [1, 0.5],
-  ] as const) {
+  const scale = new Scale(fittingBox(null, points([-1, 2], [1, 0.5])), 320, 290);
+  for (const { x, y } of points([-1, 2], [0.3, 0.7], [1, 0.5])) {
     const [u, v] = scale.toScreen(x, y);
     assert.ok(u > 0 && u < 320 && v > 0 && v < 290, `${u}, ${v}`);
     const [back, up] = scale.toPlane(u, v);
@@ -29,29 +20,10 @@ test("what is drawn somewhere is found there again", () => {
 });
 
 test("the frame stays while the map fills it, grows with it, and follows a map that pulls together", () => {
-  const frame = fittingBox(null, [
-    { x: 0, y: 0 },
-    { x: 2, y: 2 },
-  ])!;
-  assert.equal(
-    fittingBox(frame, [
-      { x: 0.1, y: 0 },
-      { x: 1.9, y: 2 },
-    ]),
-    frame,
-  );
-  assert.ok(
-    fittingBox(frame, [
-      { x: 0, y: 0 },
-      { x: 3, y: 2 },
-    ])!.right > 3,
-  );
-  assert.ok(
-    fittingBox(frame, [
-      { x: 0, y: 0 },
-      { x: 1, y: 1 },
-    ])!.right < 1.2,
-  );
+  const frame = fittingBox(null, points([0, 0], [2, 2]))!;
+  assert.equal(fittingBox(frame, points([0.1, 0], [1.9, 2])), frame);
+  assert.ok(fittingBox(frame, points([0, 0], [3, 2]))!.right > 3);
+  assert.ok(fittingBox(frame, points([0, 0], [1, 1]))!.right < 1.2);
   assert.equal(fittingBox(null, []), null);
   assert.ok(Number.isFinite(new Scale(null, 1, 1).pixels), "a canvas without a size");
 });
@@ -77,10 +49,7 @@ test("letters stand apart, stay with their places, and are free again when a pla
 });
 
 test("where a place is", () => {
-  const square = new Map([
-    [0, { x: 0, y: 0 }],
-    [1, { x: 2, y: 2 }],
-  ]);
+  const square = new Map(points([0, 0], [2, 2]).entries());
   assert.equal(whereabouts({ x: 0, y: 2 }, square), "top left");
   assert.equal(whereabouts({ x: 1, y: 1 }, square), "centre");
   assert.equal(whereabouts({ x: 1, y: 0 }, square), "bottom");

@@ -60,10 +60,8 @@ test("no circle of files", () => {
 test("no circle of rooms, and every file stands in one", () => {
   const graph = rooms(files());
   assert.ok(graph.size > 8);
-  assert.deepEqual(
-    [...graph.keys()].filter((name) => name.includes(".")),
-    ["vite-env.d.ts"],
-  );
+  const outside = [...graph.keys()].filter((name) => name.includes("."));
+  assert.deepEqual(outside, ["vite-env.d.ts"]);
   assert.equal(circle(graph), null);
 });
 

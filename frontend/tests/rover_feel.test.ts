@@ -36,6 +36,8 @@ test("what is felt is bounded, and too little is not felt", () => {
   assert.ok(buzz(1) > buzz(0.2));
 });
 
+const samples = (...all: [at: number, value: number][]): Sample[] => all.map(([at, value]) => ({ at, value }));
+
 test("a sample in two seconds, of five minutes", () => {
   let kept: readonly Sample[] = [];
   for (let at = 0; at <= 2 * KEPT_MS; at += 100) kept = added(kept, at, Math.sin(at));
@@ -46,49 +48,20 @@ test("a sample in two seconds, of five minutes", () => {
 });
 
 test("the line lies in its picture, and a value that hardly changes in its middle", () => {
-  const points = (samples: Sample[], least = 1): number[][] =>
-    line(samples, 100_000, least)
-      .split(" ")
-      .map((one) => one.split(",").map(Number));
+  const points = (...all: [number, number][]): number[][] => {
+    const drawn = line(samples(...all), 100_000, 1).split(" ");
+    return drawn.map((one) => one.split(",").map(Number));
+  };
   assert.equal(line([], 0, 1), "");
-  assert.deepEqual(points([{ at: 100_000, value: 8.2 }]), [[100, 10]]);
-  for (const [x, y] of points([
-    { at: 0, value: 1e6 },
-    { at: 50_000, value: -1e6 },
-    { at: 100_000, value: 3 },
-  ]))
-    assert.ok(x! >= 0 && x! <= 100 && y! >= 0 && y! <= 20);
-  assert.ok(
-    points([
-      { at: 0, value: 8.2 },
-      { at: 1, value: 8.21 },
-    ]).every(([, y]) => Math.abs(y! - 10) < 0.2),
-  );
+  assert.deepEqual(points([100_000, 8.2]), [[100, 10]]);
+  for (const [x, y] of points([0, 1e6], [50_000, -1e6], [100_000, 3])) assert.ok(x! >= 0 && x! <= 100 && y! >= 0 && y! <= 20);
+  for (const [, y] of points([0, 8.2], [1, 8.21])) assert.ok(Math.abs(y! - 10) < 0.2);
 });
 
 test("and it says the same in words", () => {
   const volts = (v: number): string => `${v.toFixed(1)} V`;
   assert.equal(inWords("Battery", [], volts), "Battery: not known yet");
-  assert.equal(
-    inWords(
-      "Battery",
-      [
-        { at: 0, value: 8 },
-        { at: 20_000, value: 8 },
-      ],
-      volts,
-    ),
-    "Battery: 8.0 V in the last minute",
-  );
-  assert.equal(
-    inWords(
-      "Battery",
-      [
-        { at: 0, value: 8 },
-        { at: 240_000, value: 7 },
-      ],
-      volts,
-    ),
-    "Battery: from 7.0 V to 8.0 V in the last 4 minutes, now 7.0 V",
-  );
+  assert.equal(inWords("Battery", samples([0, 8], [20_000, 8]), volts), "Battery: 8.0 V in the last minute");
+  const falling = inWords("Battery", samples([0, 8], [240_000, 7]), volts);
+  assert.equal(falling, "Battery: from 7.0 V to 8.0 V in the last 4 minutes, now 7.0 V");
 });

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, mock, test } from "node:test";
 import type { Sound as Heard } from "../src/media/sound.ts";
+import { stub } from "./helpers.ts";
 
 let now = 0;
 let contexts: Context[] = [];
@@ -45,7 +46,7 @@ class Element {
 }
 
 const on = (name: string, heard: (event: { target: object }) => void): void => void (listeners[name] ??= []).push(heard);
-const stubs = {
+stub({
   document: { hidden: false, addEventListener: on },
   addEventListener: on,
   window: globalThis,
@@ -58,8 +59,7 @@ const stubs = {
     configure = (): void => undefined;
     close = (): void => undefined;
   },
-};
-for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
+});
 const { Sound } = await import("../src/media/sound.ts");
 const PAUSED = "Sound paused. Press to hear again.";
 

@@ -1,13 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Pad } from "../src/widgets/gamepad.ts";
 import { byKeys, byPad, byPointer, dampedPush, type Push } from "../src/widgets/stick_rules.ts";
+import { gamepad as pad } from "./helpers.ts";
 
-const pad = (axes: number[], pressed: number[] = [], connected = true): Pad => ({
-  axes,
-  connected,
-  buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
-});
 const random =
   (seed: number): (() => number) =>
   () =>
@@ -75,11 +70,8 @@ test("a knob that is held ahead is pushed back by what comes near, and comes aga
     return at[1];
   };
   const resting = [0, 0.2, 0.5, 1].map((force) => rests(1, force));
-  assert.deepEqual(
-    [...resting].sort((a, b) => b - a),
-    resting,
-    "the more force, the farther back",
-  );
+  const falling = [...resting].sort((a, b) => b - a);
+  assert.deepEqual(falling, resting, "the more force, the farther back");
   assert.ok(resting[0] === 1 && resting[3]! > 0.2 && resting[3]! < 0.4);
   for (const [i, force] of [0.2, 0.5, 1].entries()) assert.ok(Math.abs(rests(0, force) - resting[i + 1]!) < 1e-3, "from either side");
   const [, soon] = dampedPush([0, 1], [0, 1], 1, 0.1);

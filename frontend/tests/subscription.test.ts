@@ -2,9 +2,10 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { Subscription } from "../src/media/subscription.ts";
+import { stub } from "./helpers.ts";
 
 let now = 0; // ms
-Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
+stub({ performance: { now: () => now } });
 const line = { send: () => true, now: () => now, check: () => undefined, latency: 20, best: 20, overdue: false, lost: false };
 
 function page(): Subscription {

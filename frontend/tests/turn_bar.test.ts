@@ -2,26 +2,12 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { browse } from "./browser.ts";
-import { isIdle, type QueuePlace } from "../src/queue/person_socket.ts";
-import { currentPlaces, barPlaces } from "../src/queue/places.ts";
+import { queuePlace, settled, stub } from "./helpers.ts";
+import { barPlaces, currentPlaces, isIdle, type QueuePlace } from "../src/queue/person_socket.ts";
 
 const NOW = Date.now();
-const place = (robot: string, ticket: number, more: Partial<QueuePlace>): QueuePlace => ({
-  state: "waiting",
-  ticket,
-  robot,
-  name: robot,
-  ahead: 0,
-  away: false,
-  until_ms: null,
-  kept_until_ms: null,
-  ended_ms: NOW,
-  wait_s: null,
-  idle_ms: null,
-  end: null,
-  turn: null,
-  ...more,
-});
+const place = (robot: string, ticket: number, more: Partial<QueuePlace>): QueuePlace =>
+  queuePlace({ robot, name: robot, ticket, ended_ms: NOW, ...more });
 const offer = place("mercury", 1, { state: "offered", until_ms: NOW + 10_000 });
 const missed = place("pa10", 2, { state: "missed" });
 const turn = place("irat", 3, { state: "operating", until_ms: NOW + 60_000 });
@@ -44,7 +30,7 @@ class Socket {
 const document = browse('<aside id="turnbar"><form></form></aside>');
 const bar = document.getElementById("turnbar")!;
 document.hasFocus = () => true;
-const stubs = {
+stub({
   WebSocket: Socket,
   location: document.location,
   addEventListener: () => undefined,
@@ -52,8 +38,7 @@ const stubs = {
   ResizeObserver: class {
     observe(): void {}
   },
-};
-for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+});
 
 test("an offer past its end is not shown any more, nor is a turn on its own page", () => {
   assert.deepEqual(currentPlaces([offer, missed], NOW), [offer, missed]);
@@ -94,7 +79,7 @@ test("a button is for the place that the bar shows, also when an offer before it
 
 test("who does nothing is asked at the head of the page, and answers by a button", async () => {
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "answer", to: "dismiss", robot: "pa10", ok: true, text: "" }) });
-  for (let i = 0; i < 50; i++) await Promise.resolve(); // until the bar has taken the answer
+  await settled(); // until the bar has taken the answer
   const told = (idle_ms: number | null): void =>
     Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: Date.now(), places: [{ ...turn, idle_ms }] }) });
   const texts = (): string => [...bar.querySelector(".turnbar-words")!.children].map(({ textContent }) => textContent).join(" ");
@@ -118,9 +103,7 @@ test("who does nothing is asked at the head of the page, and answers by a button
 
 test("how a turn ended is told with what it cost, until it is dismissed", () => {
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: Date.now(), places: [over] }) });
-  assert.match(
-    bar.querySelector(".turnbar-words b")!.textContent!,
-    /^Your turn on pa10 ended at .*\. Staff ended it\. Only the 5 s count\.$/,
-  );
+  const words = bar.querySelector(".turnbar-words b")!.textContent!;
+  assert.match(words, /^Your turn on pa10 ended at .*\. Staff ended it\. Only the 5 s count\.$/);
   assert.equal(bar.querySelector(".turnbar-do a")?.getAttribute("href"), "/turns/9/");
 });

@@ -1,6 +1,5 @@
 /** What stands in Python and in TypeScript gives the same for the same vectors (tests/unit/test_vectors.py). */
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Matrix4 } from "three";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/kit/drivers/mercury/console/scara.ts";
@@ -15,8 +14,8 @@ import { momentOf, unpackSlice } from "../src/replay/slices.ts";
 import { ByteStreams } from "../src/socket/byte_streams.ts";
 import { VideoChain } from "../src/media/video_chain.ts";
 import { FINAL, STAGES } from "../src/socket/stages.ts";
+import { bytesOf, vectorsOf } from "./helpers.ts";
 
-const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
 const near = (found: readonly number[], wanted: readonly number[]): void =>
   wanted.forEach((value, i) => assert.ok(Math.abs((found[i] ?? NaN) - value) < 1e-8, `${found} is not ${wanted}`));
 
@@ -27,7 +26,7 @@ interface Plane extends Description {
 }
 
 test("Mercury's plane: elbow, tool, the sand's edge, what a click means", () => {
-  const plane = read("mercury_plane") as Plane;
+  const plane = vectorsOf<Plane>("mercury_plane");
   for (const { q, elbow, tool } of plane.forward) {
     near(forward(plane, q).elbow, elbow);
     near(forward(plane, q).tool, tool);
@@ -61,20 +60,17 @@ function flat(steps: Step[]): (string | number)[][] {
 }
 
 test("the museum arm's programs are read as the arm reads them, and refused in the same line", () => {
-  for (const one of read("pa10_programs") as { text: string; steps?: (string | number)[][]; refused?: number | null }[]) {
+  for (const one of vectorsOf<{ text: string; steps?: (string | number)[][]; refused?: number | null }[]>("pa10_programs")) {
     if (one.steps) assert.deepEqual(flat(parse(one.text)), one.steps, one.text);
-    else
-      assert.throws(
-        () => parse(one.text),
-        one.refused ? new RegExp(`^Error: Line ${one.refused}: `) : /^Error: (?!Line)/,
-        JSON.stringify(one.text),
-      );
+    const why = one.refused ? new RegExp(`^Error: Line ${one.refused}: `) : /^Error: (?!Line)/;
+    if (!one.steps) assert.throws(() => parse(one.text), why, JSON.stringify(one.text));
   }
 });
 
 test("a typed line of the museum arm stands for the command that sends it, and what the arm refuses is refused", () => {
   const axes = ["S1", "S2", "E1", "E2", "W1", "W2"];
-  const known = read("pa10_lines") as { understood: { line: string; kind: string; args: Record<string, number> }[]; refused: string[] };
+  type Line = { line: string; kind: string; args: Record<string, number> };
+  const known = vectorsOf<{ understood: Line[]; refused: string[] }>("pa10_lines");
   for (const { line, kind, args } of known.understood) {
     const found = understood(line, axes);
     assert.deepEqual([found.kind, Object.keys(found.args)], [kind, Object.keys(args)], line);
@@ -84,7 +80,7 @@ test("a typed line of the museum arm stands for the command that sends it, and w
 });
 
 test("roll, pitch and yaw are those of Python", () => {
-  for (const { matrix, pose } of read("poses") as { matrix: number[][]; pose: number[] }[])
+  for (const { matrix, pose } of vectorsOf<{ matrix: number[][]; pose: number[] }[]>("poses"))
     near(numbersOf(new Matrix4().fromArray(matrix.flat()).transpose()), pose);
 });
 
@@ -102,8 +98,8 @@ interface Pictured {
 }
 
 test("a picture's packet is read as Python packs it, and one that is cut off is none", async () => {
-  for (const one of read("picture_packets") as Pictured[]) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")),
+  for (const one of vectorsOf<Pictured[]>("picture_packets")) {
+    const bytes = bytesOf(one.hex),
       found = decode(bytes.buffer) as PicturePacket;
     assert.deepEqual(
       [found.camera, found.number, found.atMs, found.still, found.joints],
@@ -117,41 +113,28 @@ test("a picture's packet is read as Python packs it, and one that is cut off is 
 });
 
 test("slices of a recording are taken apart as Python writes them; a packet that nobody knows is left out", () => {
-  const { slices, messages } = read("recording_slices") as {
-    slices: string[];
-    messages: { after_ms: number; topic: string; hex: string }[];
-  };
-  const items = slices.flatMap((hex) => unpackSlice(Uint8Array.from(Buffer.from(hex, "hex")).buffer));
+  type Message = { after_ms: number; topic: string; hex: string };
+  const { slices, messages } = vectorsOf<{ slices: string[]; messages: Message[] }>("recording_slices");
+  const items = slices.flatMap((hex) => unpackSlice(bytesOf(hex).buffer));
   const known = messages.filter(({ hex }) => !hex.startsWith("63"));
   assert.equal(known.length, messages.length - 1);
-  assert.deepEqual(
-    items.map(({ at }) => at),
-    known.map(({ after_ms }) => after_ms),
-  );
+  const times = items.map(({ at }) => at),
+    wanted = known.map(({ after_ms }) => after_ms);
+  assert.deepEqual(times, wanted);
   for (const [i, { hex, topic }] of known.entries()) {
-    const sent = decode(Uint8Array.from(Buffer.from(hex, "hex")).buffer)!,
+    const sent = decode(bytesOf(hex).buffer)!,
       { packet } = items[i]!;
     assert.deepEqual({ ...packet, jpeg: null }, { ...sent, jpeg: null }, topic);
   }
   const end = momentOf(items, 1e9);
-  assert.deepEqual(
-    [end.state?.at, [...end.pictures].map(([camera, { at }]) => [camera, at])],
-    [
-      10_100,
-      [
-        [0, 990],
-        [2, 7500],
-      ],
-    ],
-  );
-  assert.deepEqual(
-    end.chains.get(0)?.map(({ at }) => at),
-    [900, 5000],
-  );
+  const pictures = [...end.pictures].map(([camera, { at }]) => `${camera} ${at}`);
+  assert.deepEqual([end.state?.at, ...pictures], [10_100, "0 990", "2 7500"]);
+  const chain = end.chains.get(0)?.map(({ at }) => at);
+  assert.deepEqual(chain, [900, 5000]);
 });
 
 test("every state of a command has words, and the same ones are final", () => {
-  const known = read("command_states") as { states: string[]; final: string[] };
+  const known = vectorsOf<{ states: string[]; final: string[] }>("command_states");
   assert.deepEqual([...FINAL].sort(), known.final);
   for (const state of known.states) assert.ok(STAGES[state], state);
 });
@@ -173,8 +156,8 @@ interface Packet {
 }
 
 test("a state packet is read as Python packs it, and one that is cut off is none", () => {
-  for (const one of read("state_packets") as Packet[]) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex"));
+  for (const one of vectorsOf<Packet[]>("state_packets")) {
+    const bytes = bytesOf(one.hex);
     const found = decode(bytes.buffer) as StatePacket;
     assert.deepEqual(
       [found.number, found.atMs, found.moving, found.stopped, found.mode],
@@ -182,11 +165,8 @@ test("a state packet is read as Python packs it, and one that is cut off is none
       one.what,
     );
     assert.deepEqual([found.joints, found.velocities, found.torques], [one.joints, one.velocities, one.torques], one.what);
-    assert.deepEqual(
-      found.values.map((v) => (Number.isNaN(v) ? null : v)),
-      [...one.values, ...one.twist],
-      one.what,
-    );
+    const values = found.values.map((v) => (Number.isNaN(v) ? null : v));
+    assert.deepEqual(values, [...one.values, ...one.twist], one.what);
     const whole = bytes.length - Buffer.from(one.mode).length;
     if (one.values.length) assert.equal(decode(bytes.slice(0, whole - 1).buffer), null, `${one.what}, cut off`);
   }
@@ -206,9 +186,9 @@ interface Compacted {
 }
 
 test("compact states are read as Python writes them, and nothing shorter or of another layout", () => {
-  const all = read("compact_states") as Compacted[];
+  const all = vectorsOf<Compacted[]>("compact_states");
   for (const one of all) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex"));
+    const bytes = bytesOf(one.hex);
     const found = decode(bytes.buffer, one.layout, one.near_ms) as StatePacket;
     assert.deepEqual([found.atMs, found.moving, found.stopped, found.mode], [one.at_ms, one.moving, one.stopped, one.mode], one.what);
     assert.equal(found.joints.length, one.layout.joints, one.what);
@@ -233,10 +213,10 @@ interface Streamed {
 
 test("packets of byte streams are read as Python packs them, and deltas follow their key packet alone", () => {
   const hex = (data: Uint8Array): string => Buffer.from(data).toString("hex");
-  for (const one of read("stream_packets") as Streamed[]) {
+  for (const one of vectorsOf<Streamed[]>("stream_packets")) {
     const streams = new ByteStreams(["first", "second", "third"]);
     for (const packet of one.packets) {
-      const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
+      const bytes = bytesOf(packet.hex);
       const found = decode(bytes.buffer) as StreamPacket;
       assert.deepEqual(
         [found.stream, found.run, found.number, found.atMs, found.key, hex(found.data)],
@@ -246,12 +226,10 @@ test("packets of byte streams are read as Python packs them, and deltas follow t
       assert.equal(decode(bytes.slice(0, 15).buffer), null, `${one.what}, cut off`);
       streams.take(found);
     }
-    for (const [stream, shown] of Object.entries(one.shown))
-      assert.deepEqual(
-        streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data)),
-        shown,
-        one.what,
-      );
+    for (const [stream, shown] of Object.entries(one.shown)) {
+      const chain = streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data));
+      assert.deepEqual(chain, shown, one.what);
+    }
   }
 });
 
@@ -271,10 +249,10 @@ interface Filmed {
 }
 
 test("packets of video are read as Python packs them, and each is decoded only after the one that it changes", () => {
-  for (const one of read("video_packets") as Filmed[]) {
+  for (const one of vectorsOf<Filmed[]>("video_packets")) {
     const chains = new Map<number, VideoChain>();
     for (const packet of one.packets) {
-      const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
+      const bytes = bytesOf(packet.hex);
       const found = decode(bytes.buffer) as VideoPacket;
       assert.deepEqual(
         [found.camera, found.run, found.number, found.follows, found.atMs, found.still, Buffer.from(found.coded).toString("hex")],
@@ -290,12 +268,10 @@ test("packets of video are read as Python packs them, and each is decoded only a
 });
 
 test("packets of sound are read as Python packs them, and nothing else is read", () => {
-  const { read: good, refused } = read("sound_packets") as {
-    read: { what: string; hex: string; run: number; number: number; at_ms: number; ms: number; data: string; said: string }[];
-    refused: { what: string; hex: string }[];
-  };
+  type Heard = { what: string; hex: string; run: number; number: number; at_ms: number; ms: number; data: string; said: string };
+  const { read: good, refused } = vectorsOf<{ read: Heard[]; refused: { what: string; hex: string }[] }>("sound_packets");
   for (const one of good) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")),
+    const bytes = bytesOf(one.hex),
       found = decode(bytes.buffer) as SoundPacket;
     assert.deepEqual(
       [found.run, found.number, found.atMs, found.ms, Buffer.from(found.opus).toString("hex"), found.said],
@@ -305,20 +281,18 @@ test("packets of sound are read as Python packs them, and nothing else is read",
     for (let length = 0; length <= 16; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
   }
   for (const one of refused) {
-    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")),
+    const bytes = bytesOf(one.hex),
       found = decode(bytes.buffer);
     assert.ok(found === null || !("opus" in found), one.what);
   }
 });
 
 test("objects are read as Python packs them, deltas change what was known, and nothing else is read", () => {
-  const { box, packets } = read("object_packets") as {
-    box: Box;
-    packets: { what: string; key: boolean; hex: string; read: Record<string, number[]> }[];
-  };
+  type Packed = { what: string; key: boolean; hex: string; read: Record<string, number[]> };
+  const { box, packets } = vectorsOf<{ box: Box; packets: Packed[] }>("object_packets");
   let known = new Map<number, Placed>();
   for (const { what, key, hex, read: wanted } of packets) {
-    const bytes = Uint8Array.from(Buffer.from(hex, "hex")),
+    const bytes = bytesOf(hex),
       before = new Map(known);
     const after = objectsAfter(known, bytes, key, box)!;
     assert.deepEqual(known, before, what);

@@ -1,9 +1,9 @@
 /** Words of times. */
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { pictureAge, isLive } from "../src/media/picture_age.ts";
+import { pictureAge, isLive } from "../src/media/pictures.ts";
 import { queueSentence, waitSentence, waitWords, watcherWords } from "../src/queue/waits.ts";
+import { vectorsOf } from "./helpers.ts";
 
 test("a picture's age is said, and marked from 2 s and 5 s on", () => {
   assert.deepEqual(pictureAge(300, ", 10 a second"), ["Picture 0.3 s old, 10 a second", "fresh"]);
@@ -27,20 +27,13 @@ test("a picture is live for 5 s, while the server is reached", () => {
 });
 
 test("how many watch is said without the driver, and to each as it is for them", () => {
-  assert.deepEqual(
-    [0, 1, 2].map((n) => watcherWords(n, true)),
-    ["nobody else watches", "1 other watches", "2 others watch"],
-  );
-  assert.deepEqual(
-    [0, 1, 2, 3].map((n) => watcherWords(n, false)),
-    ["only you watch", "only you watch", "you and 1 other watch", "you and 2 others watch"],
-  );
+  const toDriver = [0, 1, 2].map((n) => watcherWords(n, true)),
+    toOther = [0, 1, 2, 3].map((n) => watcherWords(n, false));
+  assert.deepEqual(toDriver, ["nobody else watches", "1 other watches", "2 others watch"]);
+  assert.deepEqual(toOther, ["only you watch", "only you watch", "you and 1 other watch", "you and 2 others watch"]);
 });
 
-const WAITS = JSON.parse(readFileSync(new URL("../../tests/vectors/waits.json", import.meta.url), "utf8")) as {
-  wait: [number, number] | null;
-  said: string;
-}[];
+const WAITS = vectorsOf<{ wait: [number, number] | null; said: string }[]>("waits");
 
 test("a wait is said as the server's own pages say it", () => {
   assert.ok(WAITS.length > 10);

@@ -1,6 +1,7 @@
 /** The screen stays on for as long as somebody drives. */
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
+import { stub } from "./helpers.ts";
 
 let locks: { released: boolean; release(): Promise<void> }[] = [];
 let seen: () => void = () => undefined;
@@ -13,8 +14,7 @@ const wakeLock = {
     return lock;
   },
 };
-const stubs = { document: { hidden: false, addEventListener: (_: string, heard: () => void) => (seen = heard) }, navigator: { wakeLock } };
-for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
+stub({ document: { hidden: false, addEventListener: (_: string, heard: () => void) => (seen = heard) }, navigator: { wakeLock } });
 const { ScreenWakeLock } = await import("../src/kit/wake_lock.ts");
 const done = (): Promise<void> => new Promise((resolve) => setImmediate(resolve));
 const held = (): number => locks.filter((lock) => !lock.released).length;
@@ -22,7 +22,7 @@ const held = (): number => locks.filter((lock) => !lock.released).length;
 beforeEach(() => {
   [locks, allowed] = [[], true];
   Object.assign(document, { hidden: false });
-  Object.defineProperty(globalThis, "navigator", { value: { wakeLock }, configurable: true, writable: true });
+  stub({ navigator: { wakeLock } });
 });
 
 test("one lock is held during a turn, and none after it", async () => {
@@ -67,7 +67,7 @@ test("a browser that refuses, or has no locks, changes nothing; a refusal is not
   seen();
   await done();
   assert.equal(held(), 1);
-  Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true, writable: true });
+  stub({ navigator: {} });
   new ScreenWakeLock().keep(true);
   await done();
   assert.equal(locks.length, 1);

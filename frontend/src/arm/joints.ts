@@ -1,11 +1,9 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
-import { byId } from "../kit/dom.ts";
-import { allow } from "../kit/refusal.ts";
+import { byId, make } from "../kit/dom.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { Jog, named } from "../widgets/jog.ts";
-import { TargetEdit } from "./target_edit.ts";
-import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
+import { deg, type JointInfo, type Judge, rad, type Target, TargetEdit } from "./types.ts";
 
 export class Joints {
   private sliders: HTMLInputElement[] = [];
@@ -13,6 +11,7 @@ export class Joints {
   private marks: HTMLElement[] = [];
   private edited = new TargetEdit();
   private box = byId("joints");
+  private jog: Jog<Record<string, number>>;
 
   constructor(
     private page: RobotPage,
@@ -23,56 +22,43 @@ export class Joints {
   ) {
     this.box.append(...infos.map((info) => this.row(info)));
     document.querySelector('[data-fill="joints"]')?.addEventListener("click", () => this.take(page.state?.joints ?? []));
-    new Jog<Record<string, number>>(this.box, {
+    this.jog = new Jog(this.box, {
       read: named,
-      arrows: {},
-      stick: () => null,
       whyNot: () => console.whyNot("jog", page.facts()),
       begin: (way) => page.issue(kind, way),
       ...page.keepAlive,
     });
   }
 
-  private row(info: JointInfo): HTMLElement {
-    const row = document.createElement("div");
-    row.className = "joint";
-    const low = Math.ceil(deg(info.low)),
-      high = Math.floor(deg(info.high));
-    const label = document.createElement("label");
-    label.textContent = info.name;
-    label.htmlFor = `joint-${info.name}`;
-    const slider = input("range", low, high, `joint-${info.name}`);
-    slider.setAttribute("aria-valuetext", "0 degrees");
-    const number = input("number", low, high, "");
-    number.setAttribute("aria-label", `${info.name} in degrees, ${low} to ${high}`);
-    const track = document.createElement("span");
-    track.className = "track";
-    const mark = document.createElement("i");
-    mark.setAttribute("aria-hidden", "true");
-    track.append(slider, mark);
-    const set = (value: string): void => {
+  private row({ name, low, high }: JointInfo): HTMLElement {
+    const range = { min: Math.ceil(deg(low)), max: Math.floor(deg(high)), value: 0 };
+    const slider = make("input", { ...range, type: "range", step: 0.5, id: `joint-${name}`, "aria-valuetext": "0 degrees" });
+    const label = `${name} in degrees, ${range.min} to ${range.max}`;
+    const number = make("input", { ...range, type: "number", step: "any", "aria-label": label });
+    const mark = make("i", { "aria-hidden": "true" });
+    const chosen = (value: string): void => {
       this.edited.note(this.page.lastSeq);
-      slider.value = number.value = value;
-      slider.setAttribute("aria-valuetext", `${value} degrees`);
+      if (value !== "") slider.value = value;
       this.console.ask();
     };
-    slider.addEventListener("input", () => set(slider.value));
-    number.addEventListener("input", () => {
-      this.edited.note(this.page.lastSeq);
-      if (number.value !== "") slider.value = number.value;
-      this.console.ask();
+    slider.addEventListener("input", () => {
+      number.value = slider.value;
+      slider.setAttribute("aria-valuetext", `${slider.value} degrees`);
+      chosen(slider.value);
     });
-    row.append(
-      label,
-      jogButton(`${info.name},-1`, "−", `Turn ${info.name} back while held`),
-      track,
-      jogButton(`${info.name},1`, "+", `Turn ${info.name} on while held`),
-      number,
-    );
+    number.addEventListener("input", () => chosen(number.value));
     this.sliders.push(slider);
     this.numbers.push(number);
     this.marks.push(mark);
-    return row;
+    return make(
+      "div",
+      { class: "joint" },
+      make("label", { for: slider.id }, name),
+      jogButton(`${name},-1`, "−", `Turn ${name} back while held`),
+      make("span", { class: "track" }, slider, mark),
+      jogButton(`${name},1`, "+", `Turn ${name} on while held`),
+      number,
+    );
   }
 
   /** Show the arm's joints; the sliders follow until somebody moves one. */
@@ -84,7 +70,7 @@ export class Joints {
     if (!this.edited.now) this.fill(packet.joints);
   }
 
-  /** A motion has ended: the sliders follow again, unless somebody has moved one since it was given. */
+  /** Let the sliders follow the arm again after that motion, unless somebody has moved one since it was given. */
   arrived(seq: number): void {
     this.edited.arrived(seq);
   }
@@ -106,7 +92,7 @@ export class Joints {
     });
   }
 
-  /** The filled-in joints; null if one is not a number, or nothing was chosen yet. */
+  /** Return the filled-in joints; null if one is not a number. */
   target(): Target | null {
     const values = this.numbers.map((n) => n.valueAsNumber);
     if (values.some((v) => !Number.isFinite(v))) return null;
@@ -116,25 +102,12 @@ export class Joints {
   }
 
   enable(why: string): void {
-    const busy = this.box.classList.contains("held");
-    for (const button of this.box.querySelectorAll<HTMLElement>("[data-jog]")) allow(button, busy ? "" : why);
+    this.jog.enable(why);
   }
 }
 
-function input(type: string, low: number, high: number, id: string): HTMLInputElement {
-  const made = document.createElement("input");
-  Object.assign(made, { type, min: String(low), max: String(high), step: type === "range" ? "0.5" : "any", value: "0" });
-  if (id) made.id = id;
-  return made;
-}
-
 export function jogButton(jog: string, sign: string, label: string): HTMLButtonElement {
-  const button = document.createElement("button");
-  button.type = "button";
-  button.className = "button";
-  button.dataset["jog"] = jog;
-  button.setAttribute("aria-label", /[a-z]/.test(sign) ? `${sign}: ${label}` : label);
-  button.setAttribute("aria-describedby", "why");
-  button.textContent = sign;
-  return button;
+  const name = /[a-z]/.test(sign) ? `${sign}: ${label}` : label;
+  const attributes = { type: "button", class: "button", "data-jog": jog, "aria-label": name, "aria-describedby": "why" };
+  return make("button", attributes, sign);
 }

@@ -1,15 +1,11 @@
 /** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
-import { byId } from "../kit/dom.ts";
-import { allow } from "../kit/refusal.ts";
+import { byId, make } from "../kit/dom.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { twist } from "../widgets/gamepad.ts";
 import { Jog, named } from "../widgets/jog.ts";
 import { jogButton } from "./joints.ts";
-import { TargetEdit } from "./target_edit.ts";
-import { deg, type Judge, rangeError, rad, type Target } from "./types.ts";
-
-type Twist = Record<string, number>;
+import { deg, type Judge, rad, rangeError, type Target, TargetEdit } from "./types.ts";
 
 const PLACE = [
   ["x", "mm", "forward"],
@@ -40,6 +36,7 @@ export class Position {
   private edited = new TargetEdit();
   private straight = byId<HTMLInputElement>("straight");
   private pad = byId("tool-jog");
+  private jog: Jog<Record<string, number>>;
 
   constructor(
     private page: RobotPage,
@@ -53,7 +50,7 @@ export class Position {
     document.querySelector('[data-fill="pose"]')?.addEventListener("click", () => this.take());
     document.querySelector('[data-fill="down"]')?.addEventListener("click", () => this.down());
     this.pad.prepend(...ARROWS.map(([jog, sign, label]) => jogButton(jog, sign, label)));
-    new Jog<Twist>(this.pad, {
+    this.jog = new Jog(this.pad, {
       read: named,
       arrows: {
         ArrowUp: { x: 1 },
@@ -71,22 +68,14 @@ export class Position {
   }
 
   private field(name: string, unit: string, hint: string): HTMLElement {
-    const label = document.createElement("label");
-    const made = document.createElement("input");
-    Object.assign(made, { type: "number", step: "any", id: `pose-${name}`, value: "" });
-    made.setAttribute("aria-describedby", `pose-${name}-hint`);
-    made.addEventListener("input", () => {
+    const id = `pose-${name}`;
+    const input = make("input", { type: "number", step: "any", id, "aria-describedby": `${id}-hint` });
+    input.addEventListener("input", () => {
       this.edited.note(this.page.lastSeq);
       this.console.ask();
     });
-    const words = document.createElement("span");
-    words.textContent = `${name} (${unit})`;
-    const small = document.createElement("small");
-    small.id = `pose-${name}-hint`;
-    small.textContent = hint;
-    label.append(words, made, small);
-    this.inputs.push(made);
-    return label;
+    this.inputs.push(input);
+    return make("label", {}, make("span", {}, `${name} (${unit})`), input, make("small", { id: `${id}-hint` }, hint));
   }
 
   /** Show the tool's present pose, until somebody fills in another. */
@@ -95,7 +84,7 @@ export class Position {
     if (here) this.fill([...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)]);
   }
 
-  /** A motion has ended: the fields follow again, unless somebody has filled in something since it was given. */
+  /** Let the fields follow the arm again after that motion, unless somebody has filled in something since it was given. */
   arrived(seq: number): void {
     this.edited.arrived(seq);
     this.follow();
@@ -108,7 +97,7 @@ export class Position {
     this.console.ask();
   }
 
-  /** Fill in a place on the table (m), some way above it, the tool pointing down. */
+  /** Fill in a place on the table (m): some way above it, with the tool pointing down. */
   place(x: number, y: number): void {
     this.set([x * 1000, y * 1000, OVER_M * 1000, 180, 0, 180]);
   }
@@ -132,7 +121,7 @@ export class Position {
     });
   }
 
-  /** Why the filled-in pose can never be given, in the units of its fields; empty if it may be. */
+  /** Return why a value lies outside its range, in the unit of its field; empty if none does. */
   outside(): string {
     const kind = this.target()?.kind,
       given = facts.commands.find((c) => c.kind === kind)?.arguments ?? [];
@@ -143,7 +132,7 @@ export class Position {
     return why.find(Boolean) ?? "";
   }
 
-  /** The filled-in pose; null if a value is missing. */
+  /** Return the filled-in pose; null if a value is missing. */
   target(): Target | null {
     const values = this.inputs.map((i) => i.valueAsNumber);
     if (values.some((v) => !Number.isFinite(v))) return null;
@@ -153,7 +142,6 @@ export class Position {
   }
 
   enable(why: string): void {
-    const busy = this.pad.classList.contains("held");
-    for (const button of this.pad.querySelectorAll<HTMLElement>("[data-jog]")) allow(button, busy ? "" : why);
+    this.jog.enable(why);
   }
 }

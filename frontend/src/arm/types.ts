@@ -1,4 +1,4 @@
-/** Types that the parts of the arm's console share. */
+/** What the parts of an arm's console share: the arm's description, targets, degrees. */
 import type { Facts } from "../page/controls.ts";
 import type { ForbiddenBox } from "./view.ts";
 
@@ -19,7 +19,7 @@ export interface Target {
   kind: string;
   args: Record<string, number | string>;
 }
-/** Checks targets: asks the server where one would lead, and says why one cannot be sent. */
+/** The judge of targets: it asks the server where one would lead, and says why one cannot be sent. */
 export interface Judge {
   ask(): void;
   whyNot(kind: string, facts: Facts): string;
@@ -33,9 +33,32 @@ export function rad(degrees: number): number {
   return (degrees * Math.PI) / 180;
 }
 
-/** Why a field's value cannot be given, in the field's own unit, of which the argument's has so many; empty if it can. */
+/** Return why a field's value is refused, empty if it is not; `per`: how many of the field's unit make the argument's. */
 export function rangeError(name: string, value: number, unit: string, per: number, { low, high }: { low: number; high: number }): string {
   const bound = (told: number): string => String(Math.round(told * per * 10) / 10);
   const inside = value >= low * per && value <= high * per;
   return inside ? "" : `${name} must lie between ${bound(low)} and ${bound(high)} ${unit}.`;
+}
+
+/** Whether somebody has filled in a target: fields without one show where the arm is. */
+export class TargetEdit {
+  private after = -1; // the number of the newest command at the last edit; -1: nothing is filled in
+
+  get now(): boolean {
+    return this.after >= 0;
+  }
+
+  /** Note that somebody has filled in something; `seq`: the number of the newest command. */
+  note(seq: number): void {
+    this.after = seq;
+  }
+
+  /** Forget what was filled in before the command of that number, which has moved the arm. */
+  arrived(seq: number): void {
+    if (this.after < seq) this.after = -1;
+  }
+
+  forget(): void {
+    this.after = -1;
+  }
 }

@@ -30,6 +30,7 @@ const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
 const CAMERA_AT = [1.55, 1.25, 1.75] as const;
+const LOOK = { field: 38, near: 0.05, far: 20, from: CAMERA_AT, to: [0.2, 0.45, 0], ambient: 1.6, lamp: 2.2, lampAt: [1.5, 3, 1] } as const;
 
 export class ArmView extends View3D {
   private forbidden = new Group();
@@ -39,7 +40,6 @@ export class ArmView extends View3D {
   private from: number[] = [];
   private to: number[] = [];
   private since = 0;
-  private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private bad = false;
   private playing = 0;
 
@@ -52,17 +52,7 @@ export class ArmView extends View3D {
     boxes: ForbiddenBox[],
     onTable: (x: number, y: number) => void,
   ) {
-    const look = {
-      field: 38,
-      near: 0.05,
-      far: 20,
-      from: CAMERA_AT,
-      to: [0.2, 0.45, 0],
-      ambient: 1.6,
-      lamp: 2.2,
-      lampAt: [1.5, 3, 1],
-    } as const;
-    super(holder, look, (x, y) => {
+    super(holder, LOOK, (x, y) => {
       if (Math.hypot(x, y) < REACH) onTable(x, y);
     });
     this.arm = new URDFLoader().parse(urdf);
@@ -105,16 +95,14 @@ export class ArmView extends View3D {
     this.ask();
   }
 
-  /** Show where a target would take the arm, and the path of its tool (m); none to hide both. */
+  /** Show where a target would take the arm (rad, m), and the path of its tool (m); null hides both. */
   target(q: number[] | null, path: number[][] = []): void {
     if (q === null) clearInterval(this.playing);
     this.ghost.visible = q !== null;
     if (q) this.pose(this.ghost, q);
     this.path.visible = q !== null && path.length > 1;
-    setPoints(
-      this.path,
-      path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)),
-    );
+    const points = path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z));
+    setPoints(this.path, points);
     this.ask();
   }
 
@@ -131,12 +119,11 @@ export class ArmView extends View3D {
     show();
     this.playing = window.setInterval(() => {
       i += 1;
-      if (i < poses.length) {
-        show();
-        return;
+      if (i < poses.length) show();
+      else {
+        clearInterval(this.playing);
+        at(-1);
       }
-      clearInterval(this.playing);
-      at(-1);
     }, 100);
   }
 
@@ -162,14 +149,13 @@ export class ArmView extends View3D {
     this.ask();
   }
 
-  /** Where the tool is (m) and how it is turned (roll, pitch, yaw in rad), by the arm's own joints. */
+  /** Return the tool's position (m) and rotation (roll, pitch, yaw in rad), by the arm's joints; null if not known. */
   tool(): number[] | null {
     const link = this.arm.links[this.tip];
     if (!link || !this.to.length) return null;
     this.pose(this.arm, this.to);
     this.world.updateMatrixWorld(true);
-    const here = new Matrix4().copy(this.world.matrixWorld).invert().multiply(link.matrixWorld);
-    return numbersOf(here);
+    return numbersOf(new Matrix4().copy(this.world.matrixWorld).invert().multiply(link.matrixWorld));
   }
 
   private now(): number[] {

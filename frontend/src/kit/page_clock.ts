@@ -1,4 +1,4 @@
-/** The one clock of a page: it calls what is drawn or checked again and again, so that countdowns change together. */
+/** The one clock of a page for everything that is drawn or checked periodically, so that countdowns change together. */
 
 const TICK_MS = 250;
 interface Call {
@@ -9,7 +9,7 @@ interface Call {
 const calls = new Set<Call>();
 let timer: ReturnType<typeof setInterval> | undefined;
 
-/** Call `act` every so many milliseconds, a multiple of 250. Returns a function that ends it. */
+/** Call `act` every `everyMs`, a multiple of 250 ms. Returns a function that ends it. */
 export function every(everyMs: number, act: () => void): () => void {
   const call = { everyMs, lastMs: performance.now(), act };
   calls.add(call);

@@ -1,9 +1,9 @@
-/** Loads what is large before it is used, so that it is there when the line is cut. */
+/** Loads large modules before they are used, so that they are there when the connection is lost. */
 
-const LOOK_MS = 2000; // between two looks whether the page is idle
+const LOOK_MS = 2000; // between two checks whether the page is idle
 let last: Promise<unknown> = Promise.resolve();
 
-/** Load it while the page is idle, after everything that was asked for before. One that fails is loaded when it is used. */
+/** Call `load` while the page is idle, after all earlier ones. If it fails, the module is loaded when it is used. */
 export function prefetch(page: { readonly idle: boolean }, load: () => Promise<unknown>): void {
   last = last
     .then(() => atRest(page))

@@ -1,4 +1,4 @@
-/** Draws templates of lit-html again and again; what is the same stays, with presses, focus and reading position. */
+/** Draws templates of lit-html again and again; elements that are the same stay, with press, focus and reading position. */
 import { html, noChange, nothing, render, type TemplateResult } from "lit-html";
 import { Directive, directive, type ElementPart } from "lit-html/directive.js";
 import { repeat } from "lit-html/directives/repeat.js";
@@ -6,7 +6,7 @@ import { allow } from "./refusal.ts";
 
 const own = new WeakSet<Element>();
 
-/** Show a template, or several, as all that the box contains; what the server put there goes at first. */
+/** Show a template, or several, and nothing else in the box; the first drawing removes what the server put there. */
 export function draw(box: HTMLElement, content: unknown): void {
   if (!own.has(box)) box.replaceChildren();
   own.add(box);
@@ -27,28 +27,22 @@ class Allow extends Directive {
 /** As `allow`, for a control of a template: `<button ${allowed(why)}>`. */
 export const allowed = directive(Allow);
 
-/** A short part of a page: with the same key it stays the same element. */
+/** A part of a page, or an item of a list: with the same key it stays the same element. */
 export interface Part {
-  key: string;
+  key: string | number;
   template: TemplateResult;
 }
 
 /** Show these parts, and nothing else. Of several with the same key the first stays the first. */
 export function drawParts(box: HTMLElement, parts: readonly Part[]): void {
-  const count = new Map<string, number>();
-  const unique = parts.map(({ key, template }) => {
-    const before = count.get(key) ?? 0;
-    count.set(key, before + 1);
-    return { key: `${key} ${before}`, template };
-  });
-  draw(
-    box,
-    repeat(
-      unique,
-      ({ key }) => key,
-      ({ template }) => template,
-    ),
-  );
+  const count = new Map<string | number, number>();
+  const unique = (part: Part): string => {
+    const before = count.get(part.key) ?? 0;
+    count.set(part.key, before + 1);
+    return `${part.key} ${before}`;
+  };
+  const content = repeat(parts, unique, ({ template }) => template);
+  draw(box, content);
 }
 
 export function heading(text: string): Part {
@@ -72,7 +66,7 @@ export function countdown(text: string): Part {
   return { key: "timer", template: html`<p class="timer" role="timer">${text}</p>` };
 }
 
-/** The same between other words. */
+/** The same within a line of text. */
 export function inlineCountdown(text: string, style: string): Part {
   return { key: `timer ${style}`, template: html`<span class=${style} role="timer">${text}</span>` };
 }
@@ -81,7 +75,7 @@ export function link(text: string, href: string, style = ""): Part {
   return { key: `a ${href} ${style}`, template: html`<a class=${style || nothing} href=${href}>${text}</a>` };
 }
 
-/** A button; `action` is what a press does, `why` says why it does not work now. */
+/** A button: `action` is the name of what a press does, `why` the reason why it is disabled. */
 export function button(
   text: string,
   action: string,
@@ -95,8 +89,7 @@ export function button(
 
 /** Write rows of words into a table's body; the first cell of each row is its heading. */
 export function fill(body: HTMLTableSectionElement, rows: readonly (readonly string[])[]): void {
-  draw(
-    body,
-    rows.map(([first = "", ...rest]) => html`<tr><th scope="row">${first}</th>${rest.map((cell) => html`<td>${cell}</td>`)}</tr>`),
-  );
+  const cells = (texts: readonly string[]): TemplateResult[] => texts.map((text) => html`<td>${text}</td>`);
+  const content = rows.map(([first = "", ...rest]) => html`<tr><th scope="row">${first}</th>${cells(rest)}</tr>`);
+  draw(body, content);
 }

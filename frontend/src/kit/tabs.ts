@@ -1,4 +1,4 @@
-/** Tabs by the ARIA practices: arrows choose, and only the chosen one is in the tab order. */
+/** Tabs by the ARIA practices: arrow keys choose, and only the chosen tab is in the tab order. */
 export class Tabs {
   open = "";
   private tabs: HTMLElement[];

@@ -1,10 +1,12 @@
 /** Times in words. */
 
+/** Return a duration as minutes and seconds; never less than 0:00. */
 export function clock(seconds: number): string {
   const s = Math.max(0, Math.ceil(seconds));
   return `${Math.floor(s / 60)}:${String(s % 60).padStart(2, "0")}`;
 }
 
+/** Return an age (ms) in the unit that suits it. */
 export function ago(ms: number): string {
   const s = ms / 1000;
   if (s < 10) return `${Math.max(0, s).toFixed(1)} s`;
@@ -13,7 +15,7 @@ export function ago(ms: number): string {
   return `${Math.round(s / 3600)} h`;
 }
 
-/** When something was, by this browser's clock: the time, and the day unless it is today. */
+/** Return a time (ms) by this browser's clock, with the day unless it is today. */
 export function timeOfDay(ms: number): string {
   const at = new Date(ms),
     time = at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });

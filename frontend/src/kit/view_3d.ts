@@ -21,21 +21,21 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 type Point = readonly [number, number, number];
 const FAST_MS = 25,
   SLOW_MS = 300; // between two frames
-const SOON_MS = 20; // a pause so short is not waited for
-const DRAG_PX = 5; // a press that moved farther turns the view
+const SOON_MS = 20; // a shorter pause is left out
+const DRAG_PX = 5; // a press that moved farther than this turns the view
 
-export interface ViewSettings {
-  /** The camera's field of view (degrees); nearer and farther than these (m) nothing is drawn. */
+interface ViewSettings {
+  /** The camera's field of view (degrees), and the distances (m) between which it sees something. */
   field: number;
   near: number;
   far: number;
-  /** Where the camera is at first and what it looks at (m; x to the right, y up, z to the viewer). */
+  /** Where the camera is at first, and what it looks at (m; x to the right, y up, z to the viewer). */
   from: Point;
-  to: Point;
-  /** How bright the light from everywhere is, and a lamp's, and where that hangs. */
-  ambient: number;
-  lamp: number;
-  lampAt: Point;
+  to?: Point;
+  /** The brightness of the ambient light and of a lamp, and where the lamp is (m). Without them only plain colours are seen. */
+  ambient?: number;
+  lamp?: number;
+  lampAt?: Point;
 }
 
 export class View3D {
@@ -45,18 +45,19 @@ export class View3D {
   protected readonly camera: PerspectiveCamera;
   protected readonly controls: OrbitControls;
   protected readonly dark = matchMedia("(prefers-color-scheme: dark)");
+  protected readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
   protected readonly canvas: HTMLCanvasElement;
   private renderer: WebGLRenderer;
   private asked = false;
   private drawn = 0;
   /** Without a graphics card each frame costs much processor time, so few are drawn. */
-  private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
+  protected readonly slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
 
-  /** `onPick` gets the place on the floor of the world that was clicked on. Throws where the browser draws nothing in 3D. */
+  /** `onPick` gets the place on the world's floor that was clicked on (m). Throws an error in a browser without WebGL. */
   constructor(
-    private holder: HTMLElement,
-    { field, near, far, from, to, ambient, lamp, lampAt }: ViewSettings,
-    onPick: (x: number, y: number) => void,
+    protected readonly holder: HTMLElement,
+    { field, near, far, from, to = [0, 0, 0], ambient = 0, lamp = 0, lampAt = [0, 1, 0] }: ViewSettings,
+    onPick: (x: number, y: number) => void = () => undefined,
   ) {
     this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
     this.renderer.setPixelRatio(Math.min(this.slow ? 1 : 2, devicePixelRatio));
@@ -81,22 +82,27 @@ export class View3D {
     this.size();
   }
 
-  /** Have a frame drawn soon. */
+  /** The shortest time between two frames (ms). */
+  protected get pauseMs(): number {
+    return this.slow ? SLOW_MS : FAST_MS;
+  }
+
+  /** Draw a frame soon. */
   protected ask(): void {
     if (this.asked) return;
     this.asked = true;
-    const pause = Math.max(0, (this.slow ? SLOW_MS : FAST_MS) - (performance.now() - this.drawn));
+    const pause = Math.max(0, this.pauseMs - (performance.now() - this.drawn));
     const frame = (): unknown => requestAnimationFrame(() => this.draw());
     if (pause > SOON_MS) setTimeout(frame, pause);
     else frame();
   }
 
-  /** Put everything where it is now, before a frame; true: another has to follow. */
+  /** Put everything where it is now, before a frame. Returns whether another frame has to follow. */
   protected move(): boolean {
     return false;
   }
 
-  /** Do what depends on how wide and high the view is. */
+  /** Adapt the camera to the size of the view. */
   protected fit(): void {}
 
   private draw(): void {
@@ -135,13 +141,13 @@ export class View3D {
   }
 }
 
-/** Draw a line through these points (m) in the place of what it was. */
+/** Make a line go through these points (m). */
 export function setPoints(line: Line, points: readonly Vector3[]): void {
   line.geometry.dispose();
   line.geometry = new BufferGeometry().setFromPoints([...points]);
 }
 
-/** Take everything out of a group, and free what the graphics card keeps of it. */
+/** Remove everything from a group, and free its memory on the graphics card. */
 export function disposeContent(group: Object3D): void {
   group.traverse((part) => {
     const { geometry, material } = part as { geometry?: BufferGeometry; material?: Material & { map?: Texture | null } };

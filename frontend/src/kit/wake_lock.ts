@@ -1,4 +1,4 @@
-/** Keeps the screen on, where the browser can; without that all else works. */
+/** Keeps the screen on, where the browser can. */
 
 export class ScreenWakeLock {
   private wanted = false;
@@ -10,7 +10,7 @@ export class ScreenWakeLock {
     document.addEventListener("visibilitychange", () => void this.ask());
   }
 
-  /** Keep the screen on from now on, or no more. */
+  /** Keep the screen on from now on, or no longer. */
   keep(on: boolean): void {
     if (on === this.wanted) return;
     this.wanted = on;
@@ -30,7 +30,7 @@ export class ScreenWakeLock {
     this.settle();
   }
 
-  /** It may have been over meanwhile. */
+  /** Release a lock that came after the end of `keep`. */
   private settle(): void {
     if (!this.wanted) this.end();
   }

@@ -1,16 +1,23 @@
-/** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
-import { set } from "../kit/dom.ts";
-import { shape } from "../kit/svg.ts";
+/** The camera's picture, with a cross where the next one will be centred, and the place of the tool. */
+import { set, shape } from "../kit/dom.ts";
 import type { Still } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
-import { PictureOrder } from "./picture_order.ts";
+import { PictureOrder } from "./pictures.ts";
+
+type Drawable = ImageBitmap | HTMLImageElement | VideoFrame;
+
+/** Return width and height of an image (px). */
+function sizeOf(image: Drawable): [number, number] {
+  if ("naturalWidth" in image) return [image.naturalWidth, image.naturalHeight];
+  return "displayWidth" in image ? [image.displayWidth, image.displayHeight] : [image.width, image.height];
+}
 
 export class CameraView {
   /** When the picture on screen was taken, server ms. */
   atMs = 0;
   /** The stored picture to which it belongs; 0 while the robot moves. */
   stillId = 0;
-  /** Where the robot was then: coordinates of its spec; empty if not known. */
+  /** The robot's pose then, by the coordinates of its spec; empty if not known. */
   pose: readonly number[] = [];
   private context: CanvasRenderingContext2D;
   private order = new PictureOrder();
@@ -32,13 +39,7 @@ export class CameraView {
     this.path = shape(overlay, "line", { class: "path", x1: -9, y1: -9, x2: -9, y2: -9 });
     const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
     shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
-    for (const [x, y] of [
-      [1, 0],
-      [-1, 0],
-      [0, 1],
-      [0, -1],
-    ] as const)
-      shape(cross, "line", { x1: x * 4, y1: y * 4, x2: x * 12, y2: y * 12 });
+    for (const turn of [0, 90, 180, 270]) shape(cross, "line", { x1: 4, x2: 12, y1: 0, y2: 0, transform: `rotate(${turn})` });
     screen.addEventListener("click", (event) => {
       const box = canvas.getBoundingClientRect();
       onPick(((event.clientX - box.left) / box.width) * canvas.width, ((event.clientY - box.top) / box.height) * canvas.height);
@@ -46,17 +47,13 @@ export class CameraView {
     screen.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
       const step = event.shiftKey ? 20 : 4;
-      const by: Record<string, [number, number]> = {
-        ArrowLeft: [-step, 0],
-        ArrowRight: [step, 0],
-        ArrowUp: [0, -step],
-        ArrowDown: [0, step],
-      };
-      const move = by[event.key];
-      if (!move) return;
+      const keys: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+      const way = keys[event.key];
+      if (!way) return;
       event.preventDefault();
-      const from = this.at ?? [canvas.width / 2, canvas.height / 2];
-      onPick(Math.min(canvas.width - 1, Math.max(0, from[0] + move[0])), Math.min(canvas.height - 1, Math.max(0, from[1] + move[1])));
+      const { width, height } = canvas;
+      const [u, v] = this.at ?? [width / 2, height / 2];
+      onPick(Math.min(width - 1, Math.max(0, u + step * way[0])), Math.min(height - 1, Math.max(0, v + step * way[1])));
     });
   }
 
@@ -73,7 +70,7 @@ export class CameraView {
     bitmap.close();
   }
 
-  /** Show a stored picture, unless a newer one is shown when it has loaded. */
+  /** Load a stored picture and show it, unless a newer one is shown by then; `then` is called when it has loaded. */
   still(still: Still, then: () => void): void {
     if (this.atMs >= still.at_ms) return;
     const image = new Image();
@@ -85,7 +82,7 @@ export class CameraView {
     image.src = still.url;
   }
 
-  /** Switch to another camera. */
+  /** Forget all pictures: those of another camera follow. */
   forget(): void {
     this.order.forget();
     this.views += 1;
@@ -93,13 +90,8 @@ export class CameraView {
     this.pose = [];
   }
 
-  draw(image: ImageBitmap | HTMLImageElement | VideoFrame, atMs: number, still: number, pose: readonly number[] = []): void {
-    const [width, height] =
-      "naturalWidth" in image
-        ? [image.naturalWidth, image.naturalHeight]
-        : "displayWidth" in image
-          ? [image.displayWidth, image.displayHeight]
-          : [image.width, image.height];
+  draw(image: Drawable, atMs: number, still: number, pose: readonly number[] = []): void {
+    const [width, height] = sizeOf(image);
     if (this.canvas.width !== width) this.canvas.width = width;
     if (this.canvas.height !== height) this.canvas.height = height;
     this.context.drawImage(image, 0, 0);
@@ -110,15 +102,14 @@ export class CameraView {
     this.canvas.dataset["at"] = String(atMs);
   }
 
-  /** Show where the next image will be centred. */
+  /** Show where the next picture will be centred, and the line from the tool to there; null hides them (px). */
   aim(at: [number, number] | null, from: [number, number] | null): void {
     this.at = at;
     if (!this.cross || !this.tool || !this.path) return;
-    const [u, v] = at ?? [-50, -50];
-    set(this.cross, { transform: `translate(${u} ${v})` });
+    const [u, v] = at ?? [-50, -50]; // outside of the picture
     const [nu, nv] = from ?? [-20, -20];
+    set(this.cross, { transform: `translate(${u} ${v})` });
     set(this.tool, { cx: nu, cy: nv });
-    if (at && from) set(this.path, { x1: nu, y1: nv, x2: u, y2: v });
-    else set(this.path, { x1: -9, y1: -9, x2: -9, y2: -9 });
+    set(this.path, at && from ? { x1: nu, y1: nv, x2: u, y2: v } : { x1: -9, y1: -9, x2: -9, y2: -9 });
   }
 }

@@ -3,16 +3,16 @@
 export type Pace = "live" | "coarse" | "stills" | "states";
 export const PACES: readonly Pace[] = ["live", "coarse", "stills", "states"];
 
-/** A picture that arrives older than this is late: at each pace another age, for a whole one takes its time. */
+/** A picture that is older than this when it arrives is late; a whole picture takes longer than a coarse one. */
 const LATE_MS: Record<Pace, number> = { live: 1500, coarse: 1500, stills: 6000, states: Infinity };
 const WINDOW_MS: Record<Pace, number> = { live: 4000, coarse: 4000, stills: 20_000, states: 10_000 };
 const QUICK_MS = 700,
   SLOW_MS = 1500;
-const SHORT_WINDOWS = 2; // in a row, in which too little came of what was asked for
+const SHORT_WINDOWS = 2; // after so many windows in a row with too little the pace goes down
 const FIRST_HOLD_MS = 20_000,
   LONGEST_HOLD_MS = 320_000;
 
-/** Whether an answer after `latency` (null: it is overdue) says that the line may carry more; `best` is its best. */
+/** Return whether the line may carry more, by the `latency` of an answer (ms; null: it is overdue) and the `best` one so far. */
 export function isQuick(latency: number | null, best: number): boolean {
   return latency !== null && latency < Math.min(SLOW_MS, Math.max(QUICK_MS, 2 * best));
 }
@@ -23,7 +23,7 @@ export class LineJudge {
   private top: Pace;
   private since: number; // when this pace began
   private tried = false; // this pace was tried after a lower one
-  private hold = FIRST_HOLD_MS; // before more is tried; doubled when that failed
+  private hold = FIRST_HOLD_MS; // before more is tried; doubled after a failure
   private least = Infinity; // the least age in this window
   private windowAt: number;
   private shortFor = 0; // windows
@@ -34,19 +34,19 @@ export class LineJudge {
     this.since = this.windowAt = now;
   }
 
-  /** A picture has arrived, so old. */
+  /** Note that a picture of that age has arrived. */
   arrived(ageMs: number): void {
     this.least = Math.min(this.least, ageMs);
   }
 
-  /** Whether nothing has arrived in time in this window; an answer to a ping tells why. */
+  /** Whether nothing has arrived in time in this window; the answer to a ping shows why. */
   get doubts(): boolean {
     return this.least > LATE_MS[this.pace];
   }
 
   /**
-   * Judge again; returns whether the pace has changed. `waiting`: the robot sends pictures; `fast`: see `quick`; `short`:
-   * too few bytes arrive of what this pace needs.
+   * Judge again. Returns whether the pace has changed. `waiting`: the robot sends pictures; `fast`: see `isQuick`;
+   * `short`: fewer bytes arrive than this pace needs.
    */
   judge(now: number, waiting: boolean, fast: boolean, short = false): boolean {
     if (now - this.windowAt >= WINDOW_MS[this.pace]) {
@@ -63,7 +63,7 @@ export class LineJudge {
     return this.go(above, now);
   }
 
-  /** Ask for less; returns whether that is possible. */
+  /** Go down to the next pace. Returns whether there is one. */
   down(now: number): boolean {
     const below = PACES[PACES.indexOf(this.pace) + 1];
     if (below === undefined) return false;

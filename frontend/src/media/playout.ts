@@ -1,21 +1,21 @@
 /** When pieces of sound are played: a little after they came, evenly, and never farther and farther behind. */
 
-export const DELAY_S = 0.18; // a piece that comes after silence is played so much later
-export const MAX_DELAY_S = 0.3; // later than this nothing is played: what waits is dropped
+export const DELAY_S = 0.18; // a piece that comes after silence is played with this delay
+export const MAX_DELAY_S = 0.3; // with a longer delay than this the waiting pieces are dropped
 
-/** What becomes of a piece: `at` (s, of the audio clock) to play it, null to leave it out; `drop`: what still waits is dropped. */
-export interface Due {
+/** When a piece is played: `at` (s, of the audio clock), null to leave it out; `drop`: drop the pieces that still wait. */
+interface Due {
   at: number | null;
   drop: boolean;
 }
 
-/** The time line of one listener; a piece's number tells where it stands, so that what is missing stays silent. */
+/** The time line of one listener; the number of a piece gives its place, so that a missing piece stays silent. */
 export class PlayoutBuffer {
   private run = -1;
   private newest = -1; // number of the last piece
   private end = 0; // when the last piece ends, s
 
-  /** A piece of `seconds` has come at the time `now` (s, of the audio clock). */
+  /** Take a piece of `seconds` that has come at the time `now` (s, of the audio clock). */
   take(piece: { run: number; number: number; seconds: number }, now: number): Due {
     const missing = piece.number - this.newest - 1;
     const same = piece.run === this.run;

@@ -7,11 +7,11 @@ import { PlayoutBuffer } from "./playout.ts";
 const RATE = 48_000;
 const CONFIG: AudioDecoderConfig = { codec: "opus", sampleRate: RATE, numberOfChannels: 1 };
 const HIDDEN_MS = 5000; // a page that nobody sees for so long is silent
-const SILENT_MS = 4000; // nothing comes for so long
-const WAITING = 10; // pieces in the decoder; with more it begins anew
+const SILENT_MS = 4000; // after so long without a packet the page says that no sound comes
+const WAITING = 10; // with more pieces than this in it the decoder is reset
 const QUIET_DB = -60; // the lower end of the scale
 const CANNOT = "This browser cannot play the robot's sound.";
-const BEGINS_MS = 1000; // in which a browser that plays sound has begun to
+const BEGINS_MS = 1000; // a browser that plays sound begins within this time
 const PAUSED = "Sound paused. Press to hear again.";
 
 /** Everything that is open while somebody listens. */
@@ -20,7 +20,7 @@ class Playing {
   private analyser = this.context.createAnalyser();
   private decoder: AudioDecoder;
   private line = new PlayoutBuffer();
-  private waiting: SoundPacket[] = []; // in the decoder, which gives one piece for each, in their order
+  private waiting: SoundPacket[] = []; // in the decoder, which returns one piece for each, in their order
   private sources = new Map<AudioBufferSourceNode, number>(); // when each begins, s
   private run = -1;
   private decodedMs = 0;
@@ -36,7 +36,7 @@ class Playing {
     this.resume();
   }
 
-  /** Ask the browser to play, which may want to be asked from within a press. */
+  /** Ask the browser to play; some browsers obey only during a press. */
   resume(): void {
     if (this.context.state !== "running") this.context.resume().catch(() => undefined);
   }
@@ -86,7 +86,7 @@ class Playing {
     this.sources.set(source, due.at);
   }
 
-  /** Do not play what has not begun. */
+  /** Drop the pieces that have not begun. */
   private drop(): void {
     for (const [source, at] of this.sources)
       if (at > this.context.currentTime) {
@@ -112,8 +112,8 @@ class Playing {
 export class Sound {
   private playing: Playing | null = null;
   private on = false;
-  private why = ""; // it does not come although the person listens
-  private said = ""; // by the robot's side
+  private why = ""; // why no sound is sent although the person listens
+  private said = ""; // the robot's own sentence about its sound
   private heardAt = 0; // the last packet, performance.now
   private hiding = 0;
   private away = false; // nobody has seen the page for a while
@@ -124,14 +124,14 @@ export class Sound {
   private readonly meter: HTMLMeterElement;
   private readonly ask: (on: boolean) => void;
 
-  /** `ask` has sound sent, or no more; true while the person listens and nothing prevents it. */
+  /** `ask` asks the server for sound, or to stop it: true while the person listens and nothing prevents it. */
   constructor(button: HTMLElement, words: HTMLElement, meter: HTMLMeterElement, ask: (on: boolean) => void) {
     [this.button, this.words, this.meter, this.ask] = [button, words, meter, ask];
     button.addEventListener("click", () => this.press());
     document.addEventListener("visibilitychange", () => this.hide());
     for (const name of ["pageshow", "focus", "pointerdown", "pointerup", "keydown"])
       addEventListener(name, ({ target }) => this.again(target), { capture: true, passive: true });
-    void possible().then((can) => can || this.give(CANNOT));
+    void possible().then((can) => can || this.giveUp());
   }
 
   private press(): void {
@@ -141,7 +141,7 @@ export class Sound {
     else this.set(!this.on);
   }
 
-  /** Begin anew from within a press: some browsers play nothing more over what they have paused. */
+  /** Begin anew during a press, because some browsers never resume a context that they have paused. */
   private anew(): void {
     this.playing?.close();
     this.playing = null;
@@ -156,12 +156,12 @@ export class Sound {
     this.draw(this.why);
   }
 
-  /** Play on wherever somebody presses, but for the button, which does it itself. */
+  /** Resume at any press on the page except on the button, which does it itself. */
   private again(target: EventTarget | null): void {
     if (!document.hidden && !(target instanceof Node && this.button.contains(target))) this.playing?.resume();
   }
 
-  /** A page that nobody sees is silent after a while, and plays on when somebody sees it again. */
+  /** Stop the sound of a page that nobody has seen for a while, and resume it when somebody sees the page again. */
   private hide(): void {
     clearTimeout(this.hiding);
     if (!this.on) return;
@@ -183,13 +183,9 @@ export class Sound {
 
   private open(on: boolean): void {
     try {
-      if (on && !this.playing)
-        this.playing = new Playing(
-          () => this.give(CANNOT),
-          () => this.changed(),
-        );
+      if (on) this.playing ??= new Playing(this.giveUp, () => this.changed());
     } catch {
-      return this.give(CANNOT);
+      return this.giveUp();
     }
     if (!on) {
       this.playing?.close();
@@ -203,12 +199,12 @@ export class Sound {
     this.draw(this.why);
   }
 
-  /** This browser plays nothing: say so, and listen no more. */
-  private give(why: string): void {
+  /** Say that this browser plays nothing, and listen no more. */
+  private readonly giveUp = (): void => {
     if (this.on) this.set(false);
-    allow(this.button, why);
-    say(this.words, why);
-  }
+    allow(this.button, CANNOT);
+    say(this.words, CANNOT);
+  };
 
   take(packet: SoundPacket): void {
     if (!this.playing) return;
@@ -218,11 +214,11 @@ export class Sound {
     try {
       this.playing.take(packet);
     } catch {
-      this.give(CANNOT);
+      this.giveUp();
     }
   }
 
-  /** Show what is heard; `why`: why this page has no sound sent now, empty if it may. */
+  /** Show what is heard. `why`: why no sound is sent to this page now, empty if it may be. */
   draw(why: string): void {
     if (why !== this.why) {
       this.why = why;

@@ -1,28 +1,20 @@
-/** What this page wants to see: which cameras, and how much of it, as the person chose or as the line allows. */
+/** What this page asks for: which cameras, and how much of them, as the person chose or as the line allows. */
 import { storage } from "../kit/storage.ts";
+import type { Connection } from "../socket/connection.ts";
 import type { Coding } from "../socket/packets.ts";
 import { LineJudge, type Pace, PACES, isQuick } from "./pace.ts";
 import { lineWords, ThroughputMeter, quality, isShort } from "./throughput.ts";
 
-export const STILLS_S = 5; // between two pictures at the pace "stills"
+const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
-const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed,
+const NO_VIDEO_MS = 4000; // after so long without a picture of the video the robot's encoder may have failed,
 const REST_MS = 5000,
-  REST_MOST_MS = 60_000; //   so JPEG is asked for for so long, each time longer, at most
+  REST_MOST_MS = 60_000; //   and the page asks for JPEG for about so long, twice as long each time, up to the maximum
 const FLOWS_MS = 10_000; // video that has come for so long works
-const COARSE_HZ = 5; // the most that is sent coarse
-const TICK_MS = 1000; // between two judgements; one that is later is of a page that did not run
+const COARSE_HZ = 5; // the most coarse pictures that are sent in a second
+const TICK_MS = 1000; // after so long without a judgement the page did not run
 
-/** The part of a socket that is used here. */
-interface Line {
-  send(message: object): boolean;
-  now(): number;
-  check(): void;
-  readonly latency: number | null;
-  readonly best: number;
-  readonly overdue: boolean;
-  readonly lost: boolean;
-}
+type Line = Pick<Connection, "send" | "now" | "check" | "latency" | "best" | "overdue" | "lost">;
 interface Picture {
   camera: number;
   atMs: number;
@@ -44,20 +36,20 @@ export class Subscription {
   private arrivals: number[] = []; // of the first wanted camera's pictures, performance.now
   private told = "";
   private expected = false;
-  private film = false; // this page decodes video
-  private sound = false; // its person listens
-  private restsUntil = 0; // it does without video, performance.now
-  private filmedSince = 0; // when it was asked for, or when a picture came last, performance.now; 0: not asked for
-  private filmsSince = 0; // pictures have come as video since then, performance.now; 0: none
-  private restMs = REST_MS; // how long it rests the next time, about
+  private film = false; // whether this page decodes video
+  private sound = false; // whether the person listens
+  private restsUntil = 0; // until then the page does without video, performance.now
+  private filmedSince = 0; // when video was asked for, or its last picture came, performance.now; 0: not asked for
+  private filmsSince = 0; // when the first picture of the video came, performance.now; 0: none
+  private restMs = REST_MS; // how long about the next pause without video lasts
   private saidAt = 0;
-  private fruitless = false; // nothing has arrived through this socket
+  private fruitless = false; // whether no picture has come over this socket
 
   private readonly line: () => Line;
   private readonly coding: Coding;
   private readonly saveData: boolean;
 
-  /** `whole`: everything is wanted, whatever was chosen for live pictures. */
+  /** `whole`: ask for everything, whatever the person chose for live pictures. */
   constructor(line: () => Line, coding: Coding, saveData: boolean, whole = false) {
     [this.line, this.coding, this.saveData] = [line, coding, saveData];
     this.chosen = whole ? "live" : (PACES.find((pace) => pace === storage.get("pace")) ?? null);
@@ -92,25 +84,25 @@ export class Subscription {
     this.tell();
   }
 
-  /** Have pictures as video from now on, or no more. */
+  /** Ask for pictures as video from now on, or no longer. */
   video(on: boolean): void {
     this.film = on;
     this.tell();
   }
 
-  /** Have the robot's sound from now on, or no more. */
+  /** Ask for the robot's sound from now on, or no longer. */
   listen(on: boolean): void {
     this.sound = on;
     this.tell();
   }
 
-  /** Why this page has no sound sent, whoever listens; empty if it may. */
+  /** Why no sound is sent to this page; empty if it may be. */
   get soundless(): string {
     if (this.whole) return "";
     return this.chosen === null ? "No sound over so slow a connection." : "No sound while so little is asked for.";
   }
 
-  /** Have everything from the newest key picture on, as at first. */
+  /** Ask again, so that the video begins with the newest key picture. */
   again(): void {
     if (!this.filmedSince) return;
     this.told = "";
@@ -118,13 +110,13 @@ export class Subscription {
   }
 
   /**
-   * What a new socket asks for; one that follows another through which no picture came asks for less. `moved`: the
-   * other one has not failed.
+   * Return what a new socket asks for: less, if no picture came over the socket before. `moved`: the socket before has
+   * not failed.
    */
   wish(moved = false): object {
     if (!moved) {
       if (this.fruitless && this.expected) this.judge.down(performance.now());
-      this.fruitless = false; // an attempt that never opens tells nothing of how much a line carries
+      this.fruitless = false; // an attempt that never opens says nothing about how much a line carries
     }
     const wish = this.wished();
     this.asked(JSON.stringify(wish));
@@ -158,13 +150,13 @@ export class Subscription {
     if (now - this.filmsSince > FLOWS_MS) this.restMs = REST_MS;
   }
 
-  /** Do without video for a while, each page for another time: all at once would load the robot's host. */
+  /** Do without video for a random time, so that not all pages come back at once and load the robot's host. */
   private rest(now: number): void {
     this.restsUntil = now + this.restMs * (0.5 + Math.random() / 2);
     this.restMs = Math.min(2 * this.restMs, REST_MOST_MS);
   }
 
-  /** Pictures a second, over the last seconds; 0 for fewer than one in two seconds. */
+  /** Return the pictures per second over the last seconds; 0 for less than one in two seconds. */
   rate(): number {
     const now = performance.now();
     const recent = this.arrivals.filter((at) => now - at < RATE_MS);
@@ -172,7 +164,7 @@ export class Subscription {
     return first === undefined || recent.length < 3 ? 0 : (recent.length - 1) / ((recent[recent.length - 1]! - first) / 1000);
   }
 
-  /** Judge the line; `expected`: the robot sends pictures now. Returns what to say of it. */
+  /** Judge the line; `expected`: the robot sends pictures now. Returns the sentence about a slow one. */
   judgeLine(expected: boolean): string {
     const line = this.line();
     this.expected = expected;
@@ -190,26 +182,25 @@ export class Subscription {
     return this.chosen === null ? SAID[this.judge.pace] : "";
   }
 
-  /** The line in a word, and what comes over it; empty while there is none. */
+  /** Return the line in a word, and what comes over it; empty without a connection. */
   lineSentence(): string {
     const line = this.line();
     if (line.lost || (line.latency === null && !line.overdue)) return "";
     return lineWords(this.carried(performance.now()), line.overdue ? null : line.latency, line.best);
   }
 
-  /** Whether the line carries all that this page asks for, and it asks for everything. */
+  /** Whether this page asks for everything and the line carries it. */
   get good(): boolean {
     const line = this.line();
-    return (
-      this.pace === "live" && !line.lost && !line.overdue && quality(this.carried(performance.now()), line.latency, line.best) === "good"
-    );
+    if (this.pace !== "live" || line.lost || line.overdue) return false;
+    return quality(this.carried(performance.now()), line.latency, line.best) === "good";
   }
 
   private carried(now: number): { arrives: number; needs: number } {
     return this.meter.carried(now, this.pace === "coarse" ? COARSE_HZ * this.cameras.length : Infinity);
   }
 
-  /** Each picture is wanted, whole or coarse. */
+  /** Whether each picture is wanted, whole or coarse. */
   private get whole(): boolean {
     return this.pace === "live" || this.pace === "coarse";
   }
@@ -231,7 +222,7 @@ export class Subscription {
     };
   }
 
-  /** Send what this page wants, if the server does not know it; a socket that is not open yet takes nothing. */
+  /** Send what this page wants if the server does not know it; a socket that is not open yet sends nothing. */
   tell(): void {
     const wish = this.wished(),
       written = JSON.stringify(wish);

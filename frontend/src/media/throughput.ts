@@ -1,4 +1,4 @@
-/** What a line carries: how many bytes a second come, and how many would if all that was asked for came. */
+/** What a line carries: how many bytes come in a second, and how many would come if nothing were missed. */
 import { isQuick } from "./pace.ts";
 
 /** Bytes a second. */
@@ -6,25 +6,25 @@ export interface Carried {
   arrives: number;
   needs: number;
 }
-export type Quality = "good" | "fair" | "poor";
+type Quality = "good" | "fair" | "poor";
 
 const WINDOW_MS = 4000;
-const FARTHEST = 200; // a greater gap between two pictures' numbers is of another process, or of a pause
+const FARTHEST = 200; // a greater gap between two numbers comes from another process or a pause
 const ENOUGH = 0.6,
   ALL = 0.9; // of what is needed
 
-/** Whether so little arrives that less has to be asked for. */
+/** Return whether so little arrives that the page has to ask for less. */
 export function isShort({ arrives, needs }: Carried): boolean {
   return arrives < ENOUGH * needs;
 }
 
-/** The line in a word; `latency` of the last ping (null: its answer is overdue) and the `best` one so far are in ms. */
+/** Return the quality of the line, by the `latency` of the last ping (ms; null: overdue) and the `best` one so far. */
 export function quality(carried: Carried, latency: number | null, best: number): Quality {
   if (isShort(carried) || latency === null) return "poor";
   return carried.arrives >= ALL * carried.needs && isQuick(latency, best) ? "good" : "fair";
 }
 
-/** The same for the person who watches, with what comes. */
+/** Return the quality of the line and what comes, in words. */
 export function lineWords(carried: Carried, latency: number | null, best: number): string {
   const word = quality(carried, latency, best),
     all = carried.arrives >= ALL * carried.needs;
@@ -47,12 +47,12 @@ export class ThroughputMeter {
     this.since = now;
   }
 
-  /** So many bytes have come. */
+  /** Note that so many bytes have come. */
   took(bytes: number, now: number): void {
     this.taken = [...this.taken.filter(({ at }) => now - at < WINDOW_MS), { at: now, bytes }];
   }
 
-  /** Some of them were this picture of a stream in which each is wanted; those between it and the one before are missed. */
+  /** Note that a picture was among them; each picture between it and the one before counts as missed. */
   picture(camera: number, number: number, bytes: number, now: number): void {
     const gap = number - (this.last.get(camera) ?? number) - 1;
     this.last.set(camera, number);
@@ -60,14 +60,14 @@ export class ThroughputMeter {
     this.pictures = [...this.pictures.filter(({ at }) => now - at < WINDOW_MS), { at: now, bytes, missed }];
   }
 
-  /** Something else was asked for, or nobody has listened for a while. */
+  /** Begin again: the page has asked for something else, or did not run for a while. */
   begin(now: number): void {
     this.since = now;
     this.pictures = [];
     this.last.clear();
   }
 
-  /** What came and what was needed; of pictures no more are sent than `most` a second. */
+  /** Return what came and what was needed; at most `most` pictures are sent in a second. */
   carried(now: number, most = Infinity): Carried {
     const window = Math.max(1, Math.min(WINDOW_MS, now - this.since)),
       seconds = window / 1000;

@@ -1,22 +1,21 @@
 /** Video of cameras, decoded by the browser (WebCodecs) where it can; where it cannot, pictures come as JPEG. */
-import type { Coding } from "../socket/packets.ts";
-import type { PicturePacket, VideoPacket } from "../socket/packets.ts";
+import type { Coding, PicturePacket, VideoPacket } from "../socket/packets.ts";
 import { VideoChain } from "./video_chain.ts";
 
 /** The codings of live video, as WebCodecs names them: VP9 of profile 0 and level 1, with 8 bits. */
 const CODECS: Record<Coding, string> = { vp8: "vp8", vp9: "vp09.00.10.08" };
-/** Levels are of the full range, colours by ITU-R BT.601, which VP8 itself does not tell. */
+/** Levels are of the full range, colours by ITU-R BT.601; VP8 itself carries neither. */
 const config = (coding: Coding): VideoDecoderConfig => ({
   codec: CODECS[coding],
   optimizeForLatency: true,
   colorSpace: { primaries: "smpte170m", transfer: "smpte170m", matrix: "smpte170m", fullRange: true },
 });
-const OVERDUE_MS = 2000; // a picture that is not decoded for so long: the decoder does not work
-const IDLE_MS = 5000; // without a packet; then the decoder is given up
+const OVERDUE_MS = 2000; // the decoder does not work if a picture waits for so long
+const IDLE_MS = 5000; // without a packet for so long the decoder is closed
 const CHECK_MS = 500,
-  LATE_MS = 1000; // a check that is so late says nothing: the page did not run
+  LATE_MS = 1000; // after so long without a check the page did not run, and a check says nothing
 const AGAIN_MS = 60_000,
-  TRIES = 3; // after a failure it is tried again, so often in all
+  TRIES = 3; // the pause after a failure, and the number of attempts in all
 const SHOWN_MS = 200; // while newer ones wait, a picture is shown only so often
 const NONE = new Blob();
 
@@ -90,7 +89,7 @@ class CameraDecoder {
 }
 
 export class VideoPlayer {
-  private reels = new Map<number, CameraDecoder>();
+  private decoders = new Map<number, CameraDecoder>();
   private broken = false;
   private failures = 0;
   private checkedAt = performance.now();
@@ -105,7 +104,7 @@ export class VideoPlayer {
     setInterval(() => this.check(), CHECK_MS);
   }
 
-  /** Whether this browser says that it decodes what comes; only pages over https or of this very machine may. */
+  /** Resolve to whether this browser can decode that coding; only pages over https or of this machine may use WebCodecs. */
   static async possible(coding: Coding): Promise<boolean> {
     if (!("VideoDecoder" in globalThis)) return false;
     try {
@@ -115,31 +114,28 @@ export class VideoPlayer {
     }
   }
 
-  /** Decode the next packet; nothing in a tab that nobody sees. */
+  /** Decode the next packet, unless nobody sees the page. */
   take(packet: VideoPacket): void {
     if (this.broken || document.hidden) return;
     try {
-      this.reel(packet.camera).take(packet);
+      this.decoder(packet.camera).take(packet);
     } catch {
       this.fail();
     }
   }
 
-  /** Decode no more until the next key picture. */
+  /** Stop decoding until the next key picture. */
   rest(): void {
-    for (const reel of this.reels.values()) reel.close();
+    for (const decoder of this.decoders.values()) decoder.close();
   }
 
-  private reel(camera: number): CameraDecoder {
-    const reel =
-      this.reels.get(camera) ??
-      new CameraDecoder(
-        this.coding,
-        (picture) => this.show(picture),
-        () => this.fail(),
-      );
-    this.reels.set(camera, reel);
-    return reel;
+  private decoder(camera: number): CameraDecoder {
+    let decoder = this.decoders.get(camera);
+    if (!decoder) {
+      decoder = new CameraDecoder(this.coding, this.show, () => this.fail());
+      this.decoders.set(camera, decoder);
+    }
+    return decoder;
   }
 
   private check(): void {
@@ -147,11 +143,11 @@ export class VideoPlayer {
       late = now - this.checkedAt > LATE_MS;
     this.checkedAt = now;
     if (late || document.hidden) return;
-    if ([...this.reels.values()].some((reel) => reel.overdue)) this.fail();
-    for (const [camera, reel] of this.reels)
-      if (reel.idle) {
-        reel.close();
-        this.reels.delete(camera);
+    if ([...this.decoders.values()].some((decoder) => decoder.overdue)) this.fail();
+    for (const [camera, decoder] of this.decoders)
+      if (decoder.idle) {
+        decoder.close();
+        this.decoders.delete(camera);
       }
   }
 

@@ -18,10 +18,9 @@ export interface BannerFacts {
 }
 
 const AT_ONCE_MS = 1000; // shorter gaps are not shown
-
 const CONFIRMED_MS = 1000; // a missing confirmation is shown after this time
 
-/** The text for a stop that the robot has not confirmed; empty if there is none, or only for a short time. */
+/** Return the text for a stop that the robot has not confirmed; empty if there is none, or only for a short time. */
 export function unconfirmedStop(stop: StopShown | null, now: number): string {
   if (!stop || stop.confirmed || (stop.rests_by_ms === null && now - (stop.since_ms ?? 0) < CONFIRMED_MS)) return "";
   const said = "Stop is pressed, but the robot has not confirmed that it rests.";
@@ -31,6 +30,7 @@ export function unconfirmedStop(stop: StopShown | null, now: number): string {
   return `${said} Without a connection it stops by itself, at ${at} at the latest.`;
 }
 
+/** Return the text of the banner; empty if all is well. */
 export function bannerWords(k: BannerFacts): string {
   if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
     const why = k.offline ? "this device is offline" : "the portal is not reached";
@@ -46,18 +46,10 @@ export function bannerWords(k: BannerFacts): string {
   return k.robotSilent ? "The robot does not answer. Its worker is restarted automatically. Turns and places are kept." : "";
 }
 
-export class Banner {
-  private readonly box = byId("banner");
-  private readonly appears: () => void;
-
-  /** `appears` is called before a banner is shown where there was none. */
-  constructor(appears: () => void) {
-    this.appears = appears;
-  }
-
-  show(words: string): void {
-    if (words && !this.box.textContent) this.appears();
-    say(this.box, words);
-    this.box.hidden = !words;
-  }
+/** Show the banner, or hide it for an empty text; `appears` is called before it is shown. */
+export function showBanner(words: string, appears: () => void): void {
+  const box = byId("banner");
+  if (words && !box.textContent) appears();
+  say(box, words);
+  box.hidden = !words;
 }

@@ -1,23 +1,28 @@
 /** The list of commands with their stages, newest first. */
 import { html, nothing, type TemplateResult } from "lit-html";
-import { repeat } from "lit-html/directives/repeat.js";
-import { draw } from "../kit/render.ts";
+import { drawParts, type Part } from "../kit/render.ts";
 import type { CommandInfo } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, laterStage, SETTING_KINDS, stageOf } from "../socket/stages.ts";
 
-const LOST_MS = 3000; // for what an earlier socket's process still carries out
+const LOST_MS = 3000; // for a command that the process behind an earlier socket still carries out
 const NOT_ARRIVED = "This did not arrive: the connection broke off. Try it again.";
 const GAVE_WAY = ["Replaced", "Interrupted"]; // to a newer target, to somebody else: no fault
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
+/** Return by what a command is known in the list. */
+function keyOf({ grant, seq }: Pick<CommandInfo, "grant" | "seq">): string {
+  return `${grant}/${seq}`;
+}
+
 export class CommandList {
   private rows = new Map<string, CommandInfo>();
-  private sent = new Map<string, number>(); // what this page has sent comes after that id, until the server gives it one
+  private sent = new Map<string, number>(); // a command that this page has sent stands after that id, until it has its own
   private waiting = new Map<string, (c: CommandInfo) => void>();
 
   private readonly list: HTMLElement;
   private readonly live: HTMLElement;
 
+  /** `live`: where the end of a command is announced to screen readers. */
   constructor(list: HTMLElement, live: HTMLElement) {
     [this.list, this.live] = [list, live];
   }
@@ -32,10 +37,9 @@ export class CommandList {
   reset(commands: CommandInfo[]): void {
     const ended: CommandInfo[] = [];
     for (const c of commands) {
-      const key = `${c.grant}/${c.seq}`;
-      const known = this.rows.get(key),
+      const known = this.rows.get(keyOf(c)),
         now = laterStage(known, c);
-      this.rows.set(key, now);
+      this.rows.set(keyOf(c), now);
       if (known && !FINAL.has(known.state) && FINAL.has(now.state)) ended.push(now);
     }
     this.draw();
@@ -44,7 +48,7 @@ export class CommandList {
 
   /** Show a stage that arrived; a final stage of the server's is never replaced by an older message. */
   update(c: CommandInfo): void {
-    const key = `${c.grant}/${c.seq}`;
+    const key = keyOf(c);
     const known = this.rows.get(key);
     if (known && FINAL.has(known.state) && (known.id !== 0 || c.id === 0)) return;
     const now = { ...known, ...c };
@@ -55,22 +59,21 @@ export class CommandList {
   }
 
   private tellEnd(c: CommandInfo): void {
-    const key = `${c.grant}/${c.seq}`;
     this.live.textContent = say(c);
-    this.waiting.get(key)?.(c);
-    this.waiting.delete(key);
+    this.waiting.get(keyOf(c))?.(c);
+    this.waiting.delete(keyOf(c));
   }
 
-  /** End what was sent over a socket before number `opened`, which has told what the server knows, a while ago. */
+  /** Reject what was sent over an earlier socket than number `opened`, over which a snapshot has come, some seconds before `at`. */
   lost(opened: number, at: number): void {
     for (const c of this.rows.values())
       if (c.id === 0 && c.state === "sending" && (c.over ?? opened) < opened && at - c.at_ms > LOST_MS)
         this.update({ ...c, state: "rejected", reason: NOT_ARRIVED, at_ms: at });
   }
 
-  /** Show that the server refused it, and why. */
+  /** Show that the server refused that command of this grant, and why. */
   refuse(grant: number, seq: number, reason: string, at: number): void {
-    const known = this.rows.get(`${grant}/${seq}`),
+    const known = this.rows.get(keyOf({ grant, seq })),
       kind = known?.kind ?? "";
     if (known?.id) return; // another page's command has that number; the row tells of that one
     this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
@@ -83,33 +86,31 @@ export class CommandList {
 
   /** Call `then` once, when that command of this grant has ended. */
   whenEnded(grant: number, seq: number, then: (c: CommandInfo) => void): void {
-    this.waiting.set(`${grant}/${seq}`, then);
+    this.waiting.set(keyOf({ grant, seq }), then);
   }
 
   /** Whether that command of this grant has ended. */
   ended(grant: number, seq: number): boolean {
-    const known = this.rows.get(`${grant}/${seq}`);
+    const known = this.rows.get(keyOf({ grant, seq }));
     return known !== undefined && FINAL.has(known.state);
   }
 
   private draw(): void {
-    const place = (c: CommandInfo): number => c.id || (this.sent.get(`${c.grant}/${c.seq}`) ?? 0);
+    const place = (c: CommandInfo): number => c.id || (this.sent.get(keyOf(c)) ?? 0);
     const newest = [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq).slice(0, 8);
     for (const [key, c] of this.rows) if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
-    draw(
-      this.list,
-      repeat(newest, (c) => `${c.grant}/${c.seq}`, row),
-    );
+    drawParts(this.list, newest.map(row));
   }
 }
 
-function row(c: CommandInfo): TemplateResult {
+function row(c: CommandInfo): Part {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
   const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state,
     reached = GOOD.indexOf(c.state);
   const why = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
   const steps = GOOD.map((_, i) => html`<i class=${i <= reached ? "on" : ""}></i>`);
-  return html`<li class=${`command ${mark}`} data-state=${c.state}><b>${COMMAND_LABELS[c.kind] ?? c.kind}</b><span class="steps" aria-hidden="true">${steps}</span><span class="chip">${gaveWay ?? stageOf(c.kind, c.state)}</span><p ?hidden=${!why}>${why}</p>${progress(c)}</li>`;
+  const template = html`<li class=${`command ${mark}`} data-state=${c.state}><b>${COMMAND_LABELS[c.kind] ?? c.kind}</b><span class="steps" aria-hidden="true">${steps}</span><span class="chip">${gaveWay ?? stageOf(c.kind, c.state)}</span><p ?hidden=${!why}>${why}</p>${progress(c)}</li>`;
+  return { key: keyOf(c), template };
 }
 
 /** The progress of a long command while it runs; an unknown share is a bar without a value. */

@@ -1,4 +1,4 @@
-/** The commands of this page under the present grant: their numbers, the list of them, and the one that is held. */
+/** The commands of this page under the present grant: their numbers, their list, and the held motion. */
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
 import { HeldMotion } from "../socket/held_motion.ts";
@@ -6,6 +6,12 @@ import type { Answer, CommandInfo, Snapshot } from "../socket/messages.ts";
 import { laterStage } from "../socket/stages.ts";
 import { CommandList } from "./command_list.ts";
 import { configKinds, facts } from "./facts.ts";
+
+/** The parts of the page that `Commands` needs. `refuse` shows why a held motion may not start. */
+interface CommandsUse {
+  readonly live: Connection;
+  refuse(why: () => string): void;
+}
 
 export class Commands {
   readonly list = new CommandList(byId("ladder"), byId("say"));
@@ -16,15 +22,11 @@ export class Commands {
   private planned = 0;
   private snapshotOver = 0; // the socket over which the last snapshot came
 
-  /** `refuse` shows why a held motion may not start. */
-  constructor(
-    private connection: () => Connection,
-    refuse: (why: () => string) => void,
-  ) {
+  constructor(private use: CommandsUse) {
     this.heldMotion = new HeldMotion({
-      send: (m) => connection().send(m),
+      send: (m) => use.live.send(m),
       ended: (seq) => this.list.ended(this.grant, seq),
-      refused: refuse,
+      refused: (why) => use.refuse(why),
     });
   }
 
@@ -33,36 +35,27 @@ export class Commands {
     return this.heldMotion.held || (this.grant !== 0 && this.list.busy(this.grant, configKinds));
   }
 
-  /** Put the next command into the list and send it; `seen`: when the picture on the page was taken, 0 without one. */
+  /** Put the next command into the list and send it. Returns its number; `seen`: when the picture on the page was taken (ms). */
   issue(kind: string, args: object, seen: number): number {
-    const connection = this.connection();
-    this.seq += 1;
-    this.list.update({
-      id: 0,
-      seq: this.seq,
-      grant: this.grant,
-      kind,
-      state: "sending",
-      reason: "",
-      at_ms: connection.now(),
-      over: connection.opened,
-      result: {},
-    });
-    performance.mark(`command-${this.seq}`);
-    connection.send({ t: "command", kind, args, seq: this.seq, ...(seen ? { seen } : {}) });
-    if (facts.commands.some((c) => c.kind === kind && c.held)) this.heldMotion.hold(this.seq);
-    return this.seq;
+    const { live } = this.use;
+    const seq = ++this.seq,
+      sent = { at_ms: live.now(), over: live.opened };
+    this.list.update({ id: 0, seq, grant: this.grant, kind, state: "sending", reason: "", result: {}, ...sent });
+    performance.mark(`command-${seq}`);
+    live.send({ t: "command", kind, args, seq, ...(seen ? { seen } : {}) });
+    if (facts.commands.some((c) => c.kind === kind && c.held)) this.heldMotion.hold(seq);
+    return seq;
   }
 
-  /** Ask where a command would lead from these joints. Returns the number that its answer has. */
+  /** Ask where a command would lead from these joints (rad, m). Returns the number of the answer. */
   plan(kind: string, args: object, joints: readonly number[]): number {
-    this.connection().send({ t: "plan", n: ++this.planned, kind, args, from: joints });
+    this.use.live.send({ t: "plan", n: ++this.planned, kind, args, from: joints });
     return this.planned;
   }
 
-  /** Count on from where a snapshot's turn is. Returns whether it has another grant. */
+  /** Continue with the numbers of a snapshot's turn. Returns whether its grant is another one. */
   follow({ turn }: Snapshot): boolean {
-    this.snapshotOver = this.connection().opened;
+    this.snapshotOver = this.use.live.opened;
     if (!turn) return false;
     const other = turn.grant !== this.grant;
     this.seq = other ? turn.next_seq - 1 : Math.max(this.seq, turn.next_seq - 1);
@@ -70,7 +63,7 @@ export class Commands {
     return other;
   }
 
-  /** Show what a snapshot contains; of a recording it is another moment. */
+  /** Show the commands of a snapshot; in a recording it may be another moment, so the list begins again. */
   show(s: Snapshot): void {
     if (s.replay) this.list.clear();
     this.list.reset(s.commands);
@@ -78,16 +71,16 @@ export class Commands {
 
   /** Show that the server refused a command. */
   refused(answer: Answer): void {
-    this.list.refuse(this.grant, answer.seq ?? 0, answer.text, this.connection().now());
+    this.list.refuse(this.grant, answer.seq ?? 0, answer.text, this.use.live.now());
   }
 
-  /** Called again and again: end what was sent over a socket that is gone. */
+  /** End what was sent over a socket that is gone; called again and again. */
   draw(): void {
-    this.list.lost(this.snapshotOver, this.connection().now());
+    this.list.lost(this.snapshotOver, this.use.live.now());
   }
 }
 
-/** A snapshot's commands, which may have been read earlier than what is known of them. */
+/** Return the commands of a snapshot, with the stages already known where the snapshot was read before those. */
 export function latestStages(read: readonly CommandInfo[], known: readonly CommandInfo[] = []): CommandInfo[] {
   const before = new Map(known.map((c) => [c.id, c]));
   return read.map((c) => laterStage(before.get(c.id), c));

@@ -12,7 +12,7 @@ export interface Facts {
   busy: boolean;
 }
 
-/** Why nothing can be commanded now; empty when something can. */
+/** Return why nothing can be commanded now; empty if something can. */
 export function blocked(f: Facts): string {
   const s = f.snapshot;
   if (!f.lineUp || !s) return "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.";

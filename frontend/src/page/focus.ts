@@ -1,9 +1,9 @@
-/** Keeps the focus in place when what has it goes away: it moves to the heading of that part, never to the page's top. */
+/** Keeps the focus in place when its element disappears: it moves to the heading of that part, not to the top of the page. */
 
 const HEADINGS = "h1, h2, h3, .turnbar-words";
 
-let last: Element | null = null; // that had the focus
-let around: Element[] = []; // its ancestors, the nearest first: once it is removed it has none
+let last: Element | null = null; // the element that had the focus
+let around: Element[] = []; // its ancestors, the nearest first; a removed element has none
 
 function noted(element: Element | null): void {
   last = element;
@@ -11,7 +11,7 @@ function noted(element: Element | null): void {
   for (let box = element?.parentElement; box; box = box.parentElement) around.push(box);
 }
 
-/** The next place for the focus: the part that a part names by `data-then`, or the first heading that is shown. */
+/** Return the next place for the focus: the part that `data-then` of an ancestor names, or the first heading that is shown. */
 function next(): HTMLElement | null {
   for (const box of around) {
     const named = document.getElementById((box as HTMLElement).dataset["then"] ?? "");
@@ -34,6 +34,6 @@ function look(): void {
 }
 
 document.addEventListener("focusin", (event) => noted(event.target as Element));
-// who presses elsewhere has left it; a second press on what has the focus brings no `focusin`
+// a press elsewhere leaves the element; a second press on the element itself brings no `focusin`
 document.addEventListener("pointerdown", ({ target }) => last?.contains(target as Node) || noted(null), { capture: true });
 new MutationObserver(look).observe(document, { subtree: true, childList: true, attributeFilter: ["hidden"] });

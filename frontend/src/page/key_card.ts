@@ -1,4 +1,4 @@
-/** The list of keys: nothing moves for it, all keys work while it is open, and it makes way for the release of a stop. */
+/** The list of keys: it moves nothing, all keys work while it is open, and it closes for the release of a stop. */
 import { byId } from "../kit/dom.ts";
 
 const card = byId<HTMLDialogElement>("keys");

@@ -1,6 +1,7 @@
-/** The landing page: each robot's thumbnail follows its newest picture, and says where that is not live. */
+/** The landing page: each robot's thumbnail follows its newest picture, and says when it is not live. */
+import { make, set } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
-import { LIVE_MS, isLive } from "../media/picture_age.ts";
+import { LIVE_MS, isLive } from "../media/pictures.ts";
 import type { Message } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
 import { RobotSocket } from "../socket/robot_socket.ts";
@@ -10,13 +11,11 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
   const status = card.querySelector<HTMLElement>(".pill");
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const name = card.querySelector(".name")?.textContent ?? "the robot";
-  const mark = document.createElement("span");
-  mark.className = "not-live";
-  mark.textContent = "Not live";
+  const mark = make("span", { class: "not-live" }, "Not live");
   let last = 0;
   let taken = 0; // when the last live picture was taken, by the server's clock (ms)
-  let came = -Infinity; // when it came, by this page's
-  /** A robot without a stored picture gets an image element with its first picture. */
+  let came = -Infinity; // when it came, by this page's clock (ms)
+  /** Return the image element; a robot without a stored picture gets one with its first picture. */
   const place = (): HTMLImageElement => {
     if (!picture) {
       picture = new Image();
@@ -44,21 +43,18 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
         if (old.startsWith("blob:")) URL.revokeObjectURL(old);
         judge();
       },
-      line() {
-        judge();
-      },
+      line: () => judge(),
     },
     () => 15_000,
     null,
     () => ({ t: "watch", cameras: calm ? [] : [0], every_s: 1, compact: true }),
   );
-  /** Mark a picture that is old, or of which nobody knows, because the server is not reached. */
+  /** Mark a picture that is old, or whose age is not known because the server is not reached. */
   const judge = (): void => {
     if (!picture) return;
     const now = performance.now() - came < LIVE_MS && isLive(live.now() - taken, live.lost);
     card.dataset["picture"] = now ? "live" : "old";
-    const alt = `What ${name}'s camera ${now ? "sees now" : "saw last"}`;
-    if (picture.alt !== alt) picture.alt = alt;
+    set(picture, { alt: `What ${name}'s camera ${now ? "sees now" : "saw last"}` });
     if (now) mark.remove();
     else if (!mark.isConnected) card.querySelector(".thumb")?.append(mark);
   };

@@ -1,7 +1,6 @@
 /** Pictures, video, sound and byte streams of a robot's page: what it asks for, and what becomes of what comes. */
 import { byId, say } from "../kit/dom.ts";
-import { pictureAge } from "../media/picture_age.ts";
-import { skipsForReducedMotion } from "../media/reduced_motion.ts";
+import { pictureAge, skipsForReducedMotion } from "../media/pictures.ts";
 import { Sound } from "../media/sound.ts";
 import { Subscription } from "../media/subscription.ts";
 import { VideoPlayer } from "../media/video.ts";
@@ -15,10 +14,10 @@ import type { Console } from "./console.ts";
 import type { Facts } from "./controls.ts";
 import { facts } from "./facts.ts";
 
-const RATE_MS = 3000; // of an older picture it is not told how many come
+const RATE_MS = 3000; // with an older picture the page does not say how many come
 
-/** What it takes from the page. */
-export interface MediaUse {
+/** The parts of the page that `Media` needs. */
+interface MediaUse {
   connection(): Connection;
   console(): Console | null;
   snapshot(): Snapshot | null;

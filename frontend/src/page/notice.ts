@@ -1,9 +1,9 @@
-/** The page's short messages. One that says why something was refused goes as soon as that is no longer so. */
+/** The page's short messages. A refusal disappears as soon as its reason is gone. */
 import { say } from "../kit/dom.ts";
 
 const INFO_MS = 6000,
   WARNING_MS = 12_000; // how long one is shown
-const LEAST_MS = 3000; // a refusal can be read, whatever happens by itself meanwhile
+const LEAST_MS = 3000; // a refusal stays at least so long, so that it can be read
 
 export class Notice {
   private readonly box: HTMLElement;
@@ -16,7 +16,7 @@ export class Notice {
     this.box = box;
   }
 
-  /** `holds`: whether the words still say something new; asked again and again. */
+  /** Show a message. `holds` is called again and again; the message disappears when it returns false. */
   show(words: string, level: string, holds?: () => boolean): void {
     this.refused = null;
     this.holds = holds;
@@ -28,7 +28,7 @@ export class Notice {
     this.timer = setTimeout(() => this.hide(), level === "info" ? INFO_MS : WARNING_MS);
   }
 
-  /** Say why something was refused; `why` is asked again, and is empty when it would not be refused any more. */
+  /** Show why something was refused. `why` is called again and again, and returns an empty text once the reason is gone. */
   refuse(why: () => string): void {
     this.show(why(), "warning");
     this.refused = why;
@@ -40,12 +40,12 @@ export class Notice {
     this.holds = undefined;
   }
 
-  /** Something else was chosen or given: what was refused before is over. */
+  /** Hide a refusal: the person has chosen something else, or sent a command. */
   settle(): void {
     if (this.refused) this.hide();
   }
 
-  /** Called again and again. */
+  /** Hide a message that is no longer true; called again and again. */
   draw(): void {
     if (this.holds?.() === false) this.hide();
     if (this.refused && performance.now() - this.since > LEAST_MS && this.refused() !== this.box.textContent) this.hide();

@@ -11,24 +11,22 @@ import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../sock
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import type { Tolerance } from "../socket/poses.ts";
 import { COMMAND_LABELS, SETTING_KINDS } from "../socket/stages.ts";
-import { Banner, bannerWords } from "./banner.ts";
+import { bannerWords, showBanner } from "./banner.ts";
 import type { CommandList } from "./command_list.ts";
 import { Commands, latestStages } from "./commands.ts";
-import type { Console } from "./console.ts";
+import { completeConsole, type Console } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
-import { completeConsole } from "./default_console.ts";
 import { facts } from "./facts.ts";
 import "./key_card.ts";
-import { LogList } from "./log_list.ts";
+import { drawLog } from "./log_list.ts";
 import { Media } from "./media.ts";
 import { Notice } from "./notice.ts";
 import { RobotState } from "./robot_state.ts";
 import { Status } from "./status.ts";
-import "./sticky_stop.ts";
 import { StopButton } from "./stop_button.ts";
 import { WireTrace } from "./wire_trace.ts";
 
-const AWAY_MS = 20_000; // so long a turn is kept without a connection
+const AWAY_MS = 20_000; // a turn is kept for so long without a connection
 Object.assign(COMMAND_LABELS, facts.labels);
 for (const kind of facts.settings) SETTING_KINDS.add(kind);
 
@@ -40,17 +38,12 @@ export class RobotPage {
   onPlan: ((answer: PlanAnswer) => void) | null = null;
   private page = byId("robot");
   private console: Console | null = null;
-  private commands = new Commands(
-    () => this.live,
-    (why) => this.refuse(why),
-  );
+  private commands = new Commands(this);
   private media = new Media({ connection: () => this.live, console: () => this.console, snapshot: () => this.snapshot });
   private notices = new Notice(byId("notice"));
-  private banner = new Banner(() => this.notices.hide()); // it is newer
   private status = new Status();
   private suspension = new Suspension((words, level) => this.notice(words, level));
   private wakeLock = new ScreenWakeLock();
-  private log = new LogList(byId("log"));
   private stop: StopButton;
   private turnPanel: TurnPanel;
   private trace: WireTrace | null;
@@ -80,11 +73,7 @@ export class RobotPage {
       snapshot: () => this.snapshot,
       draw: () => this.draw(),
     });
-    this.turnPanel = new TurnPanel(
-      byId("place"),
-      (m) => this.live.send(m),
-      (why) => this.refuse(why),
-    );
+    this.turnPanel = new TurnPanel(byId("place"), this);
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
@@ -92,7 +81,7 @@ export class RobotPage {
     every(250, () => this.draw());
   }
 
-  /** Install the console, with defaults for missing members; it is called now with everything that came before. */
+  /** Install the console, with defaults for missing members, and give it everything that has come so far. */
   begin(own: Partial<Console>): void {
     const console = (this.console = completeConsole(own, this));
     if (this.live.up) console.watch?.();
@@ -103,7 +92,7 @@ export class RobotPage {
     this.draw();
   }
 
-  /** Have the pictures of these cameras; a page that never asks gets those of the first one. */
+  /** Ask for the pictures of these cameras; a page that never asks gets those of the first one. */
   watch(cameras: number[]): void {
     this.media.subscription.want(cameras);
   }
@@ -113,40 +102,37 @@ export class RobotPage {
     return this.robot.packet;
   }
 
-  /** The newest value of that name: rad, m or the spec's unit; undefined if none has arrived. */
+  /** Return the newest value of that name, in rad, m or the spec's unit; undefined before the first. */
   value(name: string): number | undefined {
     return this.robot.value(name);
   }
 
-  /** The newest pose, by coordinates that states carry (m, rad), NaN for one that is not known; empty before the first. */
+  /** The newest pose by the spec's coordinates (m, rad), NaN for one that is not known; empty before the first. */
   get pose(): number[] {
     return this.robot.pose;
   }
 
-  /** Whether the robot is no longer where it was at a picture or still, by its pose; no if either is not known. */
+  /** Return whether the robot has left the pose of a picture or still; no if either pose is not known. */
   moved(since: { pose?: readonly number[] }, near?: Tolerance): boolean {
     return this.robot.hasLeft(since.pose ?? [], near);
   }
 
-  /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */
+  /** Return the newest key packet of a byte stream and the deltas after it; empty before the first. */
   stream(name: string): StreamPacket[] {
     return this.media.stream(name);
   }
 
-  /** Why that kind of command does not work now; empty if it does. */
+  /** Return why that kind of command does not work now; empty if it does. */
   whyNot(kind: string): string {
     return this.console?.whyNot(kind, this.facts()) ?? blocked(this.facts());
   }
 
-  /** Run `act` at a press of the button, unless it is disabled. */
+  /** Run `act` at a press of the buttons of that name; a disabled one shows its reason instead. */
   on(name: string, act: () => void): void {
     for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
       button.addEventListener("click", () => {
-        if (refusal(button)) {
-          this.refuse(() => refusal(button));
-          return;
-        }
-        act();
+        if (refusal(button)) this.refuse(() => refusal(button));
+        else act();
       });
   }
 
@@ -154,7 +140,7 @@ export class RobotPage {
   readonly keepAlive = this.commands.heldMotion;
   readonly ladder: CommandList = this.commands.list;
 
-  /** Whether nothing runs that belongs to this page, and its line may carry more than what is shown. */
+  /** Whether no command of this page runs, and its line brings everything in time. */
   get idle(): boolean {
     return this.media.subscription.good && !this.facts().busy;
   }
@@ -183,7 +169,7 @@ export class RobotPage {
     };
   }
 
-  /** Give a command, or show why not. Returns its sequence number; 0 if it was not given. */
+  /** Send a command, or show why it does not work now. Returns its sequence number; 0 if it was not sent. */
   command(kind: string, args: object = {}, judged = kind): number {
     if (this.whyNot(judged)) {
       this.refuse(() => this.whyNot(judged));
@@ -192,12 +178,12 @@ export class RobotPage {
     return this.issue(kind, args);
   }
 
-  /** Ask where a command would lead from here; `onPlan` gets the answer, with the number that this returns. */
+  /** Ask where a command would lead from here. Returns the number of the answer, which `onPlan` gets. */
   plan(kind: string, args: object = {}): number {
     return this.commands.plan(kind, args, this.state?.joints ?? []);
   }
 
-  /** When the picture on the page was taken (ms since 1970), which is stored with what is asked for; 0 without one. */
+  /** When the picture on the page was taken (ms since 1970; 0 without one); it is stored with each command. */
   get seen(): number {
     return Math.max(0, Math.round(this.console?.pictureAt() ?? 0));
   }
@@ -214,12 +200,12 @@ export class RobotPage {
     this.notices.show(words, level);
   }
 
-  /** Say why something is refused, for as long as `why` says so and nothing else is given. */
+  /** Show why something is refused, for as long as `why` returns the same and no command is sent. */
   refuse(why: () => string): void {
     this.notices.refuse(why);
   }
 
-  /** Something was chosen: what was refused before is over. */
+  /** Hide the last refusal: the person has chosen something else. */
   settle(): void {
     this.notices.settle();
   }
@@ -275,7 +261,7 @@ export class RobotPage {
     const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
     if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
     if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
-    this.log.draw(s.log, this.live.now());
+    drawLog(byId("log"), s.log, this.live.now());
     this.stop.press.update(s); // last, because the result of a Stop matters most
   }
 
@@ -289,18 +275,17 @@ export class RobotPage {
   draw(): void {
     const f = this.facts(),
       s = this.snapshot;
-    this.banner.show(
-      bannerWords({
-        lost: !f.lineUp,
-        lostMs: this.live.lostMs,
-        offline: !navigator.onLine,
-        snapshot: s,
-        storeDown: this.storeDown,
-        stopPending: this.stop.press.pending,
-        robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)),
-        now: f.now,
-      }),
-    );
+    const words = bannerWords({
+      lost: !f.lineUp,
+      lostMs: this.live.lostMs,
+      offline: !navigator.onLine,
+      snapshot: s,
+      storeDown: this.storeDown,
+      stopPending: this.stop.press.pending,
+      robotSilent: s?.robot.state !== "offline" && this.robot.silent(f.now, (at) => this.live.heardSince(at)),
+      now: f.now,
+    });
+    showBanner(words, () => this.notices.hide()); // the banner is newer
     this.media.draw(f);
     this.notices.draw();
     this.wakeLock.keep(this.operating && !isReplay() && this.live.lostMs < AWAY_MS);

@@ -1,4 +1,4 @@
-/** The newest state of the robot: its values by the names of its spec, and whether it is still where a picture shows it. */
+/** The newest state of the robot: its values by the names of the spec, and whether it has left the place of a picture. */
 import type { StatePacket } from "../socket/packets.ts";
 import { hasLeft, splitState, type Tolerance } from "../socket/poses.ts";
 import { facts } from "./facts.ts";
@@ -10,7 +10,7 @@ export class RobotState {
   packet: StatePacket | null = null;
   private heardAt = 0;
 
-  /** Compact states lack velocities and torques; unless `whole`, one between them must not show them for a moment. */
+  /** Take a state. Without `whole` its velocities are left out, because the compact states before and after have none. */
   take(received: StatePacket, whole: boolean): StatePacket {
     const packet = splitState(received, facts.channels.length + facts.pose.length);
     this.packet = whole ? packet : { ...packet, velocities: [], torques: [], twist: [] };
@@ -31,15 +31,11 @@ export class RobotState {
   }
 
   hasLeft(pose: readonly number[], near?: Tolerance): boolean {
-    return hasLeft(
-      pose,
-      this.pose,
-      facts.pose.map(({ unit }) => unit),
-      near,
-    );
+    const units = facts.pose.map(({ unit }) => unit);
+    return hasLeft(pose, this.pose, units, near);
   }
 
-  /** Whether the portal was heard after the robot's last message, which is old; without a connection nothing is known. */
+  /** Return whether the robot's last message is old although the portal was heard later; no without a connection. */
   silent(now: number, heardSince: (at: number) => boolean): boolean {
     return this.packet !== null && now - this.packet.atMs > SILENT_MS && heardSince(this.heardAt + ALONE_MS);
   }

@@ -1,4 +1,4 @@
-/** What every page loads: the look, where the focus goes, and where one stands. */
+/** What every page loads: the styles, the care for the focus, and the turn bar. */
 import "../style/index.css";
 import { pollPendingParts } from "./pending_parts.ts";
 import "./focus.ts";

@@ -1,4 +1,4 @@
-/** The words about a robot on its page: how it is, who drives, who watches, and whether a stop holds it. */
+/** The words about a robot on its page: its state, who drives, who watches, and whether a stop holds it. */
 import { byId, say } from "../kit/dom.ts";
 import { watcherWords } from "../queue/waits.ts";
 import type { Snapshot } from "../socket/messages.ts";
@@ -6,7 +6,7 @@ import { unconfirmedStop } from "./banner.ts";
 import { blocked, type Facts } from "./controls.ts";
 
 export class Status {
-  /** How many people watch, the driver apart; null while that is not known. */
+  /** How many people watch, without the driver; null while that is not known. */
   watchers: number | null = null;
   private page = byId("robot");
 

@@ -3,7 +3,7 @@ import type { Snapshot } from "../socket/messages.ts";
 import type { RobotSocket } from "../socket/robot_socket.ts";
 
 const ANSWER_MS = 1500;
-/** A Stop is sent late no longer than this after its press, and only into the turn that it was meant for. */
+/** A Stop is sent at most so long after its press, and only into the turn that it was meant for. */
 const LATE_MS = 60_000;
 export const UNSENT =
   "Stop could not be sent; it is sent when the connection is back. What you hold down ends within half a second, " +
@@ -13,7 +13,7 @@ export class StopPress {
   private at = 0;
   private grant: number | null = null;
   private socket = 0;
-  private again = 0; // so often it went into another socket before an answer had come
+  private again = 0; // how often it was sent again over another socket before an answer had come
   private snapshot: Snapshot | null = null;
 
   private live: Pick<RobotSocket, "send" | "lost" | "opened">;
@@ -37,8 +37,8 @@ export class StopPress {
   }
 
   /**
-   * Note the portal's answer. Returns whether a late arrival was shown, which replaces the answer's text, as that of
-   * every further answer to the same press.
+   * Take the portal's answer. Returns whether its text is left out: a late arrival is shown instead, and further answers
+   * to the same press say nothing new.
    */
   answer(ok: boolean): boolean {
     if (!this.at && ok && this.again > 0) {
@@ -51,7 +51,7 @@ export class StopPress {
     return late;
   }
 
-  /** Note the present snapshot. After a reconnection the press is sent again if it still applies; it can only hold the robot. */
+  /** Take a snapshot. After a reconnection a press that still applies is sent again; a Stop can only hold the robot. */
   update(s: Snapshot): void {
     this.snapshot = s;
     if (!this.at || this.socket === this.live.opened) return;
@@ -60,10 +60,8 @@ export class StopPress {
       if (this.socket) this.again += 1;
       this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
     } else {
-      this.notice(
-        `The connection is back. The Stop that you pressed ${this.ago()} was not sent: the turn that it was meant for is over.`,
-        "warning",
-      );
+      const why = "the turn that it was meant for is over";
+      this.notice(`The connection is back. The Stop that you pressed ${this.ago()} was not sent: ${why}.`, "warning");
       this.at = 0;
     }
   }

@@ -1,24 +1,22 @@
 /** The page after a turn: a draft of the form is stored on this device until the server has it. */
+import { withStorage } from "../kit/storage.ts";
 
 const turn = document.querySelector<HTMLElement>("[data-drafts-of]")?.dataset["draftsOf"] ?? "";
 const form = document.querySelector<HTMLFormElement>("form[data-draft]");
 const nameOf = (draft: string): string => `draft-${draft}`;
 
-/** The filled-in values by name, without the hidden fields. */
+/** Return the filled-in values by name, without the form's token. */
 function filled(of: HTMLFormElement): Record<string, string> {
   const all = [...new FormData(of)].filter(([name]) => name !== "csrfmiddlewaretoken");
   return Object.fromEntries(all.map(([name, value]) => [name, typeof value === "string" ? value : value.name]));
 }
 
+/** Return the stored draft; empty if there is none, or it cannot be read. */
 function read(name: string): Record<string, string> {
-  try {
-    return JSON.parse(localStorage.getItem(name) ?? "{}") as Record<string, string>;
-  } catch {
-    return {}; // unreadable, or no storage
-  }
+  return withStorage((all) => JSON.parse(all.getItem(name) ?? "{}") as Record<string, string>) ?? {};
 }
 
-/** The names of fields in which something was filled in before this script ran. */
+/** Return the names of the fields in which something was filled in before this script ran. */
 function touched(of: HTMLFormElement): Set<string> {
   const found = new Set<string>();
   for (const field of of.elements)
@@ -29,7 +27,7 @@ function touched(of: HTMLFormElement): Set<string> {
   return found;
 }
 
-/** Fill in the draft; what somebody has begun to write stays. */
+/** Fill in the draft, except in the fields that somebody has begun to fill in. */
 function fill(of: HTMLFormElement, draft: Record<string, string>, begun: Set<string>): void {
   for (const [name, value] of Object.entries(draft)) {
     if (begun.has(name)) continue;
@@ -41,24 +39,14 @@ function fill(of: HTMLFormElement, draft: Record<string, string>, begun: Set<str
 if (form) {
   const name = nameOf(form.dataset["draft"] ?? "");
   const begun = touched(form);
-  const store = (): void => {
-    try {
-      localStorage.setItem(name, JSON.stringify(filled(form)));
+  const store = (): void =>
+    withStorage((all) => {
+      all.setItem(name, JSON.stringify(filled(form)));
       document.getElementById("draft-said")?.removeAttribute("hidden");
-    } catch {
-      // no storage: the page still contains what was typed
-    }
-  };
+    });
   if ("fresh" in form.dataset) fill(form, read(name), begun); // after a refusal the server returns what was sent
   if (begun.size) store();
   form.addEventListener("input", store);
 }
-// a part without a form was accepted by the server
-for (const draft of [turn, `${turn}-edit`])
-  if (form?.dataset["draft"] !== draft) {
-    try {
-      localStorage.removeItem(nameOf(draft));
-    } catch {
-      // nothing was stored
-    }
-  }
+// the server has accepted a part that has no form any more
+for (const draft of [turn, `${turn}-edit`]) if (form?.dataset["draft"] !== draft) withStorage((all) => all.removeItem(nameOf(draft)));

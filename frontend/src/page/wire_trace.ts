@@ -1,4 +1,5 @@
 /** The live wire trace for staff. */
+import { make } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import type { TraceLine } from "../socket/messages.ts";
 
@@ -8,6 +9,8 @@ export class WireTrace {
   private count = 0;
   private since = performance.now();
   private bytes = 0;
+  private resent = 0;
+  private broken = 0;
 
   constructor(
     private box: HTMLElement,
@@ -16,20 +19,11 @@ export class WireTrace {
     every(1000, () => this.tell());
   }
 
-  private resent = 0;
-  private broken = 0;
-
   add(line: TraceLine): void {
-    const row = document.createElement("li");
-    row.className = line.direction === ">" ? "out" : "in";
-    const direction = document.createElement("span");
-    direction.textContent = line.direction === ">" ? "host → robot" : "robot → host";
-    const words = document.createElement("b");
-    words.textContent = line.words;
-    const hex = document.createElement("code");
-    hex.textContent = line.hex;
-    row.append(direction, words, ...(written(line.hex) === line.words ? [] : [hex]));
-    this.box.prepend(row);
+    const out = line.direction === ">";
+    const hex = written(line.hex) === line.words ? [] : [make("code", {}, line.hex)];
+    const direction = make("span", {}, out ? "host → robot" : "robot → host");
+    this.box.prepend(make("li", { class: out ? "out" : "in" }, direction, make("b", {}, line.words), ...hex));
     while (this.box.childElementCount > KEEP) this.box.lastElementChild?.remove();
     this.count += 1;
     this.bytes += (line.hex.length + 1) / 3;
@@ -47,7 +41,7 @@ export class WireTrace {
   }
 }
 
-/** The text of the bytes, if the wire carries plain text. */
+/** Return the bytes as text. */
 function written(hex: string): string {
   return String.fromCharCode(...hex.split(" ").map((byte) => parseInt(byte, 16))).trim();
 }

@@ -4,9 +4,9 @@ import { storage } from "../kit/storage.ts";
 import type { QueuePlace } from "./person_socket.ts";
 
 const MOMENTS_S = [60, 20, 10];
-/** What the bar's button for the sound does, as its `data-do` says. */
+/** The action of the bar's button for the sound, as in its `data-do`. */
 export const SOUND_ACTION = "ask-sound";
-const READY_MS = 400; // in which a browser begins to play, if it does
+const READY_MS = 400; // a browser that plays begins within this time
 
 export class Announcer {
   private title = document.title;
@@ -18,10 +18,10 @@ export class Announcer {
   private wantsSound = false;
   /** Whether the browser has played on this page. */
   ran = false;
-  private asked = false; // its button was pressed since it last played
+  private asked = false; // whether the sound's button was pressed since the browser last played
   private polite: HTMLElement;
   private assertive: HTMLElement;
-  private chimes = 0; // a later chime takes the place of one that still waits
+  private chimes = 0; // a later chime replaces one that still waits
   private open: (place: QueuePlace) => void;
 
   constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: QueuePlace) => void) {
@@ -41,19 +41,19 @@ export class Announcer {
     if (on) this.chime();
   }
 
-  /** Whether the browser would not play the sound now: nobody has pressed anything, or it has paused the page's sound. */
+  /** Whether the browser would not play now: nobody has pressed anything, or it has paused the page's sound. */
   get paused(): boolean {
     return this.sound && this.audio?.state !== "running";
   }
 
-  /** The button for the sound was pressed: resume what is paused; where that did not help, switch it off. */
+  /** Take a press of the sound's button: resume a paused sound; if that has not helped before, switch it off. */
   press(): void {
     const on = !this.sound || (this.paused && !this.asked);
     this.asked = on;
     this.sound = on;
   }
 
-  /** Announce what is new, the most urgent first; called at each change and every half second. */
+  /** Announce the news of these places, the most urgent first; called at each change and every half second. */
   tell(places: readonly QueuePlace[], now: number, own: string): void {
     const [first] = places;
     if (this.audio?.state === "running") [this.ran, this.asked] = [true, false];
@@ -84,7 +84,7 @@ export class Announcer {
     say(moment === 60 ? this.polite : this.assertive, `${moment} seconds left ${words}.`);
   }
 
-  /** Say once that the turn ends soon because nothing is done; again only after something was done. */
+  /** Announce once that the turn ends soon because nothing is done; again only after something was done. */
   private idle(place: QueuePlace, now: number): void {
     const key = `idle-${place.ticket}`;
     if (!place.idles) this.known.delete(key);
@@ -118,12 +118,7 @@ export class Announcer {
   private notify(place: QueuePlace, key: string, words: string, body: string): void {
     if (!("Notification" in window) || Notification.permission !== "granted") return;
     try {
-      const note = new Notification(words, {
-        body,
-        tag: key,
-        icon: this.calmIcon,
-        requireInteraction: true,
-      });
+      const note = new Notification(words, { body, tag: key, icon: this.calmIcon, requireInteraction: true });
       note.onclick = () => {
         window.focus();
         note.close();
@@ -134,13 +129,13 @@ export class Announcer {
     }
   }
 
-  /** Have the sound ready for a chime; a press of the button for it is left to that button. */
+  /** Prepare the sound for a chime; a press of the sound's button is left to that button. */
   private ready(target: EventTarget | null): void {
     const own = target instanceof Element && target.closest(`[data-do="${SOUND_ACTION}"]`) !== null;
     if (this.wantsSound && !own && touched()) this.prime();
   }
 
-  /** Browsers allow sound only after the page was touched. */
+  /** Open or resume the audio; browsers allow that only after a press on the page. */
   private prime(): void {
     if (!this.sound) return;
     try {
@@ -151,13 +146,13 @@ export class Announcer {
     }
   }
 
-  /** Play two notes, now or never; `played` is called if the browser does. */
+  /** Play two notes at once or not at all; `played` is called if the browser plays them. */
   private chime(played: () => void = () => undefined): void {
     if (!this.sound || !touched()) return;
     this.prime();
     const chime = ++this.chimes;
     const now = (): void => {
-      if (!this.audio || this.paused || chime !== this.chimes) return; // what was begun now would sound at some later time
+      if (!this.audio || this.paused || chime !== this.chimes) return; // a paused audio would play it at some later time
       play(this.audio);
       played();
     };
@@ -166,7 +161,7 @@ export class Announcer {
   }
 }
 
-/** Whether somebody has pressed anything on this page; not every browser knows. */
+/** Return whether somebody has pressed anything on this page; not every browser knows. */
 function touched(): boolean {
   return (navigator as Partial<Navigator>).userActivation?.hasBeenActive ?? false;
 }

@@ -1,4 +1,4 @@
-/** Jobs on a robot: ask for one, as a guest or signed in, follow one's own, cancel one. */
+/** Jobs on a robot: ask for one, as a guest or signed in, follow the own ones, cancel one. */
 import { request } from "../kit/request.ts";
 import type { JobInfo } from "../socket/messages.ts";
 
@@ -17,7 +17,7 @@ export interface OwnJob {
 
 const NOT_ARRIVED = "The request did not arrive. Check your connection and try again.";
 
-/** A token that nobody guesses; `crypto.randomUUID` would need HTTPS. */
+/** Return a token that nobody can guess; `crypto.randomUUID` would need HTTPS. */
 const token = (): string => Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
 export class Jobs {
@@ -26,14 +26,14 @@ export class Jobs {
   private busy = false;
   private again = false;
   private known = false; // an answer has come
-  private posted = 0; // requests that changed something and were answered
-  private readonly unanswered = new Map<string, string>(); // what was asked for, and the token of that press
+  private posted = 0; // the number of answered requests that changed something
+  private readonly unanswered = new Map<string, string>(); // the token of the press for each request without an answer
 
   private readonly slug: string;
   private readonly token: string;
   private readonly changed: () => void;
 
-  /** `token`: the form's token against forged requests; `changed` is called when `own` is new. */
+  /** `token`: the form's token against forged requests; `changed` is called when `own` has changed. */
   constructor(slug: string, token: string, changed: () => void) {
     [this.slug, this.token, this.changed] = [slug, token, changed];
   }
@@ -46,7 +46,7 @@ export class Jobs {
     return this.own.find((job) => job.id === id);
   }
 
-  /** Read one's own jobs again; one request at a time. */
+  /** Read the own jobs again; one request at a time. */
   async refresh(): Promise<void> {
     this.again = this.busy;
     if (this.busy) return;
@@ -57,7 +57,7 @@ export class Jobs {
       const jobs = answer.ok ? ((await answer.json()) as { jobs: OwnJob[] }).jobs : this.own;
       this.known ||= answer.ok;
       if (posted === this.posted) this.own = jobs;
-      else this.again = true; // it may have been read before
+      else this.again = true; // the answer may be older than the request in between
       this.changed();
     } catch {
       // the next snapshot asks again
@@ -66,15 +66,15 @@ export class Jobs {
     if (this.again) void this.refresh();
   }
 
-  /** The robot's open jobs are these now: an own one that is not among them, or began, is read again, and so are all if none was read yet. */
+  /** Compare with the robot's open jobs: read the own ones again if one is missing or has begun, or if none was read yet. */
   update(open: readonly JobInfo[]): void {
     const states = new Map(open.map(({ id, state }) => [id, state]));
     if ((!this.known && !this.busy) || this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
   }
 
   /**
-   * Ask for a job; `seen`: when the picture on the page was taken (ms since 1970), 0 for none. Returns a sentence that says
-   * why not; empty if it waits now. Asked again before an answer came, it is the same job.
+   * Ask for a job; `seen`: when the picture on the page was taken (ms since 1970), 0 for none. Resolves to a sentence that
+   * says why not; empty if it waits now. A repeated request without an answer in between is the same job.
    */
   ask(kind: string, values: Record<string, number | string>, seen = 0): Promise<string> {
     const named = Object.entries(values).map(([name, value]) => [`arg-${name}`, String(value)]);
@@ -87,7 +87,7 @@ export class Jobs {
     return this.post(this.address, body, () => this.unanswered.delete(asked));
   }
 
-  /** Cancel an own job. Returns a sentence that says why not; empty if it is cancelled. */
+  /** Cancel an own job. Resolves to a sentence that says why not; empty if it is cancelled. */
   cancel(job: OwnJob): Promise<string> {
     return this.post(job.url, new URLSearchParams());
   }

@@ -1,4 +1,4 @@
-/** Leaving during a turn: the browser asks, or the bar if it was a link of this site. */
+/** Leaving during a turn: the browser asks, or the turn bar for a link of this site. */
 
 export const LEAVE_EVENT = "farhand:leave";
 export interface LeaveRequest {
@@ -9,7 +9,7 @@ export interface LeaveRequest {
 /** Ask before this page is left, for as long as `operating`. */
 export function guardTurn(operating: () => boolean): void {
   let sure = false;
-  addEventListener("pageshow", () => (sure = false)); // somebody comes back to the page as they left it
+  addEventListener("pageshow", () => (sure = false)); // the page may come back from the browser's cache
   addEventListener("beforeunload", (event) => {
     if (operating() && !sure) event.preventDefault();
   });

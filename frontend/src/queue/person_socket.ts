@@ -1,5 +1,5 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
-import { request } from "../kit/request.ts";
+import { openSocket, request } from "../kit/request.ts";
 import type { EndReason } from "../socket/messages.ts";
 
 export interface QueuePlace {
@@ -16,9 +16,9 @@ export interface QueuePlace {
   wait_s: [number, number] | null;
   /** When the turn ends unless something is done; null while nobody waits for it. */
   idle_ms: number | null;
-  /** Whether that is soon; this page's own judgement. */
+  /** Whether `idle_ms` is soon; this page judges it. */
   idles?: boolean;
-  /** Of a place that is over: why, what it cost, and what is next; and the turn's number, where it became one. */
+  /** Of a place that is over: why, what it cost, and what is next. `turn`: the turn's number, if the place became a turn. */
   end: EndReason | null;
   turn: number | null;
 }
@@ -37,7 +37,6 @@ interface PendingRequest {
 type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
 
 const SIGNED_OUT = 4401;
-const OPEN_MS = 10_000; // an attempt that takes longer is given up
 const DEAD_MS = 50_000; // the server says something every 20 s
 const LOOK_MS = 5000; // or if it does not answer when it is asked: the device may have slept
 const POLL_MS = 10_000;
@@ -47,11 +46,26 @@ export const UNSENT = "That could not be sent: there is no connection. Try again
 const WARN_MS = 20_500; // the server tells again 20 s before
 
 /**
- * Whether the turn ends soon because nothing is done in it, and not before because its page is closed. Judged by when
- * the server has told it: what was told before may not be true any more.
+ * Return whether the turn ends soon because nothing is done in it, and not before because its page is closed. `toldMs`:
+ * when the server said so, because an earlier message may not be true any more.
  */
-export function isIdle(p: QueuePlace, told: number): boolean {
-  return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - told <= WARN_MS;
+export function isIdle(p: QueuePlace, toldMs: number): boolean {
+  return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - toldMs <= WARN_MS;
+}
+
+/** Return the places without offers that are past their end; the server sends the result within two seconds. */
+export function currentPlaces(places: readonly QueuePlace[], now: number): QueuePlace[] {
+  return places.filter((p) => !(p.state === "offered" && p.until_ms !== null && p.until_ms <= now));
+}
+
+/**
+ * Return the places for the turn bar, the most urgent first. The page of the robot `own` shows a turn there itself, and how it
+ * ended, but not that it ends soon because nothing is done.
+ */
+export function barPlaces(places: readonly QueuePlace[], own: string): QueuePlace[] {
+  const hidden = (p: QueuePlace): boolean =>
+    p.robot === own && ((p.state === "operating" && !p.idles) || (p.state === "ended" && p.turn !== null));
+  return places.filter((p) => !hidden(p)).sort((a, b) => Number(b.idles ?? false) - Number(a.idles ?? false));
 }
 
 export class PersonSocket {
@@ -63,7 +77,7 @@ export class PersonSocket {
   private socket: WebSocket | null = null;
   private tries = 0;
   private heard = 0;
-  private looked = 0; // when the server was asked for the places, and has not answered since; 0: not
+  private looked = 0; // when the server was asked for the places and has not answered yet; 0: not asked
   private asked = 0;
   private waiting: PendingRequest | null = null;
   private token: string;
@@ -84,7 +98,7 @@ export class PersonSocket {
     return Date.now() + this.offset;
   }
 
-  /** Send the request; returns what went wrong as a sentence, or an empty text. */
+  /** Send the request. Resolves to what went wrong as a sentence, or to an empty text. */
   async ask(what: PlaceAction, place: QueuePlace): Promise<string> {
     if (this.socket?.readyState === WebSocket.OPEN) {
       const answer = new Promise<string>((answered) => (this.waiting = { what, robot: place.robot, answered }));
@@ -97,7 +111,7 @@ export class PersonSocket {
     return this.post(what, place);
   }
 
-  /** Have the places told again. */
+  /** Ask the server for the places again. */
   look(): void {
     if (this.over) return;
     if (this.socket?.readyState === WebSocket.OPEN) {
@@ -107,12 +121,10 @@ export class PersonSocket {
   }
 
   private open(): void {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws/me/`);
+    const socket = openSocket("/ws/me/");
     this.socket = socket;
     this.heard = performance.now();
     this.looked = 0;
-    setTimeout(() => socket.readyState === WebSocket.CONNECTING && socket.close(), OPEN_MS); // the next attempt follows
     socket.onmessage = (event) => this.take(JSON.parse(event.data as string) as Heard);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -131,7 +143,7 @@ export class PersonSocket {
     this.looked = 0;
     this.tries = 0;
     if (m.t === "answer") {
-      // the answer to a request that was given up meanwhile is nobody's; one that could not be read is answered as "do"
+      // an answer that comes too late belongs to no request; a request that the server could not read is answered as "do"
       const meant = this.waiting && (m.to === "do" || (m.to === this.waiting.what && m.robot === this.waiting.robot));
       if (meant) this.waiting?.answered(m.text);
       return;
@@ -188,7 +200,7 @@ export class PersonSocket {
     }
   }
 
-  /** Show the server's answer; returns what went wrong, or null if the answer was not usable. */
+  /** Show the server's answer. Resolves to what went wrong, or to null for an answer that is not usable. */
   private async read(answer: Response): Promise<string | null> {
     if (answer.type === "opaqueredirect") {
       this.end();

@@ -1,4 +1,4 @@
-/** The part of a robot's page that says that a stop suspended its jobs, where staff resume them. */
+/** The part of a robot's page that says that a stop has suspended its jobs; staff resume them there. */
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import type { Snapshot } from "../socket/messages.ts";
@@ -13,7 +13,7 @@ export class Suspension {
 
   constructor(notice: (words: string, level: string) => void) {
     this.box?.addEventListener("submit", (event) => {
-      const why = !navigator.onLine ? UNSENT : this.button ? refusal(this.button) : ""; // else the browser leaves the page
+      const why = !navigator.onLine ? UNSENT : this.button ? refusal(this.button) : ""; // offline the browser would leave the page
       if (!why) return;
       event.preventDefault();
       notice(why, "warning");

@@ -1,12 +1,11 @@
 /** The bar on every page: the person's most urgent place, with countdown and button. */
-import { say } from "../kit/dom.ts";
+import { make, say } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { button, drawParts, inlineCountdown, link, type Part, strong, words } from "../kit/render.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
 import { SOUND_ACTION, Announcer } from "./announcer.ts";
 import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
-import { PersonSocket, type QueuePlace, type PlaceAction } from "./person_socket.ts";
-import { currentPlaces, barPlaces } from "./places.ts";
+import { barPlaces, currentPlaces, PersonSocket, type PlaceAction, type QueuePlace } from "./person_socket.ts";
 import { waitSentence } from "./waits.ts";
 
 const BUSY = "Your last press is on its way.";
@@ -17,12 +16,11 @@ class TurnBar {
   private home: string;
   private line: PersonSocket;
   private teller: Announcer;
-  private words = box("turnbar-words");
-  private buttons = box("turnbar-do");
-  private also = box("turnbar-also");
-  private said = box("turnbar-said");
-  /** The place that the words and buttons on the page are for. */
-  private place: QueuePlace | undefined;
+  private words = make("p", { class: "turnbar-words" });
+  private buttons = make("div", { class: "turnbar-do" });
+  private also = make("p", { class: "turnbar-also" });
+  private said = make("p", { class: "turnbar-said", role: "status" });
+  private place: QueuePlace | undefined; // what the words and buttons are for
   private leaving: LeaveRequest | null = null;
   private busy = false;
   private fading = 0;
@@ -35,15 +33,12 @@ class TurnBar {
     this.own = bar.dataset["own"] ?? "";
     this.home = bar.dataset["home"] ?? "";
     const token = form.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
-    this.said.setAttribute("role", "status");
-    const polite = region("polite"),
-      assertive = region("assertive");
+    const polite = make("p", { class: "visually-hidden", "aria-live": "polite" });
+    const assertive = make("p", { class: "visually-hidden", "aria-live": "assertive", role: "alert" });
     document.body.append(polite, assertive);
     this.teller = new Announcer(polite, assertive, (place) => this.lead(place));
     this.line = new PersonSocket(token, () => this.draw());
-    const inner = document.createElement("div");
-    inner.className = "turnbar-in";
-    inner.append(this.words, this.buttons, this.also, this.said);
+    const inner = make("div", { class: "turnbar-in" }, this.words, this.buttons, this.also, this.said);
     this.take = () => form.replaceWith(inner);
     this.buttons.addEventListener("click", (event) => {
       const wanted = (event.target as HTMLElement).closest<HTMLElement>("[data-do]")?.dataset["do"];
@@ -59,7 +54,7 @@ class TurnBar {
     every(500, () => this.draw());
   }
 
-  /** The page makes room for the bar at its foot; below one about idleness, over its head, comes what else lies there. */
+  /** Tell the styles how high the bar is: at the foot of the page, or over its head where it warns of idleness. */
   private measure(): void {
     const idle = this.bar.dataset["state"] === "idle",
       height = this.bar.offsetHeight;
@@ -84,27 +79,18 @@ class TurnBar {
       this.bar.dataset["state"] = state;
       this.measure();
     }
-    drawParts(
-      this.words,
-      this.leaving
-        ? LEAVE_WORDS
-        : first
-          ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))]
-          : [],
-    );
+    drawParts(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now, this.own) : []);
     drawParts(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
-    const paused =
-      first?.state === "waiting" && this.teller.paused
-        ? [`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`]
-        : [];
-    say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
+    const also = rest.map((p) => short(p, now));
+    if (first?.state === "waiting" && this.teller.paused)
+      also.push(`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`);
+    say(this.also, this.leaving ? "" : also.join(" "));
   }
 
-  /** How a turn ended was read where the page itself tells it; other pages need not say it again. */
+  /** Dismiss an ended turn that the page itself tells, so that other pages do not say it again. */
   private seen(places: readonly QueuePlace[]): void {
-    const told = places.find(
-      (p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`),
-    );
+    const here = (p: QueuePlace): boolean => p.robot === this.own || location.pathname === `/turns/${p.turn}/`;
+    const told = places.find((p) => p.state === "ended" && p.turn !== null && here(p));
     if (!told || document.hidden || this.read.has(told.ticket)) return;
     this.read.add(told.ticket);
     void this.line.ask("dismiss", told);
@@ -156,11 +142,8 @@ class TurnBar {
 
   private async notify(): Promise<void> {
     const answer = await Notification.requestPermission();
-    this.tell(
-      answer === "granted"
-        ? "This browser will notify you."
-        : "This browser may not notify you. Keep this page open: its title and a sound tell you.",
-    );
+    const denied = "This browser may not notify you. Keep this page open: its title and a sound tell you.";
+    this.tell(answer === "granted" ? "This browser will notify you." : denied);
   }
 
   private tell(words: string): void {
@@ -187,15 +170,17 @@ function left(p: QueuePlace, now: number): string {
   return clock(((p.kept_until_ms ?? p.until_ms ?? now) - now) / 1000);
 }
 
-function badge(p: QueuePlace): Part[] {
-  return p.simulated ? [words("Simulated", "simulated")] : [];
-}
-
 function timer(text: string): Part {
   return inlineCountdown(text, "turnbar-timer");
 }
 
+/** Return what the bar says of a place; the page of the robot `own` says itself that the robot is simulated. */
 function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
+  const badge = p.simulated && !(p.idles && p.robot === own) ? [words("Simulated", "simulated")] : [];
+  return [...stateOf(p, now, own), ...badge];
+}
+
+function stateOf(p: QueuePlace, now: number, own: string): Part[] {
   if (p.state === "offered") return [strong(`It is your turn on ${p.name}`), timer(left(p, now))];
   if (p.idles)
     return [
@@ -214,7 +199,7 @@ function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
   ];
 }
 
-/** What was lost or is over, when, why and what it cost. */
+/** Return what was lost or is over, when, why and what it cost. */
 function over(p: QueuePlace): string {
   const what =
     p.turn !== null
@@ -229,20 +214,6 @@ function short(p: QueuePlace, now: number): string {
   if (p.state === "waiting") return `${p.name}: ${p.ahead === 0 ? "you are next" : `${p.ahead} before you`}.`;
   if (p.state === "missed" || p.state === "ended") return over(p);
   return `${p.name}: ${p.state === "offered" ? "offered to you" : "your turn"}, ${left(p, now)}.`;
-}
-
-function box(name: string): HTMLElement {
-  const made = document.createElement(name === "turnbar-do" ? "div" : "p");
-  made.className = name;
-  return made;
-}
-
-function region(live: "polite" | "assertive"): HTMLElement {
-  const made = document.createElement("p");
-  made.className = "visually-hidden";
-  made.setAttribute("aria-live", live);
-  if (live === "assertive") made.setAttribute("role", "alert");
-  return made;
 }
 
 const bar = document.getElementById("turnbar");

@@ -1,5 +1,4 @@
 /** The panel that shows whose turn it is and what you can do. */
-import { Confirmation } from "../kit/confirmation.ts";
 import { refusal } from "../kit/refusal.ts";
 import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
@@ -7,12 +6,37 @@ import type { Snapshot } from "../socket/messages.ts";
 import { UNSENT } from "./person_socket.ts";
 import { queueSentence, waitSentence } from "./waits.ts";
 
-type Send = (message: object) => boolean;
-
 const AGAIN = "Press again to end it";
 const LATELY_MS = 3_600_000;
+const ASKED_MS = 8000; // how long the question is shown
+const DOUBLE_MS = 400; // a double click is one press
 const FOLLOWS =
   "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
+
+/** Confirmation of an action that cannot be undone: the same button, in the same place, is pressed again. */
+class Confirmation {
+  private asked = -Infinity;
+
+  /** Whether the question is shown. */
+  get asking(): boolean {
+    return performance.now() - this.asked < ASKED_MS;
+  }
+
+  /** Take a press. Returns whether it is the second one, which confirms. */
+  press(): boolean {
+    const since = performance.now() - this.asked;
+    if (since < DOUBLE_MS) return false;
+    const sure = since < ASKED_MS;
+    this.asked = sure ? -Infinity : performance.now();
+    return sure;
+  }
+}
+
+/** The parts of the page that `TurnPanel` needs. */
+interface TurnPanelUse {
+  readonly live: { send(message: object): boolean };
+  refuse(why: () => string): void;
+}
 
 export class TurnPanel {
   private ending = new Confirmation();
@@ -22,39 +46,32 @@ export class TurnPanel {
 
   constructor(
     private box: HTMLElement,
-    private send: Send,
-    refuse: (why: () => string) => void,
+    use: TurnPanelUse,
   ) {
     box.addEventListener("click", (event) => {
       const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
         action = button?.dataset["do"];
-      if (button && refusal(button)) {
-        refuse(() => refusal(button));
-        return;
-      }
-      if (action === "leave" && this.driving && !this.ending.press()) {
-        this.ask();
-        return;
-      }
-      if (action) this.send({ t: action });
+      if (button && refusal(button)) use.refuse(() => refusal(button));
+      else if (action === "leave" && this.driving && !this.ending.press()) this.ask();
+      else if (action) use.live.send({ t: action });
     });
   }
 
-  /** Ask at once, on the button itself, not at the next drawing. */
+  /** Show the question on the button at once, not at the next drawing. */
   private ask(): void {
     if (this.drawn) this.draw(...this.drawn);
     const said = document.getElementById("say");
     if (said) said.textContent = `${AGAIN}. ${FOLLOWS}`;
   }
 
-  /** Draw the panel; called at each snapshot and again and again. `up`: the connection is there. */
+  /** Draw the panel. `up`: whether there is a connection. */
   draw(s: Snapshot, now: number, up: boolean): void {
     this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
     drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));
   }
 
-  /** Make the bar update too when something changed here, so that both show the same. */
+  /** Make the turn bar update when something has changed here, so that both show the same. */
   changed({ me }: Snapshot): void {
     const told = `${me.can.drive} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
@@ -66,12 +83,10 @@ export class TurnPanel {
     return [button(asking ? AGAIN : "End my turn", "leave", { why }), ...(asking ? [paragraph(FOLLOWS)] : [])];
   }
 
-  /** `why`: why no button works now. */
+  /** Return the parts of the panel; `why`: why no button works now. */
   private parts(s: Snapshot, now: number, why: string): Part[] {
-    const {
-      me,
-      robot: { slug },
-    } = s;
+    const { me } = s,
+      { slug } = s.robot;
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
@@ -123,7 +138,7 @@ export class TurnPanel {
   }
 }
 
-/** How the last turn ended, what it cost and what is next, as long as it is news or nothing was written about it. */
+/** Return how the last turn ended, what it cost and what is next, if the snapshot still tells it. */
 function ended({ me }: Snapshot, now: number): Part[] {
   const end = me.last_end;
   if (!end) return [];
@@ -139,17 +154,13 @@ function ended({ me }: Snapshot, now: number): Part[] {
   ];
 }
 
-/** A robot that nobody drives. */
+/** Return the panel of a robot that nobody drives. */
 function jobsOnly({ me, robot }: Snapshot): Part[] {
   const jobs = `/robots/${robot.slug}/jobs/`;
   const here = me.can.ask && document.getElementById("asking") !== null; // its console has a part for this
   return [
     heading("It works by itself"),
-    paragraph(
-      me.can.ask
-        ? "Nobody drives this robot. Ask it for something, and watch."
-        : "Nobody drives this robot. It takes jobs from people with clearance.",
-    ),
+    paragraph(`Nobody drives this robot. ${me.can.ask ? "Ask it for something, and watch." : "It takes jobs from people with clearance."}`),
     link(me.can.ask ? "Ask for a job" : "See its jobs", here ? "#asking" : jobs, "button primary"),
     ...(here ? [link("All jobs", jobs)] : []),
   ];

@@ -1,13 +1,13 @@
-/** How many people wait and watch, and how long one waits, in words. */
+/** How many people wait and watch, and how long a person waits, in words. */
 
-/** How many people watch, the driver apart, in words; `driving`: the person who reads it drives. */
+/** Return how many people watch, without the driver, in words; `driving`: whether the reader drives. */
 export function watcherWords(count: number, driving: boolean): string {
   const others = driving ? count : Math.max(0, count - 1);
   if (driving) return others === 0 ? "nobody else watches" : others === 1 ? "1 other watches" : `${others} others watch`;
   return others === 0 ? "only you watch" : others === 1 ? "you and 1 other watch" : `you and ${others} others watch`;
 }
 
-/** The expected wait in words; null where nobody knows. */
+/** Return the expected wait (s, least and greatest; null: not known) in words. */
 export function waitWords(wait: readonly [number, number] | null): string {
   if (wait === null) return "the wait is not known now";
   const [low, high] = wait;
@@ -17,21 +17,21 @@ export function waitWords(wait: readonly [number, number] | null): string {
   return low < 60 ? `at most ${far}` : rounded(low) === far ? `about ${far}` : `about ${rounded(low)} to ${far}`;
 }
 
-/** How long one waits, as a sentence. */
+/** Return the expected wait as a sentence. */
 export function waitSentence(wait: readonly [number, number] | null): string {
   const words = waitWords(wait);
   return wait === null ? "The wait is not known now; your place is kept." : `${words.charAt(0).toUpperCase()}${words.slice(1)}.`;
 }
 
-/** How many requests wait, of people and for jobs. */
+/** Return how many requests wait, of people and for jobs. */
 export function queueSentence(count: number): string {
   return count === 0 ? "Nobody waits." : `${count} in the queue.`;
 }
 
-/** Jobs of a robot after a stop. */
+/** What is said of a robot's jobs after a stop. */
 export const SUSPENDED = "Jobs and the robot's own behaviour wait until staff press Resume jobs.";
 
-/** How a job of the viewer's stands that waits, with so many requests before it. */
+/** Return the state of the viewer's waiting job, with `ahead` requests before it. */
 export function jobSentence(noun: string, ahead: number, wait: readonly [number, number] | null, suspended: boolean): string {
   if (suspended) return `Your ${noun} keeps its place. ${SUSPENDED}`;
   const before = ahead === 0 ? "It is next" : ahead === 1 ? "One is before it" : `${ahead} are before it`;

@@ -1,8 +1,7 @@
 /** The page of a recording: the bar to move in time, and the list of moments to jump to. */
 import "./replay.css";
-import { say, byId } from "../kit/dom.ts";
+import { byId, make, say, set, shape } from "../kit/dom.ts";
 import { FILE_MS, request } from "../kit/request.ts";
-import { shape } from "../kit/svg.ts";
 import { clock } from "../kit/times.ts";
 import { useRecording } from "../socket/connection.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
@@ -16,6 +15,9 @@ const LOADING = "Loading…",
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
 
+/** What a page reads of its connection while it shows a recording. */
+const CONNECTED = { up: true, lost: false, lostMs: 0, opened: 1, latency: null, best: Infinity, overdue: false };
+
 const about = JSON.parse(byId("replay-facts").textContent) as About;
 const button = byId<HTMLButtonElement>("replay-play"),
   range = byId<HTMLInputElement>("replay-at");
@@ -28,7 +30,12 @@ let moved = 0,
   held = false;
 
 function tellValue(words: string): void {
-  if (range.getAttribute("aria-valuetext") !== words) range.setAttribute("aria-valuetext", words);
+  set(range, { "aria-valuetext": words });
+}
+
+/** Return a moment (ms) and the length of the recording in words. */
+function momentWords(at: number, length: number): string {
+  return `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
 }
 
 function draw(): void {
@@ -37,7 +44,7 @@ function draw(): void {
   say(button, player.playing ? "Pause" : "Play");
   const step = at >= length ? Number(range.max) : Math.round(at / STEP_MS) * STEP_MS;
   if (!held && Number(range.value) !== step) range.value = String(step);
-  const words = `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
+  const words = momentWords(at, length);
   if (!player.playing || player.waiting) tellValue(words); // while it plays, each second would be read out
   say(time, words);
   tellWaiting(player.waiting);
@@ -53,14 +60,11 @@ function tellWaiting(waiting: boolean): void {
   if (said.textContent === LOADING) say(said, "");
 }
 
-/** Mark in the list what was last. */
+/** Mark in the list the newest moment that has been reached. */
 function follow(at: number): void {
   const list = byId("replay-list");
-  let last: Element | null = null;
-  for (const item of list.querySelectorAll<HTMLElement>("button")) {
-    if (Number(item.dataset["at"]) > at) break;
-    last = item;
-  }
+  const items = [...list.querySelectorAll<HTMLElement>("button")];
+  const last = items.filter((item) => Number(item.dataset["at"]) <= at).at(-1) ?? null;
   const current = list.querySelector("[aria-current]");
   if (current === last) return;
   current?.removeAttribute("aria-current");
@@ -73,17 +77,10 @@ function show(marks: readonly Mark[], length: number): void {
     ...marks.map(({ at, text, bad }) => {
       const x = length ? (WIDE * at) / length : 0;
       shape(drawing, "rect", { x: Math.min(WIDE - 3, x), y: 0, width: 3, height: 10, class: bad ? "bad" : "" });
-      const item = document.createElement("li"),
-        jump = document.createElement("button"),
-        when = document.createElement("span");
-      jump.type = "button";
-      jump.dataset["at"] = String(at);
-      jump.className = bad ? "linklike bad" : "linklike";
-      when.textContent = clock(Math.floor(at / 1000));
-      jump.append(when, ` ${text}`);
+      const attributes = { type: "button", class: bad ? "linklike bad" : "linklike", "data-at": at };
+      const jump = make("button", attributes, make("span", {}, clock(Math.floor(at / 1000))), ` ${text}`);
       jump.addEventListener("click", () => void player?.seek(at));
-      item.append(jump);
-      return item;
+      return make("li", {}, jump);
     }),
   );
 }
@@ -126,21 +123,16 @@ range.addEventListener("input", () => {
   say(said, "");
   clearTimeout(moved);
   const at = Number(range.value);
-  if (player) tellValue(`${clock(Math.floor(at / 1000))} of ${clock(Math.floor(player.length / 1000))}`);
+  if (player) tellValue(momentWords(at, player.length));
   moved = window.setTimeout(() => void player?.seek(at), 30); // while it is dragged many come
 });
-range.addEventListener("pointerdown", () => {
-  held = true;
-});
-for (const end of ["change", "pointerup", "pointercancel", "blur"])
-  range.addEventListener(end, () => {
-    held = false;
-  });
+range.addEventListener("pointerdown", () => (held = true));
+for (const end of ["change", "pointerup", "pointercancel", "blur"]) range.addEventListener(end, () => (held = false));
 speed.addEventListener("change", () => {
   if (player) player.speed = Number(speed.value);
 });
 
-/** Stands in for the player until the index has come, and passes on what the console asks for. */
+/** The connection of the page: it keeps the choice of cameras until the index has come and there is a player. */
 useRecording((_, handlers) => {
   let inner: Player | null = null;
   let wish: object | null = null;
@@ -149,13 +141,7 @@ useRecording((_, handlers) => {
     if (wish) made.send(wish);
   }).catch(() => say(said, FAILED));
   return {
-    up: true,
-    lost: false,
-    lostMs: 0,
-    opened: 1,
-    latency: null,
-    best: Infinity,
-    overdue: false,
+    ...CONNECTED,
     now: () => inner?.now() ?? 0,
     heardSince: () => false,
     check: () => undefined,

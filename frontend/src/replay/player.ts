@@ -1,23 +1,15 @@
-/** Plays a recording: gives a page's console what was recorded, as if it came from the robot now. */
-import type { Connection } from "../socket/connection.ts";
+/** Plays a recording: gives a page what was recorded as if it came from the robot now. */
 import type { PicturePacket } from "../socket/packets.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
 import { type Item, momentOf, Slices } from "./slices.ts";
 import type { Index, Story } from "./story.ts";
 
-export class Player implements Connection {
-  readonly up = true;
-  readonly lost = false;
-  readonly lostMs = 0;
-  readonly opened = 1;
-  readonly latency = null;
-  readonly best = Infinity;
-  readonly overdue = false;
+export class Player {
   /** ms since the beginning. */
   at = 0;
   playing = false;
   speed = 1;
-  /** A slice is awaited. */
+  /** Whether a slice is awaited. */
   waiting = false;
   readonly length: number;
   private slices: Slices;
@@ -51,13 +43,7 @@ export class Player implements Connection {
     return this.index.began_ms + this.at;
   }
 
-  heardSince(): boolean {
-    return false;
-  }
-
-  check(): void {}
-
-  /** Nothing goes anywhere; only the choice of cameras matters. */
+  /** Take a message of the page; only its choice of cameras matters. Returns whether it was that. */
   send(message: object): boolean {
     const wish = message as { t: string; cameras?: number[] };
     if (wish.t !== "watch" || !wish.cameras) return false;
@@ -73,7 +59,7 @@ export class Player implements Connection {
     this.changed();
   }
 
-  /** Show the moment `at`; of several calls the last one counts. */
+  /** Show the moment `at` (ms since the beginning); of several calls the last one counts. */
   async seek(at: number): Promise<void> {
     const seek = ++this.seeks;
     this.at = Math.min(this.length, Math.max(0, at));
@@ -113,7 +99,7 @@ export class Player implements Connection {
     this.ticked = now;
     const slice = this.slices.of(to),
       items = this.here(from, to);
-    if (!items) return void this.seek(from); // awaited, and shown when it has come
+    if (!items) return void this.seek(from); // it waits for the slice, then shows the moment
     void this.slices.read(slice + 1).catch(() => undefined);
     this.at = to;
     const pictures = new Map<number, Item>();
@@ -129,7 +115,7 @@ export class Player implements Connection {
     this.changed();
   }
 
-  /** The items between two moments; undefined if they are not all here. */
+  /** Return the items between two moments; undefined if they are not all loaded. */
   private here(from: number, to: number): Item[] | undefined {
     const found: Item[] = [];
     for (let number = this.slices.of(from); number <= this.slices.of(to); number += 1) {
@@ -143,7 +129,7 @@ export class Player implements Connection {
     return found;
   }
 
-  /** `first`: of a picture, after a jump in time. */
+  /** Give a packet to the page. `first`: whether it is a picture after a jump in time. */
   private give({ packet }: Item, first = false): void {
     if ("jpeg" in packet) {
       if (this.cameras.has(packet.camera)) this.handlers?.picture(this.numbered(packet, first));

@@ -3,24 +3,24 @@ import { FILE_MS, request } from "../kit/request.ts";
 import { decode } from "../socket/decoder.ts";
 import type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 
-export const SLICE_MS = 5000;
+const SLICE_MS = 5000;
 const HEAD = 8;
-const KEPT = 24; // slices in memory
-const AT_ONCE = 4; // slices that are asked for at once
+const KEPT = 24; // the most slices in memory
+const AT_ONCE = 4; // the most slices that are loaded at once
 
 /** A packet, and when it arrived (ms since the beginning). */
 export interface Item {
   at: number;
   packet: StatePacket | PicturePacket | StreamPacket;
 }
-/** What everything looked like at a moment: the newest state, picture of each camera, and chain of each byte stream. */
-export interface Moment {
+/** A moment: the newest state, the newest picture of each camera, and the chain of each byte stream. */
+interface Moment {
   state: Item | null;
   pictures: Map<number, Item>;
   chains: Map<number, Item[]>;
 }
 
-/** Take a slice apart; what cannot be decoded is left out. */
+/** Return the packets of a slice, without those that cannot be decoded. */
 export function unpackSlice(data: ArrayBuffer): Item[] {
   const view = new DataView(data),
     items: Item[] = [];
@@ -36,7 +36,7 @@ export function unpackSlice(data: ArrayBuffer): Item[] {
   return items;
 }
 
-/** What was known at a moment; `items` reach back to everything that is needed. Before its first picture a camera shows that one. */
+/** Return what was known at a moment; `items` reach back far enough. Before its first picture a camera shows that one. */
 export function momentOf(items: readonly Item[], at: number): Moment {
   const moment: Moment = { state: null, pictures: new Map(), chains: new Map() };
   for (const item of items) {
@@ -60,22 +60,23 @@ export class Slices {
   private address: string;
   private needs: readonly number[];
 
-  /** `needs`: for each slice the earliest that has to be read with it. */
+  /** `needs`: for each slice the earliest one that has to be read with it. */
   constructor(address: string, needs: readonly number[]) {
     this.address = address;
     this.needs = needs;
   }
 
+  /** Return the number of the slice that contains a moment. */
   of(at: number): number {
     return Math.min(this.needs.length - 1, Math.max(0, Math.floor(at / SLICE_MS)));
   }
 
-  /** The items of a slice if they are here. */
+  /** Return the items of a slice if they are loaded. */
   now(number: number): Item[] | undefined {
     return this.ready.get(number);
   }
 
-  /** Read a slice; beyond the end there is nothing. */
+  /** Load a slice; beyond the end there are no items. */
   async read(number: number): Promise<Item[]> {
     if (number >= this.needs.length) return [];
     let reading = this.kept.get(number);
@@ -87,7 +88,7 @@ export class Slices {
     return reading;
   }
 
-  /** Everything that is needed to show a moment. */
+  /** Load everything that is needed to show a moment. */
   async until(at: number): Promise<Item[]> {
     const last = this.of(at),
       first = this.needs[last] ?? last;

@@ -1,4 +1,4 @@
-/** What a recording tells of commands and events: what was known of them at a moment, and the moments to jump to. */
+/** The commands and events of a recording: what was known of them at a moment, and the moments to jump to. */
 import type { CommandInfo, JobInfo, Snapshot } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, stageOf } from "../socket/stages.ts";
 
@@ -44,13 +44,13 @@ export class Story {
     this.about = about;
   }
 
-  /** The stages and events between two moments, without the first. */
+  /** Return the stages and events after one moment until another. */
   between(from: number, to: number): { commands: Stage[]; events: Told[] } {
     const within = ({ after_ms: at }: { after_ms: number }): boolean => at > from && at <= to;
     return { commands: this.index.commands.filter(within), events: this.index.events.filter(within) };
   }
 
-  /** What the page is told at a moment. */
+  /** Return the snapshot of a moment. */
   snapshot(at: number, stopped: boolean): Snapshot {
     const known = new Map<number, Stage>();
     for (const stage of this.index.commands)
@@ -79,7 +79,7 @@ export class Story {
     };
   }
 
-  /** The beginning and a bad end of each command, and events. */
+  /** Return the moments to jump to: the begin and a bad end of each command, and events. */
   marks(): Mark[] {
     const begun = new Set<number>();
     const marks = this.index.commands.flatMap((stage): Mark[] => {

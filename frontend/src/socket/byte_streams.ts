@@ -1,4 +1,4 @@
-/** The byte streams of a robot, as a map: the newest key packet of each and the deltas after it. */
+/** The byte streams of a robot: the newest key packet of each, and the deltas after it. */
 import type { StreamPacket } from "./packets.ts";
 
 export class ByteStreams {
@@ -9,7 +9,7 @@ export class ByteStreams {
     this.names = names;
   }
 
-  /** Take a packet. Returns its stream's name; undefined for a delta that does not follow the last packet. */
+  /** Take a packet. Returns the name of its stream; undefined for a delta that does not follow the last packet. */
   take(packet: StreamPacket): string | undefined {
     const chain = this.chains.get(packet.stream),
       last = chain?.at(-1);
@@ -19,7 +19,7 @@ export class ByteStreams {
     return this.names[packet.stream];
   }
 
-  /** The newest key packet of that stream, then the deltas after it; empty if none has arrived. */
+  /** Return the newest key packet of that stream and the deltas after it; empty before the first. */
   of(name: string): StreamPacket[] {
     return [...(this.chains.get(this.names.indexOf(name)) ?? [])];
   }

@@ -6,17 +6,22 @@ export type { CompactLayout } from "./packets.ts";
 const CLOCK = 1 << 16; // ms after which the stamp begins again
 const words = new TextDecoder();
 
+/** Return a function that reads the next so many bits, from byte `at` on, the highest bit first. */
+export function bitReader(data: Uint8Array, at: number): (bits: number) => number {
+  let bit = at * 8;
+  return (bits) => {
+    let value = 0;
+    for (const end = bit + bits; bit < end; bit++) value = value * 2 + ((data[bit >> 3]! >> (7 - (bit & 7))) & 1);
+    return value;
+  };
+}
+
 /** Decode a compact state; null for another layout. `nearMs`: server time, at most half a minute from the packet's. */
 export function compactState(data: Uint8Array, layout: CompactLayout, nearMs: number): StatePacket | null {
   const modeBits = layout.modes.length ? layout.modes.length.toString(2).length : 0;
   const size = Math.ceil((26 + modeBits + layout.scales.reduce((sum, [, , bits]) => sum + bits, 0)) / 8);
   if (data.length < size || data[0] !== layout.mark) return null;
-  let at = 8;
-  const take = (bits: number): number => {
-    let value = 0;
-    for (const end = at + bits; at < end; at++) value = value * 2 + ((data[at >> 3]! >> (7 - (at & 7))) & 1);
-    return value;
-  };
+  const take = bitReader(data, 1);
   const stamp = take(16),
     moving = take(1) === 1,
     stopped = take(1) === 1,

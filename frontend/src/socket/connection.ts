@@ -1,8 +1,7 @@
 /** Where a page's messages and packets come from: the socket to the robot, or a recording of it. */
-import type { CompactLayout } from "./compact_state.ts";
-import { type Handlers, RobotSocket } from "./robot_socket.ts";
+import { RobotSocket } from "./robot_socket.ts";
 
-/** What a page uses of its line. */
+/** The parts of a connection that a page uses. */
 export interface Connection {
   readonly up: boolean;
   readonly lost: boolean;
@@ -16,20 +15,14 @@ export interface Connection {
   heardSince(at: number): boolean;
   check(): void;
   send(message: object): boolean;
-  /** Have the operator's own stream; only a socket has one. */
+  /** Open the operator's stream; a recording has none. */
   operate?(): void;
 }
-export type OpenConnection = (
-  slug: string,
-  handlers: Handlers,
-  pingEvery: () => number,
-  layout: CompactLayout | null,
-  wish: (moved: boolean) => object,
-) => Connection;
+type OpenConnection = (...all: ConstructorParameters<typeof RobotSocket>) => Connection;
 
 let recording: OpenConnection | null = null;
 
-/** Have pages show a recording; called before the robot's console begins. */
+/** Make pages show a recording; called before the robot's console begins. */
 export function useRecording(open: OpenConnection): void {
   recording = open;
 }
@@ -38,5 +31,4 @@ export function isReplay(): boolean {
   return recording !== null;
 }
 
-export const openConnection: OpenConnection = (slug, handlers, pingEvery, layout, wish) =>
-  recording ? recording(slug, handlers, pingEvery, layout, wish) : new RobotSocket(slug, handlers, pingEvery, layout, wish);
+export const openConnection: OpenConnection = (...all) => (recording ? recording(...all) : new RobotSocket(...all));

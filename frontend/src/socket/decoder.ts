@@ -45,7 +45,7 @@ function sound(view: DataView<ArrayBuffer>): SoundPacket | null {
       said: ms ? "" : strict.decode(rest),
     };
   } catch {
-    return null; // a sentence that is no text
+    return null; // the sentence is not UTF-8
   }
 }
 

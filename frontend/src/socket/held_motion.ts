@@ -2,20 +2,18 @@
 
 /** What the control of a held motion needs from the page. */
 export interface KeepAlive {
-  /** `args`: newer values of a motion that is steered. */
+  /** Send a keep-alive. `args`: newer values of a motion that is steered. */
   keep(seq: number, args?: Record<string, number>): void;
   release(seq: number): void;
-  /** Whether that command has ended. */
+  /** Return whether that command has ended. */
   ended(seq: number): boolean;
-  /** A motion may not start; `again` tells whether that is still so. */
+  /** Show why a motion may not start; `again` returns the reason later, empty once there is none. */
   refused(why: string, again?: () => string): void;
 }
 
-/** What it needs from the page. */
-export interface HeldLine {
+/** What `HeldMotion` needs from the page. */
+interface HeldLine extends Pick<KeepAlive, "ended"> {
   send(message: object): unknown;
-  /** Whether that command has ended. */
-  ended(seq: number): boolean;
   refused(why: () => string): void;
 }
 
@@ -27,12 +25,12 @@ export class HeldMotion implements KeepAlive {
     this.line = line;
   }
 
-  /** Whether controls are held: keep-alives count only over the socket that carried their command, so it has to stay. */
+  /** Whether a motion is held: keep-alives count only over the socket that carried the command, so that socket has to stay. */
   get held(): boolean {
     return this.seq !== 0 && !this.ended(this.seq);
   }
 
-  /** Its command is sent. */
+  /** Note that the command of a held motion has been sent. */
   hold(seq: number): void {
     this.seq = seq;
   }

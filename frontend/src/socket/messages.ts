@@ -25,14 +25,14 @@ export interface CommandInfo {
   reason: string;
   at_ms: number;
   by?: string;
-  /** Into which of the page's sockets it went, counted from 1; of what this page has sent. */
+  /** For a command of this page: the number of the socket over which it went, counted from 1. */
   over?: number;
   /** The progress of a long command; `share` is from 0 to 1, or null if the robot does not say. */
   progress?: { text?: string; share?: number | null; at_ms?: number };
-  /** When the picture was taken that its sender saw, and the robot's newest then (server ms); null: not known. */
+  /** When the picture that its sender saw and the robot's newest one were taken (server ms); null: not known. */
   seen_ms?: number | null;
   newest_ms?: number | null;
-  /** What was asked and what was sent in its place, by name. */
+  /** The values that were limited, by name. */
   clamping?: Record<string, [asked: number, sent: number]>;
   result?: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
@@ -61,7 +61,7 @@ export interface StopShown {
   since_ms: number | null;
   rests_by_ms: number | null;
 }
-/** An open job of the robot, as everybody sees it: `ahead` requests before it, the least and greatest wait (s). */
+/** An open job of the robot, as everybody sees it. `ahead`: requests before it; `wait_s`: the least and greatest wait. */
 export interface JobInfo {
   id: number;
   kind: string;
@@ -75,7 +75,7 @@ export interface Snapshot {
   now_ms: number;
   link: boolean;
   store: string;
-  /** It is of a recording: nothing can be commanded. */
+  /** Whether it belongs to a recording: nothing can be commanded. */
   replay?: boolean;
   robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean; simulated?: boolean };
   stopped: boolean;
@@ -151,7 +151,8 @@ export interface RobotFacts {
   commands: CommandSpec[];
   labels: Record<string, string>;
   settings: string[];
-  /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>;
+  /** The settings of staff that consoles may see. */
+  set: Record<string, unknown>;
   names: string[];
   channels: ChannelInfo[];
   pose: { name: string; unit: string }[];
@@ -179,7 +180,7 @@ export interface TraceLine {
   resent: number;
   broken: number;
 }
-/** What is to say of a step of a program before anything moves: `at_s`, when it begins; `refuses`: it will not run. */
+/** A remark on a step of a program before anything moves. `at_s`: when the step begins; `refuses`: it will not run. */
 export interface Judgement {
   step: number;
   at_s: number;
@@ -187,8 +188,8 @@ export interface Judgement {
   refuses: boolean;
 }
 /**
- * Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). `poses`: of the
- * body along the motion in the robot's own frame (from here, ahead, left), each at its time (s).
+ * Where a target would lead: the joints (rad, m) at its end, the paths of the joints and of the tool (m), the duration (s).
+ * `poses`: the body's poses along the motion in the robot's own frame (from here, ahead, left); `times`: when (s).
  */
 export interface PlanAnswer {
   t: "plan";

@@ -1,4 +1,5 @@
 /** Reads where things lie around a robot (robots/kit/contract/objects.py): 12 bytes an object, deltas hold what has moved. */
+import { bitReader } from "./compact_state.ts";
 
 /** A place (m) and a rotation (quaternion x, y, z, w). */
 export interface Placed {
@@ -22,12 +23,7 @@ export function objectsAfter(known: ReadonlyMap<number, Placed>, data: Uint8Arra
   if (data.length % SIZE) return null;
   const after = new Map(key ? [] : known);
   for (let at = 0; at < data.length; at += SIZE) {
-    let bit = at * 8;
-    const take = (bits: number): number => {
-      let value = 0;
-      for (const end = bit + bits; bit < end; bit++) value = value * 2 + ((data[bit >> 3]! >> (7 - (bit & 7))) & 1);
-      return value;
-    };
+    const take = bitReader(data, at);
     const number = take(7),
       codes = [take(16), take(16), take(16)],
       largest = take(2),

@@ -1,10 +1,9 @@
-/** The operator's own stream: a second socket, apart from everybody's, opened with a fresh one-time code each time. */
-import { request } from "../kit/request.ts";
+/** The operator's stream: a second socket beside the public one, opened with a fresh one-time code each time. */
+import { OPEN_MS, openSocket, request } from "../kit/request.ts";
 
 const PROTOCOL = "farhand.operator";
 const FIRST_MS = 5000,
   LONGEST_MS = 60_000; // between two attempts
-const OPEN_MS = 10_000; // an attempt that takes longer is given up
 /** The close code of a stream whose turn is over or whose code was refused. */
 export const STREAM_OVER = 4410;
 
@@ -21,15 +20,15 @@ export class OperatorStream {
     this.token = token;
   }
 
-  /** Try again at once: there is a connection again. */
+  /** Allow the next attempt at once: there is a connection again. */
   soon(): void {
     this.after = 0;
     this.pauseMs = FIRST_MS;
   }
 
   /**
-   * Open it, unless that goes on or failed lately. `query` is asked when there is a code; `began` gets the socket with
-   * its first message, and says whether it is used.
+   * Open the stream, unless an attempt runs or failed a short time ago. `query` is called once there is a code; `began`
+   * gets the socket with its first message, and returns whether the page uses it.
    */
   async open(query: () => string, began: (socket: WebSocket, first: MessageEvent) => boolean): Promise<void> {
     if (this.trying || performance.now() < this.after) return;
@@ -39,10 +38,8 @@ export class OperatorStream {
       this.failed();
       return;
     }
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws/operators/${this.slug}/${query()}`, [PROTOCOL, code]);
-    socket.binaryType = "arraybuffer";
-    const late = setTimeout(() => socket.close(), OPEN_MS);
+    const socket = openSocket(`/ws/operators/${this.slug}/${query()}`, [PROTOCOL, code]);
+    const late = setTimeout(() => socket.close(), OPEN_MS); // also for one that opens and stays silent
     socket.onclose = () => {
       clearTimeout(late);
       this.failed();
@@ -60,7 +57,7 @@ export class OperatorStream {
     };
   }
 
-  /** A fresh code; null if there is none: no connection, or no turn. */
+  /** Return a fresh code; null without a connection or a turn. */
   private async code(): Promise<string | null> {
     try {
       const answer = await request(`/robots/${this.slug}/stream-code/`, {

@@ -1,5 +1,5 @@
-/** What the binary packets of the socket hold, and what a robot's spec declares about compact ones. */
-/** What the spec declares: the first byte, the controller's words, the number of joints, and each number's scale. */
+/** The contents of the socket's binary packets, and the layout of compact states. */
+/** The layout of compact states in a spec: the first byte, the controller's words, the number of joints, the scales. */
 export interface CompactLayout {
   mark: number;
   modes: string[];
@@ -18,15 +18,15 @@ export interface StatePacket {
   torques: number[];
   /** Values of the spec's channels, then the coordinates of its pose, in the spec's order; NaN if not known. */
   values: number[];
-  /** The body's velocity along and about its own axes (m/s, rad/s), a number for each coordinate of the pose; empty if not told. */
+  /** The body's velocity along and about its own axes (m/s, rad/s), a number for each coordinate of the pose; empty if not known. */
   twist?: number[];
   /** The controller's own word for what it is doing. */
   mode: string;
 }
 /**
- * A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty, and joints and twist are
- * not told. `pose`, `twist`: where the robot was and how it moved (m, rad; m/s, rad/s); empty if not known.
- * `first`: earlier ones do not count any more, because a replay has jumped in time.
+ * A picture of a camera. With video `image` holds it, valid only during the call, `jpeg` is empty, and joints and twist
+ * are missing. `pose`, `twist`: the robot's pose and velocity (m, rad; m/s, rad/s); empty if not known. `first`: forget
+ * earlier pictures, because a replay has jumped in time.
  */
 export interface PicturePacket {
   camera: number;
@@ -44,7 +44,7 @@ export interface PicturePacket {
 /** How live video is coded. */
 export type Coding = "vp8" | "vp9";
 
-/** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */
+/** A packet of a camera's video. `follows`: the number of the picture that it changes; null for a key picture. */
 export interface VideoPacket {
   camera: number;
   number: number;
@@ -55,7 +55,7 @@ export interface VideoPacket {
   coded: Uint8Array<ArrayBuffer>;
 }
 
-/** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
+/** A packet of a byte stream. `stream`: its number in the spec, from 0; `key`: it contains everything, not only changes. */
 export interface StreamPacket {
   stream: number;
   key: boolean;
@@ -65,7 +65,7 @@ export interface StreamPacket {
   data: Uint8Array;
 }
 
-/** A packet of sound: its number counts the microphone's time, `ms` long; one that only says why nothing is heard lasts 0 ms. */
+/** A packet of sound, `ms` long; `number` counts the microphone's time. One with 0 ms only says why nothing is heard. */
 export interface SoundPacket {
   run: number;
   number: number;

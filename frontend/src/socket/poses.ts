@@ -1,18 +1,18 @@
-/** Where the robot is and was: packets tell numbers in a row, which its spec divides. */
+/** Where the robot is and was: packets contain numbers in a row, which the spec divides into parts. */
 import type { PicturePacket, StatePacket } from "./packets.ts";
 
-/** A picture whose robot has so many joints and coordinates of a pose, each apart; the body's velocity is what follows. */
+/** Divide the numbers of a picture into joints, pose and, with the rest, the body's velocity. `joints`, `pose`: how many. */
 export function splitPicture(packet: PicturePacket, joints: number, pose: number): PicturePacket {
   const told = packet.joints;
   return { ...packet, joints: told.slice(0, joints), pose: told.slice(joints, joints + pose), twist: told.slice(joints + pose) };
 }
 
-/** A state with so many values of channels and coordinates; the body's velocity is what follows. */
+/** Divide the numbers of a state into so many values and, with the rest, the body's velocity. */
 export function splitState(packet: StatePacket, values: number): StatePacket {
   return { ...packet, values: packet.values.slice(0, values), twist: packet.values.slice(values) };
 }
 
-/** Poses in the own frame of a robot that is at `here`, in the frame of that pose; both x, y, heading (m, rad). */
+/** Return poses of the robot's own frame in the frame of its pose `here`; all have x, y, heading (m, rad). */
 export function fromOwn(here: readonly number[], poses: readonly (readonly number[])[]): number[][] {
   const [x = NaN, y = NaN, heading = NaN] = here,
     c = Math.cos(heading),
@@ -20,16 +20,16 @@ export function fromOwn(here: readonly number[], poses: readonly (readonly numbe
   return poses.map(([ahead = NaN, aside = NaN, turned = NaN]) => [x + c * ahead - s * aside, y + s * ahead + c * aside, heading + turned]);
 }
 
-/** How far a robot may be from where a picture shows it, for the picture to hold. */
+/** How far a robot may be from the place of a picture without having left it. */
 export interface Tolerance {
   m: number;
   rad: number;
 }
-export const DEFAULT_TOLERANCE: Tolerance = { m: 0.02, rad: 0.05 };
+const DEFAULT_TOLERANCE: Tolerance = { m: 0.02, rad: 0.05 };
 
 /**
- * Whether the robot has left the place `then`, by coordinates in the order of its spec; no if either is not known.
- * Half a turn is the most by which two angles differ.
+ * Return whether the robot has left the pose `then`, by coordinates in the order of its spec; no if either pose is not
+ * known. Two angles differ by half a turn at most.
  */
 export function hasLeft(
   then: readonly number[],

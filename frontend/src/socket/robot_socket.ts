@@ -1,4 +1,5 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
+import { openSocket } from "../kit/request.ts";
 import type { CompactLayout } from "./compact_state.ts";
 import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
@@ -22,14 +23,13 @@ export interface Handlers {
 
 const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
-const OPEN_MS = 10_000; // an attempt that takes longer is given up
-const FULL = 4503,
-  FULL_MS = 20_000; // too many watch: the pause before the next attempt
+const FULL = 4503, // the close code for too many viewers, and the pause before the next attempt
+  FULL_MS = 20_000;
 const DEAD_MS = 6000,
   SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
-const WOKEN_MS = 3000; // the same, for a page that ran no more meanwhile
-const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
-const DRAIN_MS = 3000; // for answers to what was asked over the socket before
+const WOKEN_MS = 3000; // the same for a page that did not run meanwhile
+const HOPELESS = 2; // after so many failed attempts the operator's stream is opened without the public socket
+const DRAIN_MS = 3000; // how long the socket before is read for answers to earlier requests
 const ANSWER = '{"t": "answer"';
 const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
 
@@ -45,22 +45,21 @@ export class RobotSocket {
   private socket: WebSocket | null = null;
   private tries = 0;
   private retry = 0;
-  private full = false; // too many watch: the next attempt keeps its pause
+  private full = false; // too many viewers: the next attempt keeps its pause
   private readonly roundTrip = new RoundTrip();
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
-  private deadAfter = DEAD_MS; // drawn with each doubt: a process that falls silent has many pages
+  private deadAfter = DEAD_MS; // random with each doubt, because a process that falls silent has many pages
   private probeAfter = PROBE_MS;
   private own: OperatorStream;
-  private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
+  private adopted: WebSocket | null = null; // the operator's stream, once it is the socket
   private none = false; // there is no such robot
   private known = false; // a snapshot has come over this socket
-  private plan: object | null = null; // the preview that was asked for and not answered yet, sent or not
+  private plan: object | null = null; // a request for a preview without an answer yet, sent or not
 
   /**
-   * `wish` is what the page wants to watch from the beginning: a `watch` message; `moved`: the connection worked, and
-   * another socket takes over.
+   * `wish` returns the `watch` message for a new socket; `moved`: the connection worked, and another socket takes over.
    */
   constructor(
     slug: string,
@@ -92,7 +91,7 @@ export class RobotSocket {
     return performance.now() - (this.up ? this.doubted : this.downAt);
   }
 
-  /** Whether the server was heard at or after that time (performance.now). */
+  /** Return whether a message has come at or after that time (performance.now). */
   heardSince(at: number): boolean {
     return this.heard >= at;
   }
@@ -107,12 +106,12 @@ export class RobotSocket {
     return this.roundTrip.best;
   }
 
-  /** Whether the answer to a ping is missing for long. */
+  /** Whether the answer to a ping is overdue. */
   get overdue(): boolean {
     return this.roundTrip.overdue;
   }
 
-  /** Send a ping, unless one was sent lately. */
+  /** Send a ping, unless one was sent a short time ago. */
   check(): void {
     if (this.roundTrip.due) this.ping();
   }
@@ -133,13 +132,9 @@ export class RobotSocket {
     const before = this.socket;
     this.socket = null;
     before?.close();
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/${this.query(false)}`);
-    socket.binaryType = "arraybuffer";
+    const socket = openSocket(`/ws/robots/${this.slug}/${this.query(false)}`);
     this.use(socket);
-    const late = setTimeout(() => socket.close(), OPEN_MS); // its end is followed by the next attempt
     socket.onopen = () => {
-      clearTimeout(late);
       this.begun();
       this.own.soon();
     };
@@ -155,7 +150,7 @@ export class RobotSocket {
     this.hear();
     this.set(true);
     this.ping();
-    if (this.plan) this.send(this.plan); // whoever was asked is gone, if anybody was
+    if (this.plan) this.send(this.plan); // its answer would have come over the socket before
   }
 
   private use(socket: WebSocket): void {
@@ -165,9 +160,9 @@ export class RobotSocket {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       if (event.code === STREAM_OVER) {
-        this.open();
+        this.open(); // the public view, without a pause
         return;
-      } // the public view, without a pause
+      }
       this.set(false);
       this.none = event.code === 4404;
       if (this.none) return;
@@ -179,7 +174,7 @@ export class RobotSocket {
     };
   }
 
-  /** Go over to the operator's own stream, which begins beside this socket; called again and again while one drives. */
+  /** Open the operator's stream beside this socket, and take it over; called again and again while the person drives. */
   operate(): void {
     if (this.socket !== null && this.socket === this.adopted) return;
     const open = this.socket?.readyState === WebSocket.OPEN;
@@ -201,7 +196,7 @@ export class RobotSocket {
     );
   }
 
-  /** Read what was still asked over that socket, then close it. */
+  /** Read the answers that still come over that socket, then close it. */
   private drain(socket: WebSocket): void {
     if (socket.readyState !== WebSocket.OPEN) {
       socket.onopen = () => socket.close();
@@ -264,7 +259,7 @@ export class RobotSocket {
     this.ping();
   }
 
-  /** The page is seen or runs again: its socket may have died without a word, or wait for its next attempt. */
+  /** Check the socket of a page that is seen or runs again: it may be dead without an event, or wait for its next attempt. */
   private wake(): void {
     const state = this.socket?.readyState;
     if (this.none || this.full || state === WebSocket.CONNECTING) return;

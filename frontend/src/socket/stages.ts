@@ -14,10 +14,10 @@ export const STAGES: Record<string, string> = {
   cancelled: "Stopped",
   unknown: "Unknown",
 };
-/** Labels of commands, and which of them set something and move nothing: the robot's page tells them. */
+/** The labels of commands, and the kinds that set something and move nothing; the robot's page fills both. */
 export const COMMAND_LABELS: Record<string, string> = {};
 export const SETTING_KINDS = new Set<string>();
-/** How far a command is, in a word. */
+/** Return the stage of a command in words. */
 export function stageOf(kind: string, state: string): string {
   if (SETTING_KINDS.has(kind) && state === "acknowledged") return "Under way";
   if (SETTING_KINDS.has(kind) && state === "completed") return "Done";
@@ -25,7 +25,7 @@ export function stageOf(kind: string, state: string): string {
 }
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);
 
-/** What a page shows of a command after a snapshot, which may have been read before the command ended. */
+/** Return the later one of what is known of a command and what a snapshot contains, which may be older. */
 export function laterStage(known: CommandInfo | undefined, read: CommandInfo): CommandInfo {
   return known && known.id === read.id && FINAL.has(known.state) && !FINAL.has(read.state) ? known : read;
 }

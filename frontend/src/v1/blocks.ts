@@ -1,2 +1,2 @@
 /** `/static/farhand/v1/blocks.js`: programs as blocks. It is large: load it by `import()`. */
-export { Blockly, workspace } from "../widgets/blockly.ts";
+export { Blockly, type BlockState, choiceField, defineStep, numberField, StepWorkspace, workspace } from "../widgets/blockly.ts";

@@ -5,24 +5,22 @@
  * new version. It loads no style; the heavy parts are modules of their own.
  */
 export { CameraView } from "../media/camera_view.ts";
-export type { Console } from "../page/console.ts";
+export { Basics, type Console } from "../page/console.ts";
 export { blocked, type Facts } from "../page/controls.ts";
 export { stick } from "../widgets/gamepad.ts";
 export { Jog, named } from "../widgets/jog.ts";
 export { facts } from "../page/facts.ts";
 export { type Box, objectsAfter, type Placed } from "../socket/objects.ts";
 export { RobotPage } from "../page/robot_page.ts";
-export { say, byId, set } from "../kit/dom.ts";
+export { byId, make, say, set, shape } from "../kit/dom.ts";
 export { allow, refusal } from "../kit/refusal.ts";
 export { fill } from "../kit/render.ts";
-export { shape } from "../kit/svg.ts";
 export { fromOwn } from "../socket/poses.ts";
 export type { CommandInfo, Judgement, PlanAnswer, Still } from "../socket/messages.ts";
 export type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 export { prefetch } from "../kit/prefetch.ts";
 export { request } from "../kit/request.ts";
 export { Tabs } from "../kit/tabs.ts";
-export { Basics } from "../page/default_console.ts";
 export { CommandForm } from "../widgets/command_form.ts";
 export { HeldButtons } from "../widgets/held_buttons.ts";
 export { FINAL } from "../socket/stages.ts";

@@ -1,21 +1,19 @@
 /** A command as a form: a field for each of its values with unit and range, and a button. */
+import { make } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { ArgumentInfo, CommandSpec } from "../socket/messages.ts";
 
 export class CommandForm {
-  readonly element = document.createElement("form");
-  private button = document.createElement("button");
+  readonly element = make("form", { class: "plain-command" });
+  private button: HTMLButtonElement;
 
   constructor(
     private page: RobotPage,
     private spec: CommandSpec,
   ) {
-    this.element.className = "plain-command";
     const fields = spec.arguments.map((argument) => this.field(argument));
-    this.button.className = "button";
-    this.button.textContent = spec.label;
-    this.button.setAttribute("aria-describedby", "why");
+    this.button = make("button", { class: "button", "aria-describedby": "why" }, spec.label);
     this.element.append(...fields.map(([label]) => label), this.button);
     this.element.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -40,20 +38,15 @@ export class CommandForm {
   }
 
   private field(argument: ArgumentInfo): readonly [HTMLElement, HTMLInputElement, ArgumentInfo] {
-    const label = document.createElement("label");
-    const input = document.createElement("input");
+    const { low, high, name, help, text, whole } = argument;
     const unit = argument.unit ? ` (${argument.unit})` : "";
-    const range = argument.text ? "" : `${round(argument.low)} to ${round(argument.high)}`;
-    label.textContent = `${titled(argument)}${unit} `;
-    label.title = argument.help;
-    Object.assign(input, { type: argument.text ? "text" : "number", id: `${this.spec.kind}-${argument.name}`, placeholder: range });
-    if (!argument.text) Object.assign(input, { min: String(argument.low), max: String(argument.high), step: argument.whole ? "1" : "any" });
-    label.append(input);
-    return [label, input, argument];
+    const numbers = { type: "number", min: low, max: high, step: whole ? "1" : "any", placeholder: `${round(low)} to ${round(high)}` };
+    const input = make("input", { id: `${this.spec.kind}-${name}`, ...(text ? { type: "text" } : numbers) });
+    return [make("label", { title: help }, `${titled(argument)}${unit} `, input), input, argument];
   }
 }
 
-/** What a value is called. */
+/** Return what a value is called. */
 function titled({ label, name }: ArgumentInfo): string {
   return label || name.replaceAll("_", " ");
 }

@@ -37,13 +37,14 @@ export interface Floor {
   marks: readonly { name: string; at: readonly [number, number] }[];
 }
 /** Length, width and height of the robot (m). */
-export type Size = readonly [number, number, number];
+type Size = readonly [number, number, number];
 type Pose = readonly [number, number, number];
 
 const PATH_M = 0.03,
   RING_M = 0.02; // above the floor
 const WALL_M = 0.7;
 const FROM = new Vector3(0, 1.05, 1.02); // the direction in which the camera is at first
+const LOOK = { field: 40, near: 0.1, far: 100, from: FROM.toArray(), ambient: 1.5, lamp: 1.9, lampAt: [3, 9, 5] } as const;
 const TURNED_RAD = 0.01;
 const EDGE = 0.96; // of the view, in which the whole floor is
 const COLOURS = {
@@ -55,9 +56,9 @@ export class FloorView extends View3D {
   private fixed = new Group();
   private robot: Group;
   private ghostBody: Group;
-  private turned = false; // by somebody; a click alone does not
+  private turned = false; // whether somebody has turned the view; a click alone does not
   private ringLook = new MeshBasicMaterial();
-  private polar = 0; // the camera's angle, as it was put
+  private polar = 0; // the camera's polar angle after `fit` (rad)
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xb4531b, linewidth: 2 }));
 
   /** `onPick` gets the place on the floor (m) that was clicked on. */
@@ -68,25 +69,15 @@ export class FloorView extends View3D {
     onPick: (x: number, y: number) => void,
   ) {
     const { width, depth } = floor;
-    const look = {
-      field: 40,
-      near: 0.1,
-      far: 100,
-      from: FROM.toArray(),
-      to: [0, 0, 0],
-      ambient: 1.5,
-      lamp: 1.9,
-      lampAt: [3, 9, 5],
-    } as const;
-    super(holder, look, (x, y) => {
+    super(holder, LOOK, (x, y) => {
       if (x >= 0 && y >= 0 && x <= width && y <= depth) onPick(x, y);
     });
     this.world.position.set(-width / 2, 0, depth / 2);
     this.controls.maxPolarAngle = Math.PI / 2 - 0.05;
-    this.controls.addEventListener(
-      "end",
-      () => (this.turned = Math.hypot(this.controls.getAzimuthalAngle(), this.controls.getPolarAngle() - this.polar) > TURNED_RAD),
-    );
+    this.controls.addEventListener("end", () => {
+      const { controls, polar } = this;
+      this.turned = Math.hypot(controls.getAzimuthalAngle(), controls.getPolarAngle() - polar) > TURNED_RAD;
+    });
     this.robot = bodyOf(size, 0x0c6471, 1);
     this.robot.add(...ring(size, this.ringLook));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
@@ -97,7 +88,7 @@ export class FloorView extends View3D {
     this.dark.addEventListener("change", () => this.build());
   }
 
-  /** Put the robot where it is (m, m, rad); null while that is not known. */
+  /** Show the robot at this pose (m, m, rad); null while its pose is not known. */
   show(at: Pose | null): void {
     place(this.robot, at);
     this.ask();
@@ -110,16 +101,14 @@ export class FloorView extends View3D {
 
   /** Draw a path by its corners; null for none. */
   plan(corners: readonly Pose[] | null, good: boolean): void {
-    setPoints(
-      this.path,
-      (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M)),
-    );
+    const points = (corners ?? []).map(([x, y]) => new Vector3(x, y, PATH_M));
+    setPoints(this.path, points);
     this.path.visible = (corners?.length ?? 0) > 1;
     this.path.material.color.set(good ? 0xb4531b : 0xc0271f);
     this.ask();
   }
 
-  /** Put the camera just so far away that the whole floor is seen, until somebody has turned the view. */
+  /** Move the camera as near as the whole floor can be seen, until somebody has turned the view. */
   protected override fit(): void {
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the size is told before there is a floor
     if (!this.floor || this.turned) return;
@@ -169,16 +158,14 @@ export class FloorView extends View3D {
   }
 }
 
-function thing(
-  { name, at: [x, y], high, half, radius = 0.3, dark }: Standing,
-  colours: { line: number; ink: string },
-): (Mesh | LineSegments | Sprite)[] {
+type Colours = { line: number; ink: string };
+
+function thing({ name, at, high, half, radius = 0.3, dark }: Standing, colours: Colours): (Mesh | LineSegments | Sprite)[] {
+  const [x, y] = at;
   const shape = half ? new BoxGeometry(2 * half[0], 2 * half[1], high) : new CylinderGeometry(radius, radius, high, 32);
-  const look = new MeshLambertMaterial({
-    color: dark ? 0x23262a : half ? 0x9fc3c8 : 0xb9a684,
-    transparent: !!half && !dark,
-    opacity: half && !dark ? 0.75 : 1,
-  });
+  const glass = half !== undefined && !dark;
+  const color = dark ? 0x23262a : half ? 0x9fc3c8 : 0xb9a684;
+  const look = new MeshLambertMaterial({ color, transparent: glass, opacity: glass ? 0.75 : 1 });
   const made = new Mesh(shape, look),
     edges = new LineSegments(new EdgesGeometry(shape, 30), new LineBasicMaterial({ color: colours.line }));
   for (const part of [made, edges]) {
@@ -188,7 +175,7 @@ function thing(
   return [made, edges, label(name, [x, y, high + 0.22], colours.ink, 0.3)];
 }
 
-/** `behind`: what stands before it hides it. */
+/** `behind`: things in front of the label hide it. */
 function label(words: string, [x, y, z]: readonly [number, number, number], ink: string, tall: number, behind = false): Sprite {
   const canvas = document.createElement("canvas"),
     context = canvas.getContext("2d")!;
@@ -209,18 +196,13 @@ function bodyOf([long, wide, high]: Size, colour: number, opacity: number): Grou
     look = new MeshLambertMaterial({ color: colour, transparent: opacity < 1, opacity });
   const hull = new Mesh(new BoxGeometry(long, wide * 0.8, high * 0.6), look);
   hull.position.z = high * 0.55;
-  const eye = new Mesh(
-    new BoxGeometry(long * 0.16, wide * 0.3, high * 0.35),
-    new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity }),
-  );
+  const dark = new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity });
+  const eye = new Mesh(new BoxGeometry(long * 0.16, wide * 0.3, high * 0.35), dark);
   eye.position.set(long * 0.42, 0, high * 0.95);
   group.add(hull, eye);
   for (const side of [-1, 1])
     for (const end of [-1, 1]) {
-      const wheel = new Mesh(
-        new CylinderGeometry(high * 0.28, high * 0.28, wide * 0.18, 18),
-        new MeshLambertMaterial({ color: 0x2b2f33, transparent: opacity < 1, opacity }),
-      );
+      const wheel = new Mesh(new CylinderGeometry(high * 0.28, high * 0.28, wide * 0.18, 18), dark);
       wheel.position.set(end * long * 0.3, side * wide * 0.45, high * 0.28);
       group.add(wheel);
     }

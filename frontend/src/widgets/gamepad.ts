@@ -10,8 +10,8 @@ const LEFT_STICK = 2; // its axes are the first ones of every gamepad; what foll
 const RELEASE = "Gamepad: release its sticks and buttons first.";
 const UNKNOWN = "Gamepad: this browser does not know its layout, so only the left stick counts.";
 
-/** The gamepads of this browser; none where it has none or does not let this page read them. */
-export function gamepads(): (Pad | null)[] {
+/** Return the gamepads of this browser; none where it has none or does not let this page read them. */
+function gamepads(): (Pad | null)[] {
   try {
     return "getGamepads" in navigator ? [...navigator.getGamepads()] : [];
   } catch {
@@ -25,12 +25,20 @@ export class Pads {
   why = "";
   private seen = new Map<number, { what: string; rested: Set<string> }>();
 
-  /** Every gamepad begins again: it has to be seen at rest. */
+  /** Forget all gamepads: each has to be seen at rest again. */
   forget(): void {
     this.seen.clear();
   }
 
-  /** The gamepads as they count now: other axes are at rest, other buttons are not pressed. */
+  /** Return what the first gamepad asks for that is not at rest; null for none, and while nobody sees the control. */
+  wanted<T>(control: HTMLElement, read: (pad: Pad) => T | null): T | null {
+    const away = document.hidden || control.closest("[hidden]") !== null;
+    if (away) this.forget();
+    const wishes = this.read(away ? [] : gamepads()).map(read);
+    return wishes.find((wish) => wish !== null) ?? null;
+  }
+
+  /** Return the gamepads as they count now: other axes are at rest, other buttons are not pressed. */
   read(pads: readonly (Pad | null)[]): Pad[] {
     this.why = "";
     const here = pads.flatMap((pad, i) => (pad?.connected ? [{ pad, place: pad.index ?? i }] : []));

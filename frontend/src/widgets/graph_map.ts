@@ -1,4 +1,5 @@
-/** A map that a robot draws while it drives: places and links on a canvas, its pose, a path, marks; a click finds a place. */
+/** A map that a robot draws while it drives, on a canvas: places and links, its pose, a path, marks; a click finds a place. */
+import { set } from "../kit/dom.ts";
 import { type Box, fittingBox, nearest, Scale } from "./plane.ts";
 
 export interface Spot {
@@ -27,8 +28,11 @@ const PAUSE_MS = 80; // between two drawings
 const CALM_MS = 1000; // the same where the person prefers reduced motion
 const TOUCH_PX = 24;
 const NEAR_M = 0.1;
-const CROWD = 600; // places that stand so close that each dot is small
-type Colours = Record<"ink" | "quiet" | "line" | "card" | "accent" | "route" | "dock", string>;
+const CROWD = 600; // with more places than this each dot is small
+const CENTRED = { textAlign: "center", textBaseline: "middle", lineJoin: "round" };
+/** Which of the page's variables a colour of the map is. */
+const VARIABLES = { ink: "ink", quiet: "quiet", line: "map-line", card: "card", accent: "accent", route: "stop", dock: "good" };
+type Colours = Record<keyof typeof VARIABLES, string>;
 
 export class GraphMap {
   private context: CanvasRenderingContext2D;
@@ -60,7 +64,7 @@ export class GraphMap {
     canvas.addEventListener("pointerleave", () => this.point(null));
   }
 
-  /** The graph is new or has changed; with `whole` nothing of the old one is left. */
+  /** Show another graph. `whole`: nothing of the one before is left. */
   show(graph: Graph, whole: boolean): void {
     this.graph = graph;
     if (whole) this.box = null;
@@ -104,8 +108,7 @@ export class GraphMap {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
     const ratio = Math.min(2, devicePixelRatio);
-    if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
-    if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
+    set(this.canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
     this.colours ??= coloursOf(this.canvas);
     const c = this.context;
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -119,22 +122,16 @@ export class GraphMap {
   }
 
   private drawGraph(graph: Graph, colours: Colours): void {
-    this.lines(
-      graph.links.map(([a, b]) => [graph.spots.get(a), graph.spots.get(b)]),
-      colours.line,
-      1.5,
-    );
+    const links = graph.links.map(([a, b]) => [graph.spots.get(a), graph.spots.get(b)]);
+    this.lines(links, colours.line, 1.5);
     const small = graph.spots.size > CROWD ? 1.3 : 2.6;
     this.dots(graph.spots.values(), colours.quiet, small);
     const at = (id: number): Spot[] => [graph.spots.get(id)].filter((spot) => spot !== undefined);
     this.dots(graph.docks.flatMap(at), colours.dock, small + 1.8);
     if (graph.dock) this.drawDock(graph.dock, colours);
-    const way = graph.route.flatMap(at);
-    this.lines(
-      way.slice(1).map((spot, i) => [way[i], spot]),
-      colours.route,
-      3.5,
-    );
+    const way = graph.route.flatMap(at),
+      pairs = way.slice(1).map((spot, i) => [way[i], spot]);
+    this.lines(pairs, colours.route, 3.5);
     this.letters(colours);
     const over = this.over === null ? undefined : graph.spots.get(this.over);
     if (over) this.ring(over, 9, colours.accent);
@@ -143,14 +140,7 @@ export class GraphMap {
   private drawDock(dock: Spot, colours: Colours): void {
     const c = this.context;
     const [x, y] = this.scale.toScreen(dock.x, dock.y);
-    Object.assign(c, {
-      strokeStyle: colours.dock,
-      lineWidth: 2.5,
-      font: "600 12px system-ui, sans-serif",
-      textAlign: "center",
-      textBaseline: "middle",
-      lineJoin: "round",
-    });
+    Object.assign(c, CENTRED, { strokeStyle: colours.dock, lineWidth: 2.5, font: "600 12px system-ui, sans-serif" });
     c.strokeRect(x - 7, y - 7, 14, 14);
     this.words("dock", x, y + 17, colours.dock, colours);
   }
@@ -181,7 +171,7 @@ export class GraphMap {
 
   private letters(colours: Colours): void {
     const c = this.context;
-    Object.assign(c, { font: "600 13px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineJoin: "round" });
+    Object.assign(c, CENTRED, { font: "600 13px system-ui, sans-serif" });
     for (const [text, spot] of this.labels) {
       const [x, y] = this.scale.toScreen(spot.x, spot.y);
       this.dots([spot], colours.ink, 3.5);
@@ -227,33 +217,25 @@ export class GraphMap {
     const [x, y] = this.scale.toScreen(mark.x, mark.y);
     const colour = mark.now ? colours.route : colours.ink;
     if (mark.own) this.ring(mark, 12, colours.accent);
-    for (const [wide, ink] of [
-      [6, colours.card],
-      [3, colour],
-    ] as const) {
-      c.beginPath();
-      for (const way of [1, -1]) {
-        c.moveTo(x - 6, y - 6 * way);
-        c.lineTo(x + 6, y + 6 * way);
-      }
-      Object.assign(c, { strokeStyle: ink, lineWidth: wide, lineCap: "round" });
+    c.beginPath();
+    for (const way of [1, -1]) {
+      c.moveTo(x - 6, y - 6 * way);
+      c.lineTo(x + 6, y + 6 * way);
+    }
+    for (const stroke of [
+      { lineWidth: 6, strokeStyle: colours.card },
+      { lineWidth: 3, strokeStyle: colour },
+    ]) {
+      Object.assign(c, { ...stroke, lineCap: "round" });
       c.stroke();
     }
-    Object.assign(c, { font: "700 15px system-ui, sans-serif", textAlign: "left", textBaseline: "middle", lineJoin: "round" });
+    Object.assign(c, CENTRED, { font: "700 15px system-ui, sans-serif", textAlign: "left" });
     this.words(mark.text, x + (mark.own ? 15 : 10), y + 11, colour, colours);
   }
 }
 
 function coloursOf(element: Element): Colours {
   const style = getComputedStyle(element);
-  const named = (name: string): string => style.getPropertyValue(`--${name}`).trim();
-  return {
-    ink: named("ink"),
-    quiet: named("quiet"),
-    line: named("map-line"),
-    card: named("card"),
-    accent: named("accent"),
-    route: named("stop"),
-    dock: named("good"),
-  };
+  const colours = Object.entries(VARIABLES).map(([colour, name]) => [colour, style.getPropertyValue(`--${name}`).trim()]);
+  return Object.fromEntries(colours) as Colours;
 }

@@ -1,21 +1,20 @@
 /** Everybody's jobs of one kind: ask for one, one's own place and wait, how it ended, and the list of those that wait. */
 import { html } from "lit-html";
-import { repeat } from "lit-html/directives/repeat.js";
-import { say, byId } from "../kit/dom.ts";
-import { button, draw, drawParts, link, type Part } from "../kit/render.ts";
+import { byId, say } from "../kit/dom.ts";
+import { button, drawParts, link, type Part } from "../kit/render.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { Jobs, type OwnJob } from "../queue/jobs.ts";
 import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
 import type { JobInfo } from "../socket/messages.ts";
 
-/** What a kind of job is called, and what it is when it is done, without it "reached". */
+/** A kind of job: its noun, and the word for a job that is done (default: "reached"). */
 export interface JobName {
   noun: string;
   done?: string;
 }
 /**
- * What a job of this robot is called, where its values say that it leads, and how people ask for one; other kinds of
- * jobs in the same list.
+ * The words for a kind of job. `how`: how people ask for one; `where`: the place that its values name; `others`: other
+ * kinds of jobs in the same list.
  */
 export interface JobWords extends JobName {
   kind: string;
@@ -30,11 +29,9 @@ export class JobPanel {
   private jobs: Jobs;
   private asking = false;
   private heard: readonly JobInfo[] | null = null;
-  /** Own jobs that were open when last looked at; with a new one its place has still to be told. */
-  private followed = new Set<number>();
-  private fresh = 0;
-  /** Own jobs that were seen waiting: of such a one it is told that it has begun. */
-  private waiting = new Set<number>();
+  private followed = new Set<number>(); // the own jobs that were open at the last answer
+  private fresh = 0; // the own job whose place in the queue has still to be told; 0: none
+  private waiting = new Set<number>(); // the own jobs that were seen waiting, so that their begin is told
 
   constructor(
     private page: RobotPage,
@@ -58,7 +55,7 @@ export class JobPanel {
     return this.asking ? `Your ${this.words.noun} is on its way to the portal.` : "";
   }
 
-  /** Ask for a job, and tell at once what became of it. True if it waits now. */
+  /** Ask for a job, and say why if it is refused. Resolves to whether it waits now. */
   async ask(values: Record<string, number | string>, kind = this.words.kind): Promise<boolean> {
     if (this.whyNot()) {
       this.page.refuse(() => this.whyNot());
@@ -86,14 +83,14 @@ export class JobPanel {
     if (refused) this.page.refuse(() => refused);
   }
 
-  /** One's own jobs were read: say how those ended that were open. */
+  /** The own jobs were read: say how those ended that were open before. */
   private follow(): void {
     for (const job of this.jobs.own) if (!job.open && this.followed.has(job.id)) this.page.notice(ended(job, this.named(job.kind)), "info");
     this.followed = new Set(this.jobs.own.filter(({ open }) => open).map(({ id }) => id));
     this.draw();
   }
 
-  /** The own job that matters now: the open one that is served first, otherwise the newest. */
+  /** Return the own job to show: the open one that is served first, otherwise the newest. */
   private current(): OwnJob | undefined {
     const open = this.open.find(({ own }) => own);
     return (open && this.jobs.mine(open.job.id)) ?? this.jobs.own.find((job) => job.open) ?? this.jobs.own[0];
@@ -123,12 +120,9 @@ export class JobPanel {
   }
 
   private tellBegun(): void {
-    for (const {
-      job: { id, kind, state },
-      own,
-    } of this.open) {
-      if (own && state === "waiting") this.waiting.add(id);
-      else if (own && this.waiting.delete(id)) this.page.notice(this.begun(kind), "info");
+    for (const { job } of this.open.filter(({ own }) => own)) {
+      if (job.state === "waiting") this.waiting.add(job.id);
+      else if (this.waiting.delete(job.id)) this.page.notice(this.begun(job.kind), "info");
     }
   }
 
@@ -158,17 +152,12 @@ export class JobPanel {
   }
 
   private list(): void {
-    draw(
-      byId("goals"),
-      repeat(
-        this.open,
-        ({ job }) => job.id,
-        ({ job, own }) => {
-          const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
-          return html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${`${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`}</span></li>`;
-        },
-      ),
-    );
+    const parts = this.open.map(({ job, own }): Part => {
+      const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
+      const text = `${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`;
+      return { key: job.id, template: html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${text}</span></li>` };
+    });
+    drawParts(byId("goals"), parts);
   }
 }
 

@@ -1,28 +1,46 @@
 /** A held motion: it goes on while the controls are held, and ends when they are released or the page cannot tell. */
 import { say } from "../kit/dom.ts";
+import { allow } from "../kit/refusal.ts";
 import type { KeepAlive } from "../socket/held_motion.ts";
-import { gamepads, type Pad, Pads } from "./gamepad.ts";
+import { type Pad, Pads } from "./gamepad.ts";
 
 export interface JogSettings<Direction> extends KeepAlive {
   /** The direction that a control's `data-jog` names. */
   read(words: string): Direction;
   /** Keys that jog while the pad has the focus. */
-  arrows: Record<string, Direction>;
+  arrows?: Record<string, Direction>;
   /** What a gamepad asks for; null at rest. */
-  stick(pad: Pad | null): Direction | null;
+  stick?(pad: Pad | null): Direction | null;
   /** Why no motion may start now; empty if one may. */
   whyNot(): string;
   /** Issue the command; returns its sequence number. */
   begin(direction: Direction): number;
 }
 
-/** Read `name,way` as the one value that a control moves. */
+/** Return `name,way` as the one value that a control moves. */
 export function named(words: string): Record<string, number> {
   const [name = "", way = "0"] = words.split(",");
   return { [name]: Number(way) };
 }
 
 export const KEEP_MS = 80;
+
+/** Call `down` when a pointer presses the control, which gets the focus, and `up` when the pointer is released or lost. */
+export function onPress(control: HTMLElement, down: (event: PointerEvent) => void, up: () => void): void {
+  control.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    control.focus({ preventScroll: true });
+    try {
+      control.setPointerCapture(event.pointerId);
+    } catch {
+      return; // it was released already
+    }
+    down(event);
+  });
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) control.addEventListener(name, up);
+  control.addEventListener("contextmenu", (event) => event.preventDefault());
+}
 
 export class Jog<Direction> {
   private seq = 0;
@@ -31,7 +49,7 @@ export class Jog<Direction> {
   private last = 0;
   private pads = new Pads();
   private hint: HTMLElement | null;
-  private advice: string; // the hint's own words
+  private advice: string; // the text of the hint in the template
 
   constructor(
     private pad: HTMLElement,
@@ -40,7 +58,10 @@ export class Jog<Direction> {
     this.hint = pad.querySelector(".hint");
     this.hint?.setAttribute("role", "status");
     this.advice = this.hint?.textContent ?? "";
-    for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) this.listen(button);
+    for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) {
+      const begin = (): void => this.begin(jogging.read(button.dataset["jog"] ?? ""), "pointer");
+      onPress(button, begin, () => this.end("pointer"));
+    }
     pad.addEventListener("keydown", (event) => this.keyDown(event));
     pad.addEventListener("keyup", () => this.end("key"));
     pad.addEventListener("focusout", () => this.end("key"));
@@ -50,27 +71,16 @@ export class Jog<Direction> {
     setInterval(() => this.feelPad(), 40);
   }
 
-  private listen(button: HTMLElement): void {
-    button.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      event.preventDefault();
-      button.focus({ preventScroll: true });
-      try {
-        button.setPointerCapture(event.pointerId);
-      } catch {
-        return; // it was released already
-      }
-      this.begin(this.jogging.read(button.dataset["jog"] ?? ""), "pointer");
-    });
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(name, () => this.end("pointer"));
-    button.addEventListener("contextmenu", (event) => event.preventDefault());
+  /** Enable the controls, or disable them with a reason; a motion that is held goes on. */
+  enable(why: string): void {
+    for (const control of this.pad.querySelectorAll<HTMLElement>("[data-jog]")) allow(control, this.seq ? "" : why);
   }
 
   private keyDown(event: KeyboardEvent): void {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const own = (event.target as HTMLElement).dataset["jog"];
     const pressed = event.key === " " || event.key === "Enter";
-    const direction = pressed && own ? this.jogging.read(own) : this.jogging.arrows[event.key];
+    const direction = pressed && own ? this.jogging.read(own) : this.jogging.arrows?.[event.key];
     if (direction === undefined) return;
     event.preventDefault();
     event.stopPropagation();
@@ -78,13 +88,7 @@ export class Jog<Direction> {
   }
 
   private feelPad(): void {
-    const away = document.hidden || this.pad.closest("[hidden]") !== null;
-    if (away) this.pads.forget();
-    const direction =
-      this.pads
-        .read(away ? [] : gamepads())
-        .map((pad) => this.jogging.stick(pad))
-        .find((d) => d !== null) ?? null;
+    const direction = this.pads.wanted(this.pad, (pad) => this.jogging.stick?.(pad) ?? null);
     if (this.hint) say(this.hint, this.pads.why || this.advice); // its place is as high as the longest of these
     if (this.by === "pad" && !direction) this.end("pad");
     else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");
@@ -105,7 +109,7 @@ export class Jog<Direction> {
     }, KEEP_MS);
   }
 
-  /** Release; with `by`, only a motion that was started that way. */
+  /** End the motion; with `by`, only one that was started that way. */
   end(by = this.by): void {
     if (!this.seq || by !== this.by) return;
     clearInterval(this.timer);

@@ -1,8 +1,8 @@
-/** The console of a robot without one of its own: its controls are drawn from its spec. */
+/** The console of a robot that brings none: its controls are made from its spec. */
 import { byId } from "../kit/dom.ts";
 import { fill } from "../kit/render.ts";
+import { Basics } from "../page/console.ts";
 import type { Facts } from "../page/controls.ts";
-import { Basics } from "../page/default_console.ts";
 import { facts } from "../page/facts.ts";
 import { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";
@@ -23,15 +23,13 @@ class PlainConsole extends Basics<RobotPage> {
 
   override state(packet: StatePacket): void {
     super.state(packet);
-    fill(
-      byId("readings").querySelector("tbody")!,
-      [...facts.names.map((name) => [name, ""]), ...[...facts.pose, ...facts.channels].map((c) => [c.name, ` ${c.unit}`])].map(
-        ([name, unit]) => {
-          const value = this.page.value(name!);
-          return [name!, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
-        },
-      ),
-    );
+    const row = (name: string, unit: string): string[] => {
+      const value = this.page.value(name);
+      return [name, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
+    };
+    const joints = facts.names.map((name) => row(name, ""));
+    const others = [...facts.pose, ...facts.channels].map(({ name, unit }) => row(name, ` ${unit}`));
+    fill(byId("readings").querySelector("tbody")!, [...joints, ...others]);
   }
 
   override draw(f: Facts): void {

@@ -1,4 +1,4 @@
-/** Points of a plane (m, y up) on a screen (px, y down), and places in the plane. */
+/** Points of a plane (m, y up) on a screen (px, y down), and places of the plane in words. */
 interface Point {
   x: number;
   y: number;
@@ -12,9 +12,9 @@ export interface Box {
 
 const LEAST_M = 0.8; // a map of a few points does not fill the screen
 const MARGIN_PX = 26;
-const LOOSE = 0.72; // a map that fills less of its frame than this gets a new frame
+const LOOSE = 0.72; // a map that fills a smaller share of its frame gets a new frame
 
-/** The frame of these points: the old one while they fill it, so that the map does not tremble. */
+/** Return the frame of these points: the old one as long as they fill it, so that the map does not tremble. */
 export function fittingBox(old: Box | null, points: readonly Point[]): Box | null {
   if (!points.length) return old;
   const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
@@ -38,11 +38,10 @@ function filled(box: Box, frame: Box): boolean {
 }
 
 export class Scale {
-  /** px for a metre. */
+  /** px per metre */
   readonly pixels: number;
   private x: number;
   private y: number;
-
   private width: number;
   private height: number;
 
@@ -64,7 +63,7 @@ export class Scale {
   }
 }
 
-/** The number of the nearest place, at most so far away (m); null if there is none. */
+/** Return the number of the nearest place within `most` (m); null if there is none. */
 export function nearest(places: ReadonlyMap<number, Point>, x: number, y: number, most: number): number | null {
   let found: number | null = null,
     least = most;
@@ -79,7 +78,7 @@ const LETTERS = Array.from("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
 const APART_M = 0.42;
 const CLOSE_M = 0.2;
 
-/** Well-spread places with a letter each, for people who do not click; a letter stays while its place is known. */
+/** Return well-spread places with a letter each, for people who do not click; a letter stays as long as its place is known. */
 export function landmarks(old: ReadonlyMap<string, number>, places: ReadonlyMap<number, Point>): Map<string, number> {
   const kept: [string, number][] = [];
   const far = (at: Point, least: number): boolean =>
@@ -97,7 +96,7 @@ export function landmarks(old: ReadonlyMap<string, number>, places: ReadonlyMap<
   return new Map(kept.sort(([a], [b]) => (a < b ? -1 : 1)));
 }
 
-/** Where a place is on the map as it is drawn: "top left", "centre", "bottom". */
+/** Return where a place is on the map as it is drawn: "top left", "centre", "bottom". */
 export function whereabouts(at: Point, places: ReadonlyMap<number, Point>): string {
   const box = fittingBox(null, [...places.values(), at])!;
   const third = (share: number, names: [string, string, string]): string => names[share < 1 / 3 ? 0 : share < 2 / 3 ? 1 : 2];

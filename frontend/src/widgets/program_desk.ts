@@ -1,5 +1,5 @@
 /** Programs of a robot's own language: as text and as blocks, saved, shared, fetched from the gallery. */
-import { byId } from "../kit/dom.ts";
+import { byId, make } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import { request } from "../kit/request.ts";
 import { storage } from "../kit/storage.ts";
@@ -18,7 +18,7 @@ export interface StepBlocks<Step> {
 export interface ProgramUse<Step> {
   /** Load the blocks, once, and show them in `box`; `changed` gets the steps after each change by a person. */
   blocks(box: HTMLElement, changed: (steps: Step[]) => void): Promise<StepBlocks<Step>>;
-  /** The steps are others, and may be tried. */
+  /** The steps have changed, and may be tried. */
   changed(steps: readonly Step[]): void;
   /** The text is no program; `why` says where. */
   refused(why: string): void;
@@ -33,7 +33,7 @@ interface Saved {
   mine: boolean;
 }
 
-const DRAFT_MS = 400; // after the last key, until what was written is kept on this device
+const DRAFT_MS = 400; // after the last key, until the draft is stored on this device
 
 export class ProgramDesk<Step> {
   steps: Step[] = [];
@@ -62,7 +62,7 @@ export class ProgramDesk<Step> {
     for (const [name, run] of Object.entries(act)) document.querySelector(`[data-program="${name}"]`)?.addEventListener("click", run);
   }
 
-  /** The mode was opened: fetch the list and the blocks, once. */
+  /** Load the list and the blocks, once; called whenever the mode is opened. */
   async open(): Promise<void> {
     void this.openBlocks();
     if (this.opened) return;
@@ -97,22 +97,18 @@ export class ProgramDesk<Step> {
     this.loading = false;
   }
 
-  /** The blocks did not come: say so in their place, and let them be asked for again. */
+  /** Say in the place of the blocks that they did not come, with a button to load them again. */
   private offerBlocks(box: HTMLElement): void {
-    const words = document.createElement("p"),
-      again = document.createElement("button");
-    words.setAttribute("role", "status");
-    words.textContent = "The blocks did not come. Lines of text work without them.";
-    Object.assign(again, { type: "button", className: "button", textContent: "Load the blocks" });
+    const again = make("button", { type: "button", class: "button" }, "Load the blocks");
     again.addEventListener("click", () => void this.openBlocks());
-    box.replaceChildren(words, again);
+    box.replaceChildren(make("p", { role: "status" }, "The blocks did not come. Lines of text work without them."), again);
   }
 
   text(): string {
     return this.area.value.trim();
   }
 
-  /** Whether what stands here is a saved program as it was read. */
+  /** Whether the text is that of the saved program. */
   private get unchanged(): boolean {
     return this.current?.text.trim() === this.text();
   }
@@ -123,7 +119,7 @@ export class ProgramDesk<Step> {
     this.typed();
   }
 
-  /** Say something under the program; kind: good, bad, warning, or empty. */
+  /** Show a text under the program; `kind`: good, bad, warning, or empty. */
   tell(words: string, kind: string): void {
     const box = byId("program-said");
     if (box.textContent === words) return;
@@ -131,37 +127,26 @@ export class ProgramDesk<Step> {
     box.className = `program-said ${kind}`;
   }
 
-  /** Show what is to say of its steps, in the element `program-judged`, if the page has one. */
+  /** Show the judgements of its steps in the element `program-judged`, if the page has one. */
   judge(said: readonly Judgement[]): void {
-    document.getElementById("program-judged")?.replaceChildren(
-      ...said.map(({ text, at_s, refuses }) => {
-        const item = document.createElement("li");
-        item.className = refuses ? "bad" : "warning";
-        item.textContent = `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`;
-        return item;
-      }),
+    const items = said.map(({ text, at_s, refuses }) =>
+      make("li", { class: refuses ? "bad" : "warning" }, `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`),
     );
+    document.getElementById("program-judged")?.replaceChildren(...items);
   }
 
   private async refresh(): Promise<void> {
     const answer = await request(`/robots/${this.page.slug}/programs/`);
     this.saved = answer.ok ? ((await answer.json()) as { programs: Saved[] }).programs : [];
-    const groups: [string, Saved[]][] = [
-      ["Came with the robot", this.saved.filter((p) => !p.by)],
-      ["Mine", this.saved.filter((p) => p.mine)],
-      ["Gallery", this.saved.filter((p) => p.by && !p.mine)],
-    ];
-    const none = new Option(`A new ${this.noun}`, "0");
+    const group = (label: string, belongs: (p: Saved) => boolean): HTMLElement[] => {
+      const options = this.saved.filter(belongs).map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id)));
+      return options.length ? [make("optgroup", { label }, ...options)] : [];
+    };
     this.list.replaceChildren(
-      none,
-      ...groups
-        .filter(([, found]) => found.length)
-        .map(([label, found]) => {
-          const group = document.createElement("optgroup");
-          group.label = label;
-          group.append(...found.map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id))));
-          return group;
-        }),
+      new Option(`A new ${this.noun}`, "0"),
+      ...group("Came with the robot", (p) => !p.by),
+      ...group("Mine", (p) => p.mine),
+      ...group("Gallery", (p) => p.by !== "" && !p.mine),
     );
     this.list.value = String(this.current?.id ?? 0);
   }
@@ -190,7 +175,7 @@ export class ProgramDesk<Step> {
     this.read();
   }
 
-  /** Read the text, also where blocks wrote it: it is what is sent. Tell whether it is a program. */
+  /** Read the text, also one that the blocks wrote, because the text is what is sent. Returns whether it is a program. */
   private read(): boolean {
     this.keep();
     try {
@@ -208,7 +193,7 @@ export class ProgramDesk<Step> {
     return true;
   }
 
-  /** What is written stays on this device, so that a page that is loaded again, or a lost line, loses nothing. */
+  /** Store the draft on this device, so that a reload or a lost connection loses nothing. */
   private keep(): void {
     clearTimeout(this.keeping);
     this.keeping = window.setTimeout(() => storage.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
@@ -218,7 +203,7 @@ export class ProgramDesk<Step> {
     return `program-${this.page.slug}`;
   }
 
-  /** Enable what needs the server, or disable it with a reason. */
+  /** Enable the buttons that need the server, or disable them with a reason. */
   enable(why: string): void {
     for (const name of ["save", "delete"]) allow(document.querySelector<HTMLElement>(`[data-program="${name}"]`)!, why);
   }
@@ -229,10 +214,8 @@ export class ProgramDesk<Step> {
     if (!said) return;
     this.current = said as Saved;
     this.keep();
-    this.tell(
-      this.current.shared && !this.current.approved ? "Saved. It appears in the gallery after staff have approved it." : "Saved.",
-      "good",
-    );
+    const awaited = this.current.shared && !this.current.approved;
+    this.tell(awaited ? "Saved. It appears in the gallery after staff have approved it." : "Saved.", "good");
     await this.refresh();
     byId<HTMLButtonElement>("program-delete").hidden = false;
   }
@@ -245,7 +228,7 @@ export class ProgramDesk<Step> {
     this.tell("Deleted.", "");
   }
 
-  /** Null where it failed, which is said, and while an answer to the request before has not come. */
+  /** Send a request. Resolves to the answer; null if it failed, which is shown, or while another request runs. */
   private async ask(method: string, what: object): Promise<object | null> {
     if (this.asking) return null;
     this.asking = true;
@@ -268,7 +251,7 @@ export class ProgramDesk<Step> {
   }
 }
 
-/** So many seconds as minutes and seconds. */
+/** Return seconds as minutes and seconds. */
 export function minutes(seconds: number): string {
   const whole = Math.round(seconds);
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;

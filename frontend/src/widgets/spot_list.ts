@@ -1,7 +1,6 @@
 /** Places as a list of buttons, so that the keyboard alone suffices to choose one. */
 import { html } from "lit-html";
-import { repeat } from "lit-html/directives/repeat.js";
-import { allowed, draw } from "../kit/render.ts";
+import { allowed, drawParts, type Part } from "../kit/render.ts";
 
 export interface ListedSpot {
   letter: string;
@@ -31,14 +30,10 @@ export class SpotList {
   }
 
   private draw(): void {
-    draw(
-      this.box,
-      repeat(
-        this.spots,
-        ({ letter }) => letter,
-        ({ letter, id, words }) =>
-          html`<li><button type="button" class="button" @click=${() => this.onPick(id)} ${allowed(this.why)}><b>${letter}</b> <span>${words}</span></button></li>`,
-      ),
-    );
+    const item = ({ letter, id, words }: ListedSpot): Part => ({
+      key: letter,
+      template: html`<li><button type="button" class="button" @click=${() => this.onPick(id)} ${allowed(this.why)}><b>${letter}</b> <span>${words}</span></button></li>`,
+    });
+    drawParts(this.box, this.spots.map(item));
   }
 }

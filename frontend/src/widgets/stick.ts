@@ -1,8 +1,9 @@
 /** A stick on the screen for a held motion that is steered: up is speed, to the side is steering. */
+import { make } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import { gamepads, Pads } from "./gamepad.ts";
-import { KEEP_MS } from "./jog.ts";
+import { Pads } from "./gamepad.ts";
+import { KEEP_MS, onPress } from "./jog.ts";
 import { byKeys, byPad, byPointer, isStickKey, dampedPush, type Push, REST } from "./stick_rules.ts";
 
 const TICK_MS = 40;
@@ -10,12 +11,12 @@ const AGAIN_MS = 250; // a gamepad that stays pushed begins nothing sooner
 export type StickBy = "pointer" | "touch" | "key" | "pad" | "";
 
 export class Stick {
-  readonly element = document.createElement("div");
+  readonly element: HTMLElement;
   /** What holds it now; empty while nothing does. */
   by: StickBy = "";
-  /** With how much force its knob is pushed back while a pointer pushes it ahead, 0 to 1. */
+  /** The force that pushes the knob back while a pointer pushes it ahead, 0 to 1. */
   resistance = 0;
-  private knob = document.createElement("span");
+  private knob = make("span", { class: "stick-knob" });
   private seq = 0;
   private wanted: Push = REST;
   private at: Push = REST;
@@ -32,50 +33,33 @@ export class Stick {
     private args: (push: Push) => Record<string, number>,
     label = "Stick",
   ) {
-    this.element.className = "stick";
-    this.element.tabIndex = 0;
-    this.element.setAttribute("role", "application");
-    this.element.setAttribute(
-      "aria-label",
-      `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`,
-    );
-    this.element.setAttribute("aria-describedby", "why");
-    this.knob.className = "stick-knob";
-    this.element.append(this.knob);
+    const how = `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`;
+    const attributes = { class: "stick", tabindex: 0, role: "application", "aria-label": how, "aria-describedby": "why" };
+    this.element = make("div", attributes, this.knob);
     this.listen();
     setInterval(() => this.tick(), TICK_MS);
   }
 
-  /** Where its knob is. */
+  /** Where the knob is. */
   get push(): Push {
     return this.at;
   }
 
-  /** Show that it works, or that it does not; a motion that is held goes on. */
+  /** Enable the stick, or disable it with a reason; a motion that is held goes on. */
   enable(why: string): void {
     allow(this.element, this.seq ? "" : why);
   }
 
   private listen(): void {
     const { element } = this;
-    element.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      event.preventDefault();
-      element.focus({ preventScroll: true });
-      try {
-        element.setPointerCapture(event.pointerId);
-      } catch {
-        return; // it was released already
-      }
+    const down = (event: PointerEvent): void => {
       this.wanted = this.pointed(event);
       this.begin(event.pointerType === "touch" ? "touch" : "pointer");
-    });
+    };
+    onPress(element, down, () => this.pointing && this.end());
     element.addEventListener("pointermove", (event) => {
       if (this.pointing) this.wanted = this.pointed(event);
     });
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
-      element.addEventListener(name, () => this.pointing && this.end());
-    element.addEventListener("contextmenu", (event) => event.preventDefault());
     element.addEventListener("keydown", (event) => this.key(event, true));
     element.addEventListener("keyup", (event) => this.key(event, false));
     element.addEventListener("focusout", () => this.by === "key" && this.end());
@@ -89,11 +73,9 @@ export class Stick {
 
   private pointed(event: PointerEvent): Push {
     const box = this.element.getBoundingClientRect();
-    return byPointer(
-      event.clientX - box.left - box.width / 2,
-      event.clientY - box.top - box.height / 2,
-      Math.min(box.width, box.height) / 2,
-    );
+    const right = event.clientX - box.left - box.width / 2,
+      down = event.clientY - box.top - box.height / 2;
+    return byPointer(right, down, Math.min(box.width, box.height) / 2);
   }
 
   private key(event: KeyboardEvent, down: boolean): void {
@@ -115,13 +97,7 @@ export class Stick {
   }
 
   private feelPad(): void {
-    const away = document.hidden || this.element.closest("[hidden]") !== null;
-    if (away) this.pads.forget();
-    const push =
-      this.pads
-        .read(away ? [] : gamepads())
-        .map(byPad)
-        .find((one) => one !== null) ?? null;
+    const push = this.pads.wanted(this.element, byPad);
     if (this.by === "pad" && !push) this.end();
     else if (this.by === "pad" && push) this.wanted = push;
     else if (push && !this.by && document.hasFocus() && performance.now() - this.last > AGAIN_MS) {
@@ -165,7 +141,7 @@ export class Stick {
     this.knob.style.setProperty("--y", (-y).toFixed(3));
   }
 
-  /** Let go. */
+  /** End the motion. */
   end(): void {
     this.keys.clear();
     if (!this.seq) return;

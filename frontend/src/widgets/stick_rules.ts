@@ -1,14 +1,14 @@
-/** What a stick is pushed to: x to the right and y up, each from -1 to 1. */
+/** How far a stick is pushed: x to the right and y up, each from -1 to 1. */
 import type { Pad } from "./gamepad.ts";
 
 export type Push = readonly [number, number];
 export const REST: Push = [0, 0];
-const DEAD = 0.08; // a pointer this near to the middle pushes nothing
-const TREMBLE = 0.15; // the same of a gamepad's axis
-const BY_KEYS = 0.6; // a key gives no degrees; with Shift it is all
-const GIVES = 0.7; // the share of its way by which a knob gives way to all the force
+const DEAD = 0.08; // a pointer nearer to the middle than this does not push
+const TREMBLE = 0.15; // the same for the axis of a gamepad
+const BY_KEYS = 0.6; // the push of a key; with Shift it is 1
+const GIVES = 0.7; // the share of the push by which the whole force moves a knob back
 const SLOW_S = 1.5,
-  BACK_S = 0.4; // how long a knob takes that comes against all the force, and one that is pushed back
+  BACK_S = 0.4; // the time constants of a knob that moves against the whole force, and of one that is pushed back
 const KEYS: Record<string, Push> = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] };
 
 /** Whether a key pushes the stick. */
@@ -16,7 +16,7 @@ export function isStickKey(key: string): boolean {
   return Object.hasOwn(KEYS, key);
 }
 
-/** A pointer so far from the middle (right, down), on a stick of that radius. */
+/** Return the push of a pointer at that distance from the middle, on a stick of that radius (px). */
 export function byPointer(right: number, down: number, radius: number): Push {
   const far = Math.hypot(right, down) / radius;
   if (!(radius > 0) || !Number.isFinite(far)) return REST;
@@ -27,7 +27,7 @@ export function byPointer(right: number, down: number, radius: number): Push {
   return [share(right), share(-down)];
 }
 
-/** The arrow keys that are held; null for none. */
+/** Return the push of the arrow keys that are held; null for none. */
 export function byKeys(held: ReadonlySet<string>, all: boolean): Push | null {
   const ways = [...held].flatMap((key) => (isStickKey(key) ? [KEYS[key]!] : []));
   if (!ways.length) return null;
@@ -35,7 +35,7 @@ export function byKeys(held: ReadonlySet<string>, all: boolean): Push | null {
   return [clipped(ways.reduce((sum, [x]) => sum + x, 0)), clipped(ways.reduce((sum, [, y]) => sum + y, 0))];
 }
 
-/** A gamepad's left stick by degrees, or its cross; null at rest. */
+/** Return the push of a gamepad's left stick or cross; null at rest. */
 export function byPad(pad: Pad | null): Push | null {
   if (!pad?.connected) return null;
   const down = (i: number): number => (pad.buttons[i]?.pressed ? BY_KEYS : 0);
@@ -49,9 +49,9 @@ export function byPad(pad: Pad | null): Push | null {
 }
 
 /**
- * Where a knob is after so many seconds that is pushed to `wanted`, against a force from 0 to 1. The force acts against
- * a push ahead alone: the knob comes the later the greater it is, stays short of `wanted`, and is pushed back where it has
- * come farther. It is drawn back and turned at once.
+ * Return the place of a knob after so many seconds, pushed to `wanted` against a force (`resistance`) from 0 to 1. The
+ * force acts only against a push ahead: it slows the knob down, keeps it short of `wanted`, and pushes it back if it is
+ * farther. A push back or to the side takes effect at once.
  */
 export function dampedPush([, y]: Push, wanted: Push, resistance: number, seconds: number): Push {
   const force = Math.max(0, Math.min(1, Number.isFinite(resistance) ? resistance : 0));

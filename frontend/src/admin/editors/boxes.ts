@@ -2,6 +2,7 @@
 import "../../arm/arm.css";
 import type { ArmDescription } from "../../arm/types.ts";
 import { ArmView, type ForbiddenBox } from "../../arm/view.ts";
+import { make } from "../../kit/dom.ts";
 import { FILE_MS, request } from "../../kit/request.ts";
 
 interface Facts extends ArmDescription {
@@ -9,18 +10,13 @@ interface Facts extends ArmDescription {
 }
 const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
 
-/** Put the editor before the text field; the field stays for people who prefer to write. */
+/** Put the editor before the text field, which stays for people who prefer to write. */
 export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<void> {
   const facts = told as Facts;
-  const box = document.createElement("div");
-  box.className = "boxes-editor";
-  const holder = document.createElement("div");
-  holder.className = "model";
-  const rows = document.createElement("div");
-  const add = document.createElement("button");
-  Object.assign(add, { type: "button", textContent: "Add a box" });
-  box.append(holder, rows, add);
-  field.before(box);
+  const holder = make("div", { class: "model" }),
+    rows = make("div"),
+    add = make("button", { type: "button" }, "Add a box");
+  field.before(make("div", { class: "boxes-editor" }, holder, rows, add));
   const view = await preview(holder, facts);
   let boxes: ForbiddenBox[] = [];
 
@@ -39,9 +35,6 @@ export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<v
     show();
   };
   const row = (one: ForbiddenBox, index: number): HTMLElement => {
-    const line = document.createElement("fieldset");
-    const legend = document.createElement("legend");
-    legend.textContent = `Box ${index + 1}`;
     const name = labelled("name", "text", one.name, (value) => {
       one.name = value;
       write();
@@ -52,15 +45,13 @@ export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<v
         write();
       }),
     );
-    const remove = document.createElement("button");
-    Object.assign(remove, { type: "button", textContent: `Remove ${one.name}` });
+    const remove = make("button", { type: "button" }, `Remove ${one.name}`);
     remove.addEventListener("click", () => {
       boxes.splice(index, 1);
       write();
       read();
     });
-    line.append(legend, name, ...corners, remove);
-    return line;
+    return make("fieldset", {}, make("legend", {}, `Box ${index + 1}`), name, ...corners, remove);
   };
   add.addEventListener("click", () => {
     boxes.push({ name: `box ${boxes.length + 1}`, low: [0.4, 0.3, 0], high: [0.6, 0.5, 0.3] });
@@ -86,10 +77,7 @@ async function preview(holder: HTMLElement, facts: Facts): Promise<ArmView | nul
 }
 
 function labelled(words: string, type: string, value: string, changed: (value: string) => void): HTMLElement {
-  const label = document.createElement("label");
-  const input = document.createElement("input");
-  Object.assign(input, { type, value, step: "any" });
+  const input = make("input", { type, value, step: "any" });
   input.addEventListener("input", () => changed(input.value));
-  label.append(words, input);
-  return label;
+  return make("label", {}, words, input);
 }

@@ -1,11 +1,10 @@
 /** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
 import type { CellGrid } from "/static/farhand/v1/cells.js";
-import { allow, Basics, byId, type Facts, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
+import { allow, Basics, byId, type Facts, fill, RobotPage, say, type StatePacket, type StreamPacket } from "/static/farhand/v1/console.js";
 import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
-import { showReadings } from "./readings.ts";
 
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
@@ -22,9 +21,9 @@ class RoamingConsole extends Basics<RobotPage> {
   private known = new ExperienceMap();
   private whole = { map: false, cells: false };
   private earlier: Earlier | null = null;
-  private last = 0; // the number of the map before
-  private past = false; // the earlier map is shown
-  private told = 0; // the number of the earlier map whose end was told
+  private last = 0; // the number of the map before this one
+  private past = false; // whether the earlier map is shown
+  private told = 0; // the number of the earlier map whose end was said
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
@@ -48,7 +47,7 @@ class RoamingConsole extends Basics<RobotPage> {
     void this.openCells();
   }
 
-  /** A phone neither loads nor draws the pose cells. */
+  /** Load and show the pose cells, except on a phone. */
   private async openCells(): Promise<void> {
     byId("cells-view").hidden = !this.wide.matches;
     if (!this.wide.matches || this.grid) return;
@@ -67,7 +66,7 @@ class RoamingConsole extends Basics<RobotPage> {
     const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
     const known = x !== undefined && y !== undefined && heading !== undefined && !this.past;
     this.map.place(known ? { x, y, heading } : null);
-    showReadings(page);
+    showReadings();
   }
 
   stream(name: string, { data, key }: StreamPacket): void {
@@ -83,7 +82,7 @@ class RoamingConsole extends Basics<RobotPage> {
     } else if (name === "earlier") this.ended(earlierOf(data));
   }
 
-  /** A map was cleared: it is said, and can be looked at. */
+  /** Say that a map was cleared, and offer to show it. */
   private ended(earlier: Earlier | null): void {
     if (!earlier) return;
     this.earlier = earlier;
@@ -97,7 +96,7 @@ class RoamingConsole extends Basics<RobotPage> {
     if (this.past) this.turnBack(earlier.map.spots.size > 0);
   }
 
-  /** Show the earlier map, or the map of now. */
+  /** Show the earlier map, or the present one. */
   private turnBack(past: boolean): void {
     this.past = past && this.earlier !== null;
     say(byId("earlier-show"), this.past ? NOW : "Show the earlier map");
@@ -107,41 +106,29 @@ class RoamingConsole extends Basics<RobotPage> {
     this.marks();
   }
 
-  /** Letters for well-spread places, and the marks of goals: both move with the map. */
+  /** Draw the letters of well-spread places and the marks of goals; both move with the map. */
   private marks(): void {
     const { spots } = this.known;
     if (performance.now() - this.letteredAt > LETTERS_MS) {
       this.letteredAt = performance.now();
       this.letters = landmarks(this.letters, this.known.open());
-      this.list.show([...this.letters].map(([letter, id]) => ({ letter, id, words: this.inWords(id) })));
+      this.list.show([...this.letters].map(([letter, id]) => ({ letter, id, words: whereabouts(spots.get(id)!, spots) })));
     }
     const marks = this.goals.open.flatMap(({ job, own }): Mark[] => {
       const at = this.placeOf(job.args);
       return at ? [{ ...at, text: String(job.ahead), own, now: job.state === "running" }] : [];
     });
+    const labels = [...this.letters].flatMap(([letter, id]) => {
+      const at = spots.get(id);
+      return at ? [[letter, at] as const] : [];
+    });
     if (this.past) this.map.mark([], new Map());
-    else
-      this.map.mark(
-        marks,
-        new Map(
-          [...this.letters].flatMap(([letter, id]) => {
-            const at = spots.get(id);
-            return at ? [[letter, at] as const] : [];
-          }),
-        ),
-      );
-    say(
-      byId("map-said"),
-      this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.",
-    );
+    else this.map.mark(marks, new Map(labels));
+    const now = spots.size ? "" : "No map yet: it grows as the robot drives.";
+    say(byId("map-said"), this.past ? `Earlier map, number ${this.earlier!.map.number}` : now);
   }
 
-  private inWords(id: number): string {
-    const at = this.known.spots.get(id)!;
-    return whereabouts(at, this.known.spots);
-  }
-
-  /** Where a goal lies on this map; undefined if it belongs to another map. */
+  /** Return where a goal lies on this map; undefined if it belongs to another map. */
   private placeOf(args: Values): { x: number; y: number } | undefined {
     if (Number(args["map"]) !== this.known.number) return undefined;
     return this.known.spots.get(Number(args["experience"])) ?? { x: Number(args["x"]), y: Number(args["y"]) };
@@ -171,6 +158,25 @@ class RoamingConsole extends Basics<RobotPage> {
       allow(button, this.whyNot(name, f));
     }
   }
+}
+
+/** Show the robot's values in words. */
+function showReadings(): void {
+  const told = (name: string, words: (value: number) => string): string => {
+    const value = page.value(name);
+    return value === undefined ? "not known" : words(value);
+  };
+  const charge = page.value("charge");
+  byId<HTMLMeterElement>("charge").value = charge ?? 0;
+  say(byId("charge-said"), `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
+  fill(byId("readings").querySelector("tbody")!, [
+    ["Now", page.state?.mode || "not known"],
+    ["Charging", told("charging", (v) => (v > 0 ? "yes, current flows" : "no"))],
+    ["Remembered places", told("experiences", (v) => v.toFixed(0))],
+    ["Map", told("map", (v) => `number ${v.toFixed(0)}`)],
+    ["Dock seen from", told("docks", (v) => `${v.toFixed(0)} places`)],
+    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
+  ]);
 }
 
 function round(metres: number): number {

@@ -15,17 +15,17 @@ export class ExperienceMap implements Graph {
   links: [number, number][] = [];
   route: number[] = [];
   docks: number[] = [];
-  /** The dock, once it is known where it is; within so much of it (m) only docking leads. */
+  /** The dock, once its place is known; only docking leads to places within that distance of it (m). */
   dock: (Spot & { within: number }) | null = null;
 
-  /** The places of the map to which people may send the robot. */
+  /** Return the places of the map to which people may send the robot. */
   open(): Map<number, Spot> {
     const { dock } = this;
     if (!dock) return this.spots;
     return new Map([...this.spots].filter(([, { x, y }]) => Math.hypot(x - dock.x, y - dock.y) >= dock.within));
   }
 
-  /** Take a key packet or a delta. False for one that cannot be read, after which only a key packet helps. */
+  /** Take a key packet or a delta. Returns false for one that cannot be read; after that only a key packet helps. */
   take(data: Uint8Array, key: boolean): boolean {
     const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
     if (data.byteLength < HEAD || view.getUint8(0) !== VERSION) return false;
@@ -63,12 +63,12 @@ export class ExperienceMap implements Graph {
   }
 }
 
-/** How many bytes a list takes; none, if it is not there. */
+/** Return the length of a list in bytes; 0 without a list. */
 function lengthOf(list: number[] | null): number {
   return list ? 2 + 4 * list.length : 0;
 }
 
-/** The list of numbers that begins there; null if it is cut off. */
+/** Return the list of numbers that begins there; null if it is cut off. */
 function idsAt(view: DataView, at: number): number[] | null {
   if (at + 2 > view.byteLength) return null;
   const count = view.getUint16(at, true);

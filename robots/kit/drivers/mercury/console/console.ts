@@ -30,17 +30,16 @@ class SandConsole extends Basics<RobotPage> {
   private aim: Aim | null = null;
   private sent: Aim | null = null;
   private airStill = 0;
+  private jog: Jog<readonly [number, number]>;
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
   constructor() {
-    super(
-      page,
-      new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v)),
-    );
+    const [picture, overlay] = [byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay")];
+    super(page, new CameraView(byId("screen"), picture, overlay, (u, v) => this.pickPixel(u, v)));
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => this.give(kind));
     byId("stage").addEventListener("keydown", (event) => this.key(event));
-    new Jog<readonly [number, number]>(byId("jog"), {
+    this.jog = new Jog(byId("jog"), {
       read: (words) => {
         const [x = 0, y = 0] = words.split(",").map(Number);
         return [x, y];
@@ -125,7 +124,7 @@ class SandConsole extends Basics<RobotPage> {
     page.command(kind);
   }
 
-  /** Another command than to go there is given: forget a place that it makes untrue, or that was refused. */
+  /** Forget a chosen place that was refused, or that another command than "go" makes wrong. */
   private given(): void {
     if (this.aim?.by === "camera" || this.aimState() === "refused") this.aim = null;
   }
@@ -141,8 +140,7 @@ class SandConsole extends Basics<RobotPage> {
   private key(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, select, button, a");
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
-    const kinds: Record<string, string> = { u: "up", d: "down", a: "air" };
-    const kind = kinds[event.key];
+    const kind = { u: "up", d: "down", a: "air" }[event.key];
     if ((!kind && event.key !== "Enter") || !page.operating) return;
     event.preventDefault();
     if (kind) this.give(kind);
@@ -154,9 +152,7 @@ class SandConsole extends Basics<RobotPage> {
     const z = f.state?.joints[2];
     say(byId("height"), z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);
     byId("jog").hidden = !page.operating;
-    const whyJog = whyNot("jog", judged);
-    for (const button of byId("jog").querySelectorAll<HTMLElement>("[data-jog]"))
-      allow(button, byId("jog").classList.contains("held") ? "" : whyJog);
+    this.jog.enable(whyNot("jog", judged));
     for (const name of ["go", "up", "down", "air"]) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
       if (button) allow(button, whyNot(name, judged));
@@ -169,7 +165,7 @@ class SandConsole extends Basics<RobotPage> {
     const still = page.snapshot?.still ?? null;
     const map = still ? mapFor(still) : null;
     this.schematic.aim(page.operating ? this.aimPoint() : null);
-    // the camera is on the arm: in another picture than the one that they are of, cross and nozzle are elsewhere
+    // the camera is on the arm, so cross and nozzle belong to the picture for which they were computed
     const shown = this.camera.stillId;
     const from = still?.id === shown && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
     this.camera.aim(this.aim?.by === "camera" && this.aim.still === shown && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);

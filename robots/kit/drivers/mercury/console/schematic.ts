@@ -1,11 +1,11 @@
 /** The map from above: base, links, sand, what the camera sees, and a ghost of the target. */
 import { set, shape, type Still } from "/static/farhand/v1/console.js";
-import { forward, onSand, reach, target, type Arm, type Description } from "./scara.ts";
+import { forward, onSand, reach, target, type Arm, type Description, type Map2 } from "./scara.ts";
 
 const MM = 1000;
 const NEAR_RAD = 1e-4; // less than a tenth of a millimetre
 const PAUSE_MS = 20; // between two frames: some thirty a second, because each is laid out and painted
-const FADES_MS = 84; // in which what is left of the way becomes a third
+const FADES_MS = 84; // the time constant of the drawn motion
 
 export class Schematic {
   private links: SVGPolylineElement;
@@ -28,20 +28,16 @@ export class Schematic {
     const { x, y } = d.sand;
     set(svg, { viewBox: "-330 -640 660 700", preserveAspectRatio: "xMidYMid meet" });
     const outer = (d.arm.link1 + d.arm.link2) * MM;
+    const [left, right, low, high] = [...x, ...y].map((metres) => metres * MM) as [number, number, number, number];
+    const sand = { x: left, y: -high, width: right - left, height: high - low, rx: 4, class: "sand" };
+    const tray = { x: left - 28, y: -high - 28, width: sand.width + 56, height: sand.height + 56, rx: 10, class: "tray" };
     shape(svg, "path", { d: `M ${-outer} 0 A ${outer} ${outer} 0 0 1 ${outer} 0`, class: "reach" });
-    shape(svg, "rect", {
-      x: x[0] * MM - 28,
-      y: -y[1] * MM - 28,
-      width: (x[1] - x[0]) * MM + 56,
-      height: (y[1] - y[0]) * MM + 56,
-      rx: 10,
-      class: "tray",
-    });
-    shape(svg, "rect", { x: x[0] * MM, y: -y[1] * MM, width: (x[1] - x[0]) * MM, height: (y[1] - y[0]) * MM, rx: 4, class: "sand" });
-    for (let gx = Math.ceil((x[0] * MM) / 100) * 100; gx <= x[1] * MM; gx += 100)
-      shape(svg, "line", { x1: gx, x2: gx, y1: -y[0] * MM, y2: -y[1] * MM, class: "grid" });
-    for (let gy = Math.ceil((y[0] * MM) / 100) * 100; gy <= y[1] * MM; gy += 100)
-      shape(svg, "line", { x1: x[0] * MM, x2: x[1] * MM, y1: -gy, y2: -gy, class: "grid" });
+    shape(svg, "rect", tray);
+    shape(svg, "rect", sand);
+    for (let gx = Math.ceil(left / 100) * 100; gx <= right; gx += 100)
+      shape(svg, "line", { x1: gx, x2: gx, y1: -low, y2: -high, class: "grid" });
+    for (let gy = Math.ceil(low / 100) * 100; gy <= high; gy += 100)
+      shape(svg, "line", { x1: left, x2: right, y1: -gy, y2: -gy, class: "grid" });
     this.view = shape(svg, "polygon", { class: "view", points: "" });
     this.ghost = shape(svg, "polyline", { class: "ghost-arm", points: "" });
     this.ghostRing = shape(svg, "circle", { class: "ghost-ring", r: 14, cx: 0, cy: 9999 });
@@ -67,29 +63,23 @@ export class Schematic {
   private key(event: KeyboardEvent, onPick: (x: number, y: number) => void): void {
     if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
     const step = event.shiftKey ? 0.05 : 0.01;
-    const by: Record<string, [number, number]> = {
-      ArrowLeft: [-step, 0],
-      ArrowRight: [step, 0],
-      ArrowUp: [0, step],
-      ArrowDown: [0, -step],
-    };
-    const move = by[event.key];
-    if (!move) return;
+    const keys: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+    const way = keys[event.key];
+    if (!way) return;
     event.preventDefault();
-    const tool = forward(this.d, this.wanted).tool;
-    const from = this.cursor ?? tool;
+    const from = this.cursor ?? forward(this.d, this.wanted).tool;
     const { x, y } = this.d.sand;
-    onPick(Math.min(x[1], Math.max(x[0], from[0] + move[0])), Math.min(y[1], Math.max(y[0], from[1] + move[1])));
+    onPick(Math.min(x[1], Math.max(x[0], from[0] + step * way[0])), Math.min(y[1], Math.max(y[0], from[1] + step * way[1])));
   }
 
-  /** Show the joints; drawn gliding, so five packets a second look like a motion. */
+  /** Show the joints; they are drawn gliding, so that five packets a second look like a motion. */
   joints(q: number[]): void {
     this.wanted = q;
     if (this.shown[0] === 0 && this.shown[1] === 0) this.shown = [...q];
     this.begin();
   }
 
-  /** Draw until what is shown has come to where the arm is; a page at rest draws nothing. */
+  /** Draw frames until the drawing has reached the arm; a page at rest draws nothing. */
   private begin(): void {
     if (this.gliding) return;
     this.gliding = true;
@@ -119,30 +109,26 @@ export class Schematic {
   }
 
   /** Draw what the newest picture covers. */
-  covers(still: Still | null, map: { matrix: number[][]; theta: number } | null): void {
+  covers(still: Still | null, map: Map2 | null): void {
     if (!still || !map) return set(this.view, { points: "" });
     const { width: w, height: h } = still;
-    const corners = [
-      [0, 0],
-      [w - 1, 0],
-      [w - 1, h - 1],
-      [0, h - 1],
-    ];
-    const at = corners.map(([u = 0, v = 0]) => target(map, still.pose, u, v, w, h));
-    set(this.view, { points: at.map(([x, y]) => `${x * MM},${-y * MM}`).join(" ") });
+    const corner = (u: number, v: number): string => {
+      const [x, y] = target(map, still.pose, u, v, w, h);
+      return `${x * MM},${-y * MM}`;
+    };
+    set(this.view, { points: [corner(0, 0), corner(w - 1, 0), corner(w - 1, h - 1), corner(0, h - 1)].join(" ") });
   }
 
-  /** Show the ghost of a target; false if the arm may not go there. */
-  aim(at: [number, number] | null): boolean {
+  /** Show the ghost of a target; null hides it. */
+  aim(at: [number, number] | null): void {
     this.cursor = at;
     const arm = at ? reach(this.d, at[0], at[1]) : null;
     if (!at || !arm || !onSand(this.d, at[0], at[1])) {
       set(this.ghost, { points: "" });
       set(this.ghostRing, { cx: (at?.[0] ?? 0) * MM, cy: at ? -at[1] * MM : 9999, class: "ghost-ring refused" });
-      return false;
+      return;
     }
     this.draw(this.ghost, arm);
     set(this.ghostRing, { cx: at[0] * MM, cy: -at[1] * MM, class: "ghost-ring" });
-    return true;
   }
 }

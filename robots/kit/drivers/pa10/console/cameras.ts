@@ -20,7 +20,7 @@ export class Cameras {
     this.narrow.addEventListener("change", () => this.watch());
   }
 
-  /** A phone shows one camera at a time, and requests only that one. */
+  /** Ask for the pictures of all cameras; on a phone, which shows one at a time, only for that one. */
   watch(): void {
     this.page.watch(this.narrow.matches ? [this.chosen] : this.small.map((_, i) => i));
   }

@@ -1,5 +1,5 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
-import { type ArmDescription, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
+import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import {
   allow,
@@ -10,6 +10,7 @@ import {
   type Console,
   facts,
   type Facts,
+  fill,
   FINAL,
   type PicturePacket,
   type PlanAnswer,
@@ -23,7 +24,6 @@ import {
 import "./terminal.css";
 import { Cameras } from "./cameras.ts";
 import { Programs } from "./programs.ts";
-import { showReadings } from "./readings.ts";
 import { Terminal } from "./terminal.ts";
 
 interface Plan {
@@ -35,13 +35,15 @@ interface Plan {
 const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] } };
 const NAMES = description.joints.map((j) => j.name);
 const page = new RobotPage();
-const FINGERS = ["left_finger", "right_finger"]; // of the model; the state has one width for both
+const FINGERS = ["left_finger", "right_finger"]; // the joints of the model for the one width in the state
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
 const THERE = 0.002; // rad: a target this near needs no ghost
 /** The command of each mode; the terminal checks its lines itself. */
 const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", program: "run" };
-/** A newer target may take the place of one of these in motion. */
+/** The kind of command of each button, as `whyNot` judges it. */
+const BUTTONS = { open: "gripper", close: "gripper", ready: "ready", "go-joints": "go", "go-pose": "go", run: "run" };
+/** The kinds of motion that a newer target may replace. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
 
 class ArmConsole implements Console, Judge {
@@ -51,7 +53,7 @@ class ArmConsole implements Console, Judge {
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
-  private known = false; // where the arm is: a state has come
+  private known = false; // whether a state has come
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
@@ -82,18 +84,12 @@ class ArmConsole implements Console, Judge {
       const [{ ArmView }, answer] = await Promise.all([import("/static/farhand/v1/arm_view.js"), request(description.model, {}, MODEL_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...NAMES.map((name) => [name]), FINGERS];
-      this.view = new ArmView(
-        byId("model"),
-        await answer.text(),
-        names,
-        description.tip,
-        [...description.boxes, ...(description.set.boxes ?? [])],
-        (x, y) => {
-          if (byId("modes").hidden) return;
-          this.tabs.choose("position");
-          this.position.place(x, y);
-        },
-      );
+      const boxes = [...description.boxes, ...(description.set.boxes ?? [])];
+      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, boxes, (x, y) => {
+        if (byId("modes").hidden) return;
+        this.tabs.choose("position");
+        this.position.place(x, y);
+      });
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
       if (page.state) this.view.joints(page.state.joints);
@@ -131,7 +127,7 @@ class ArmConsole implements Console, Judge {
     this.joints.show(packet);
     this.programs.state(packet);
     say(byId("mode"), packet.mode);
-    showReadings(packet, NAMES);
+    showReadings(packet);
     if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
@@ -149,10 +145,10 @@ class ArmConsole implements Console, Judge {
       this.joints.arrived(c.seq);
       this.position.arrived(c.seq);
     }
-    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // a refusal was for the way from elsewhere
+    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // the refusal was for a path from another place
   }
 
-  /** The target of the open mode; null if it has none. */
+  /** Return the target of the open mode; null if it has none. */
   private target(): Target | null {
     if (this.tabs.open === "joint") return this.joints.target();
     if (this.tabs.open === "program") return this.programs.text() ? { kind: "program", args: { text: this.programs.text() } } : null;
@@ -172,20 +168,16 @@ class ArmConsole implements Console, Judge {
   /** Ask the server where the target would lead, a moment after the last change. */
   ask(): void {
     clearTimeout(this.planTimer);
-    this.planned += 1; // an answer that is still on its way is of an earlier target
+    this.planned += 1; // an answer that is still on its way belongs to an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
-      if (!target || !page.state) {
-        this.noGhost();
-        return;
-      }
       const outside = this.tabs.open === "position" ? this.position.outside() : "";
-      if (outside) {
-        this.refuse(outside);
-        return;
+      if (!target || !page.state) this.noGhost();
+      else if (outside) this.refuse(outside);
+      else {
+        this.plan = { key: JSON.stringify(target), ok: false, text: "" };
+        page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
       }
-      this.plan = { key: JSON.stringify(target), ok: false, text: "" };
-      page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);
   }
 
@@ -194,7 +186,7 @@ class ArmConsole implements Console, Judge {
     if (!byId("model").dataset["broken"]) say(byId("model-said"), "");
   }
 
-  /** The target is not valid, so the server is not asked; earlier questions are dropped. */
+  /** Refuse the target without asking the server, and drop earlier questions. */
   refuse(why: string): void {
     clearTimeout(this.planTimer);
     this.planned += 1;
@@ -255,22 +247,26 @@ class ArmConsole implements Console, Judge {
 
   draw(f: Facts): void {
     byId("modes").hidden = !page.operating && !page.snapshot?.me.cleared;
-    for (const [name, kind] of [
-      ["open", "gripper"],
-      ["close", "gripper"],
-      ["ready", "ready"],
-      ["go-joints", "go"],
-      ["go-pose", "go"],
-      ["run", "run"],
-    ] as const) {
-      const why = this.whyNot(kind, f);
+    for (const [name, kind] of Object.entries(BUTTONS)) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
-      if (button) allow(button, why);
+      if (button) allow(button, this.whyNot(kind, f));
     }
     const why = this.whyNot("jog", f);
     this.joints.enable(why);
     this.position.enable(why);
   }
+}
+
+/** Show the newest state in the table of readings. */
+function showReadings({ joints, velocities, torques }: StatePacket): void {
+  const rows = NAMES.map((name, i) => {
+    const v = velocities[i],
+      t = torques[i];
+    const angle = `${deg(joints[i] ?? 0).toFixed(1)}°`;
+    return [name, angle, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
+  });
+  const width = `${(1000 * (joints[NAMES.length] ?? 0)).toFixed(0)} mm`;
+  fill(byId("readings").querySelector("tbody")!, [...rows, ["Gripper", width, "", ""]]);
 }
 
 page.begin(new ArmConsole());

@@ -40,12 +40,12 @@ const LONGEST_TEXT = 20_000,
   DEEPEST = 8; // characters (code points); steps, and lines that say something
 const NUMERAL = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/; // the arm's own: no 0x10, no Infinity
 
-/** A number as the arm reads it; NaN if the arm would refuse it. */
+/** Return a number as the arm reads it; NaN if the arm would refuse it. */
 export function numeral(word: string): number {
   return NUMERAL.test(word) ? Number(word) : NaN;
 }
 
-/** The words of a line without its comment. Throws a sentence if it is longer than the arm takes, or not plain ASCII. */
+/** Return the words of a line. Throws a sentence if the line is longer than the arm allows, or not plain ASCII. */
 export function words(line: string): string[] {
   const said = line.replace(/^[ \t\r]+|[ \t\r]+$/g, "");
   if (said.length > LONGEST_LINE) throw new Error(`the line is longer than ${LONGEST_LINE} characters.`);
@@ -84,16 +84,14 @@ export function parse(text: string): Step[] {
 function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
   const form = Object.hasOwn(FORMS, letter) ? FORMS[letter] : undefined;
   if (!form) throw new Error(`there is no step that begins with “${letter}”; known: ${Object.keys(FORMS).join(" ")}.`);
-  const {
-      least,
-      values: { length: most },
-    } = form,
+  const { least, values } = form,
+    most = values.length,
     numbers = parts.map(numeral);
   const bad = numbers.findIndex((n) => !Number.isFinite(n));
   if (bad >= 0) throw new Error(`“${parts[bad]}” is not a number.`);
   if (numbers.length < least || numbers.length > most)
     throw new Error(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
-  for (const [n, { low, high, whole }] of form.values.slice(0, numbers.length).entries())
+  for (const [n, { low, high, whole }] of values.slice(0, numbers.length).entries())
     if (numbers[n]! < low || numbers[n]! > high || (whole && !Number.isInteger(numbers[n])))
       throw new Error(`number ${n + 1} of ${letter} must be ${whole ? "a whole number " : ""}from ${low} to ${high}.`);
   const here = stack.at(-1)!,

@@ -42,12 +42,9 @@ export class Programs {
 
   private addHere(): void {
     const here = this.arm.tool();
-    if (here)
-      this.desk.add({
-        do: "pose",
-        straight: false,
-        values: [...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)].map(tenth),
-      });
+    if (!here) return;
+    const values = [...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)].map(tenth);
+    this.desk.add({ do: "pose", straight: false, values });
   }
 
   private addJoints(): void {
@@ -55,7 +52,7 @@ export class Programs {
     if (state) this.desk.add({ do: "joints", values: state.joints.slice(0, this.axes.length).map((q) => tenth(deg(q))) });
   }
 
-  /** The server has checked the program, or refuses it. */
+  /** Show the server's answer to the program: it has checked it, or refuses it. */
   checked(answer: PlanAnswer): void {
     const said = answer.judgements ?? [];
     this.desk.judge(said);
@@ -64,7 +61,7 @@ export class Programs {
     if (answer.ok) this.arm.play(answer);
   }
 
-  /** The ghost, or the arm itself, is at this step. */
+  /** Show the step that runs, by the robot's state. */
   state(packet: StatePacket): void {
     const step = /^PROG EXEC: program \d+, step (\d+)/.exec(packet.mode)?.[1];
     if (step) this.desk.tell(`Step ${step} runs.`, "");

@@ -4,11 +4,12 @@ import { numeral, words } from "./program_text.ts";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 
-/** The command that a line stands for. Throws a sentence if there is none. */
+/** Return the command that a line stands for. Throws a sentence if there is none. */
 export function understood(line: string, axes: string[]): Target {
   const [letter = "", ...parts] = words(line);
   const numbers = parts.map(numeral);
-  if (numbers.some((n) => !Number.isFinite(n))) throw new Error(`${parts[numbers.findIndex((n) => !Number.isFinite(n))]} is not a number.`);
+  const bad = numbers.findIndex((n) => !Number.isFinite(n));
+  if (bad >= 0) throw new Error(`${parts[bad]} is not a number.`);
   const count = (least: number, most: number): void => {
     if (numbers.length < least || numbers.length > most)
       throw new Error(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);

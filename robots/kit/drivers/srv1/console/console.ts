@@ -8,6 +8,7 @@ import {
   facts,
   fill,
   FINAL,
+  make,
   RobotPage,
   type StatePacket,
   type StreamPacket,
@@ -56,18 +57,15 @@ class HallConsole extends Basics<RobotPage> {
   private pad = new DrivePad(page, byId("drive"), false); // the stick in it takes gamepads, by degrees
   private stick = new StickPart(page, description, byId("drive"));
   private history = new HistoryPart(page, HISTORY, byId("readings"));
-  private places: [HTMLButtonElement, string][] = [];
+  private places: HTMLButtonElement[] = [];
   private jobs: JobPanel;
   private rules = new RulesPanel(page, description);
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
 
   constructor() {
     super(page);
-    this.jobs = new JobPanel(
-      page,
-      { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } },
-      () => this.mark(),
-    );
+    const words = { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } };
+    this.jobs = new JobPanel(page, words, () => this.mark());
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
     for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
     page.on("left", () => page.command("turn", { angle: TURN_RAD }));
@@ -75,27 +73,24 @@ class HallConsole extends Basics<RobotPage> {
   }
 
   private listPlace(name: string, x: number, y: number): void {
-    const item = document.createElement("li"),
-      button = document.createElement("button");
-    Object.assign(button, { type: "button", className: "button", textContent: name });
+    const button = make("button", { type: "button", class: "button" }, name);
     button.addEventListener("click", () => this.picked(x, y, name));
-    item.append(button);
-    byId("spots").append(item);
-    this.places.push([button, name]);
+    byId("spots").append(make("li", {}, button));
+    this.places.push(button);
   }
 
-  /** A place was chosen: it is a step of the mission that is being written, or the rover is sent there. */
+  /** Take a chosen place: as a step of the mission that is being written, or to send the rover there. */
   private picked(x: number, y: number, name = ""): void {
     if (!this.missions.clicked(x, y, name)) this.send(x, y);
   }
 
-  /** Send the text that is shown, also of a saved mission: that may have been changed elsewhere since. */
+  /** Send the text that is shown, also of a saved mission, because that may have changed since it was loaded. */
   private sendMission(text: string): void {
     if (page.operating) page.command(MISSION, { text });
     else void this.jobs.ask({ text }, MISSION);
   }
 
-  /** Whoever drives sends the rover at once; everybody else asks for it as a job. */
+  /** Send the rover there at once if the person drives; otherwise ask for it as a job. */
   private send(x: number, y: number): void {
     if (!page.operating) return void this.jobs.ask({ x, y });
     if (page.command(GO, { x, y })) this.sent = [x, y];
@@ -112,9 +107,8 @@ class HallConsole extends Basics<RobotPage> {
     const [x, y, heading] = [told("x"), told("y"), told("heading")];
     const known = x !== undefined && y !== undefined && heading !== undefined;
     this.deep.show(known ? [x, y, heading] : null);
-    this.map.show(
-      known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null,
-    );
+    const [spread = 0, infrared = 0, sonar = 0] = [told("spread"), told("infrared"), told("sonar")];
+    this.map.show(known ? { x, y, heading, spread, infrared, sonar } : null);
     readings();
     this.rules.state();
     this.stick.state();
@@ -134,7 +128,7 @@ class HallConsole extends Basics<RobotPage> {
     this.sent = null;
   }
 
-  /** The mark is where the rover is on its way to. */
+  /** Mark the place to which the rover drives. */
   private mark(): void {
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
     const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
@@ -145,17 +139,12 @@ class HallConsole extends Basics<RobotPage> {
     this.jobs.draw();
     this.rules.draw();
     const why = this.whyNotSend();
-    for (const [button] of this.places) allow(button, why);
+    for (const button of this.places) allow(button, why);
     this.missions.draw();
     allow(byId("mission-send"), (page.operating ? page.whyNot(MISSION) : this.jobs.whyNot()) || this.missions.whyNot());
     this.pad.draw(this.whyNot("drive", f));
     this.stick.enable(this.whyNot("drive", f));
-    for (const [name, kind] of [
-      ["patrol", "patrol"],
-      ["look", "look"],
-      ["left", "turn"],
-      ["right", "turn"],
-    ] as const)
+    for (const [name, kind] of Object.entries({ patrol: "patrol", look: "look", left: "turn", right: "turn" }))
       allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
   }
 }
@@ -164,13 +153,13 @@ function round(metres: number): number {
   return Math.round(metres * 100) / 100;
 }
 
-/** Where the rover is; at home while that is not known. */
+/** Return where the rover is; its home while that is not known. */
 function here(): Pose {
   const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
   return x === undefined || y === undefined || heading === undefined ? description.hall.home : [x, y, heading];
 }
 
-/** A place in words: its name where it has one. */
+/** Return a place in words: its name if it has one. */
 function where(args: Values, kind: string): string {
   if (kind === MISSION) return "a mission";
   const [x, y] = [Number(args["x"]), Number(args["y"])];
@@ -178,7 +167,7 @@ function where(args: Values, kind: string): string {
   return node?.name ?? `${x.toFixed(1)} m from the left, ${y.toFixed(1)} m from below`;
 }
 
-/** The values that the rover tells, for people. */
+/** Show the rover's values in words. */
 function readings(): void {
   const told = (name: string, words: (value: number) => string): string => {
     const value = page.value(name);

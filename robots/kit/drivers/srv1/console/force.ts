@@ -1,11 +1,11 @@
-/** With how much force what is ahead pushes back, by what the rover's sensors read; and how that is felt. */
+/** The force that pushes the stick back, by what the rover's sensors read ahead, and how a person feels it. */
 
 export interface Ranges {
   infrared: { stop: number; far: number };
   sonar: { stop: number };
 }
-/** What a gamepad's motors get, as `playEffect` takes it. */
-export interface Rumble {
+/** An effect of a gamepad's motors, as `playEffect` takes it. */
+interface Rumble {
   duration: number;
   strongMagnitude: number;
   weakMagnitude: number;
@@ -13,11 +13,11 @@ export interface Rumble {
 
 const SONAR_FAR_M = 1.5,
   SONAR_NEAR_M = 0.3; // between them its force grows
-const SONAR_MOST = 0.6; // it may look past what infrared sees, so it alone is never the whole force
+const SONAR_MOST = 0.6; // the most force by sonar alone, because it may look past what infrared sees
 const LEAST = 0.05; // less is not felt
 export const EVERY_MS = 200; // between two effects; each lasts until the next
 
-/** From 0, nothing is near, to 1, the reflex. `ahead`: how far the stick is pushed ahead; who drives back feels nothing. */
+/** Return the force, from 0 (nothing near) to 1 (the reflex). `ahead`: how far the stick is pushed ahead; 0 for driving back. */
 export function force(
   infrared: number | undefined,
   sonar: number | undefined,
@@ -30,12 +30,12 @@ export function force(
   return Math.max(near(infrared, far, Math.max(stop, reflex.stop)), SONAR_MOST * near(sonar, SONAR_FAR_M, SONAR_NEAR_M));
 }
 
-/** What a gamepad does; null for nothing. */
+/** Return the effect of a gamepad for a force; null for none. */
 export function rumble(level: number): Rumble | null {
   return level > LEAST ? { duration: EVERY_MS, strongMagnitude: Math.min(1, level), weakMagnitude: Math.min(1, 0.3 + 0.7 * level) } : null;
 }
 
-/** For how long (ms) a phone vibrates of the time until the next effect; 0 for not at all. */
+/** Return how long (ms) a phone vibrates until the next effect; 0 for not at all. */
 export function buzz(level: number): number {
   return level > LEAST ? Math.round(15 + 0.6 * EVERY_MS * Math.min(1, level)) : 0;
 }

@@ -1,4 +1,4 @@
-/** From two readings to a speed by a rule set, as robots/kit/rovers/fuzzy.py has it. SI units. */
+/** The speed for two readings by a rule set, as in robots/kit/rovers/fuzzy.py. SI units. */
 export const TERMS = 5;
 export type Method = "sugeno" | "mamdani";
 /** A reading or the speed: its five terms, each with its label and where it has its peak. */
@@ -21,15 +21,11 @@ export function firing(rules: RuleSet, first: number, second: number): [i: numbe
   const [i, s] = place(rules.inputs[0].peaks, first),
     [j, t] = place(rules.inputs[1].peaks, second);
   const found: [number, number, number][] = [];
-  for (const [m, a] of [
-    [i, 1 - s],
-    [i + 1, s],
-  ] as const)
-    for (const [n, b] of [
-      [j, 1 - t],
-      [j + 1, t],
-    ] as const)
-      if (Math.min(a, b) > 0) found.push([m, n, Math.min(a, b)]);
+  for (const m of [0, 1])
+    for (const n of [0, 1]) {
+      const weight = Math.min(m ? s : 1 - s, n ? t : 1 - t);
+      if (weight > 0) found.push([i + m, j + n, weight]);
+    }
   return found;
 }
 

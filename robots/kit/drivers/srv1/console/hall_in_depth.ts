@@ -1,4 +1,4 @@
-/** The hall in 3D in the map's place, once somebody asks for it; loaded while the page is idle, for a line that is cut. */
+/** The hall in 3D in the place of the map. It is loaded while the page is idle, so that it works without a connection. */
 import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import type { Description } from "./hall_map.ts";
@@ -26,12 +26,11 @@ export class HallInDepth {
     this.face(deep);
     if (!deep || this.view) return;
     const loaded = await parts().catch(() => null);
-    if (loaded) {
-      this.open(loaded.FloorView);
-      return;
+    if (loaded) this.open(loaded.FloorView);
+    else {
+      this.face(false);
+      this.page.notice("The 3D view did not come. Try again when the connection is back; the map works.", "warning");
     }
-    this.face(false);
-    this.page.notice("The 3D view did not come. Try again when the connection is back; the map works.", "warning");
   }
 
   /** Show the 3D view or the map. */
@@ -45,17 +44,11 @@ export class HallInDepth {
   private open(View: typeof FloorView): void {
     if (this.view) return; // it was pressed again meanwhile
     try {
-      const { hall, body } = this.d;
-      const standing = [
-        ...hall.case.map(({ name, at, half, high, black }) => ({ name, at, half, high, dark: black === true })),
-        ...hall.exhibit.map(({ name, at, radius, high }) => ({ name, at, radius, high })),
-      ];
-      this.view = new View(
-        this.box,
-        { width: hall.width, depth: hall.depth, standing, marks: hall.node },
-        [body.length, body.width, body.height],
-        this.onPick,
-      );
+      const { hall, body } = this.d,
+        { width, depth, node: marks } = hall;
+      const standing = [...hall.case.map(({ black, ...one }) => ({ ...one, dark: black === true })), ...hall.exhibit];
+      const floor = { width, depth, standing, marks };
+      this.view = new View(this.box, floor, [body.length, body.width, body.height], this.onPick);
       this.view.show(this.at);
       this.view.plan(...this.planned);
     } catch (error) {

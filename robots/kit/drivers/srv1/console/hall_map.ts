@@ -42,10 +42,10 @@ export interface Seen {
   sonar: number;
 }
 
-const EDGE_M = 0.25; // around the floor
-const TRAIL = 240; // points of the way that was driven
-const STEP_M = 0.05; // between two of them
-const LINE_PX = 15; // of a name
+const EDGE_M = 0.25; // the margin around the floor
+const TRAIL = 240; // the most points of the trail
+const STEP_M = 0.05; // between two points of the trail
+const LINE_PX = 15; // the height of a name
 type Point = readonly [number, number];
 
 export class HallMap {
@@ -76,18 +76,11 @@ export class HallMap {
     this.cone = shape(svg, "path", { class: "cone", d: "" });
     this.beam = shape(svg, "line", { class: "beam" });
     for (const one of hall.case) this.drawCase(one);
-    for (const {
-      name,
-      at: [x, y],
-      radius,
-    } of hall.exhibit) {
-      shape(svg, "circle", { cx: x, cy: -y, r: radius, class: "exhibit" });
-      this.name(name, x, y);
+    for (const { name, at, radius } of hall.exhibit) {
+      this.circle(at, radius, "exhibit");
+      this.name(name, ...at);
     }
-    for (const {
-      at: [x, y],
-    } of hall.node)
-      shape(svg, "circle", { cx: x, cy: -y, r: 0.09, class: "node" });
+    for (const { at } of hall.node) this.circle(at, 0.09, "node");
     this.planned = shape(svg, "polyline", { class: "planned", points: "" });
     this.goal = shape(svg, "g", { class: "goal", visibility: "hidden" });
     shape(this.goal, "path", { d: "M -0.16 -0.16 L 0.16 0.16 M -0.16 0.16 L 0.16 -0.16" });
@@ -104,12 +97,12 @@ export class HallMap {
     });
   }
 
-  /** What lies above the ways that were driven. */
+  /** The lowest element above the driven ways. */
   get first(): SVGElement {
     return this.cone;
   }
 
-  /** Draw the rover where it thinks that it is; null while that is not known. */
+  /** Draw the rover at the place where it believes to be; null while that is not known. */
   show(seen: Seen | null): void {
     set(this.rover, { visibility: seen ? "visible" : "hidden" });
     if (!seen) return;
@@ -136,20 +129,10 @@ export class HallMap {
   private body(into: SVGGElement): void {
     const { length, width } = this.d.body;
     for (const side of [-1, 1])
-      for (const end of [-1, 1])
-        shape(into, "rect", {
-          x: end * length * 0.3 - 0.06,
-          y: side * width * 0.5 - 0.035,
-          width: 0.12,
-          height: 0.07,
-          rx: 0.02,
-          class: "wheel",
-        });
-    shape(into, "rect", { x: -length / 2, y: -width * 0.42, width: length, height: width * 0.84, rx: 0.05, class: "hull" });
-    shape(into, "path", {
-      d: `M ${length * 0.52} 0 L ${length * 0.12} ${-width * 0.26} L ${length * 0.12} ${width * 0.26} Z`,
-      class: "nose",
-    });
+      for (const end of [-1, 1]) this.rect(into, [end * length * 0.3, side * width * 0.5], [0.06, 0.035], 0.02, "wheel");
+    this.rect(into, [0, 0], [length / 2, width * 0.42], 0.05, "hull");
+    const [tip, back, aside] = [length * 0.52, length * 0.12, width * 0.26];
+    shape(into, "path", { d: `M ${tip} 0 L ${back} ${-aside} L ${back} ${aside} Z`, class: "nose" });
   }
 
   /** Mark where the rover is sent; null to take the mark away. */
@@ -171,15 +154,17 @@ export class HallMap {
   }
 
   private drawCase({ name, at: [x, y], half: [wide, deep], black }: Case): void {
-    shape(this.svg, "rect", {
-      x: x - wide,
-      y: -y - deep,
-      width: 2 * wide,
-      height: 2 * deep,
-      rx: 0.06,
-      class: black ? "case black" : "case",
-    });
+    this.rect(this.svg, [x, -y], [wide, deep], 0.06, black ? "case black" : "case");
     this.name(name, x, y);
+  }
+
+  /** Draw a rectangle by its middle and its half sides (m, y down). */
+  private rect(into: SVGElement, [x, y]: Point, [wide, high]: Point, rx: number, name: string): void {
+    shape(into, "rect", { x: x - wide, y: y - high, width: 2 * wide, height: 2 * high, rx, class: name });
+  }
+
+  private circle([x, y]: Point, r: number, name: string): void {
+    shape(this.svg, "circle", { cx: x, cy: -y, r, class: name });
   }
 
   private line([x1, y1]: Point, [x2, y2]: Point, name: string): void {

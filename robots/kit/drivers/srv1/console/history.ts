@@ -1,4 +1,4 @@
-/** The last minutes of a reading: which points are kept, how they are drawn, and what they are in words. */
+/** The last minutes of a reading: which samples are stored, how they are drawn, and how they are said. */
 
 export interface Sample {
   at: number;
@@ -10,7 +10,7 @@ export const KEPT_MS = 300_000,
 const WIDE = 100,
   HIGH = 20; // of the picture
 
-/** The samples with a new one, or as they are: one in two seconds, of the last five minutes. Time may jump back. */
+/** Return the samples with a new one, at most one in two seconds of the last five minutes. Time may jump back. */
 export function added(samples: readonly Sample[], at: number, value: number | undefined): readonly Sample[] {
   if (value === undefined || !Number.isFinite(value) || !Number.isFinite(at)) return samples;
   const last = samples.at(-1);
@@ -19,28 +19,28 @@ export function added(samples: readonly Sample[], at: number, value: number | un
   return [...samples.filter((one) => at - one.at <= KEPT_MS), { at, value }];
 }
 
-/** The least and the greatest value. */
-export function extent(samples: readonly Sample[]): readonly [number, number] | null {
+/** Return the least and the greatest value; null without samples. */
+function extent(samples: readonly Sample[]): readonly [number, number] | null {
   return samples.length ? [Math.min(...samples.map((s) => s.value)), Math.max(...samples.map((s) => s.value))] : null;
 }
 
-/** The line in a picture of 100 by 20, now at its right; `least` is the smallest range of values that fills its height. */
+/** Return the line in a picture of 100 by 20, with the present at its right. `least`: the smallest range that fills its height. */
 export function line(samples: readonly Sample[], now: number, least: number): string {
   const range = extent(samples);
   if (!range) return "";
   const [low, high] = range,
     middle = (low + high) / 2,
     span = Math.max(high - low, least, 1e-9);
-  return samples
-    .filter(({ at }) => now - at <= KEPT_MS)
-    .map(
-      ({ at, value }) =>
-        `${(WIDE * (1 - Math.max(0, now - at) / KEPT_MS)).toFixed(1)},${(HIGH / 2 - ((value - middle) / span) * (HIGH - 4)).toFixed(1)}`,
-    )
-    .join(" ");
+  const point = ({ at, value }: Sample): string => {
+    const x = WIDE * (1 - Math.max(0, now - at) / KEPT_MS),
+      y = HIGH / 2 - ((value - middle) / span) * (HIGH - 4);
+    return `${x.toFixed(1)},${y.toFixed(1)}`;
+  };
+  const recent = samples.filter(({ at }) => now - at <= KEPT_MS);
+  return recent.map(point).join(" ");
 }
 
-/** What it has been, for those who do not see the line. */
+/** Return the history in words, for people who do not see the line. */
 export function inWords(name: string, samples: readonly Sample[], words: (value: number) => string): string {
   const range = extent(samples),
     first = samples[0],

@@ -1,5 +1,5 @@
 /** Small lines beside the readings: what each was in the last five minutes. */
-import { type RobotPage, set, shape } from "/static/farhand/v1/console.js";
+import { make, type RobotPage, set, shape } from "/static/farhand/v1/console.js";
 import { added, inWords, line, type Sample } from "./history.ts";
 
 /** A reading: its channel, its name in the table, how it is said, and the smallest range that fills a line's height. */
@@ -38,13 +38,11 @@ export class HistoryPart {
   private lineIn(row: HTMLTableRowElement, channel: string): SVGPolylineElement {
     const known = this.lines.get(channel);
     if (known && row.contains(known)) return known;
-    const cell = document.createElement("td"),
-      svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     set(svg, { viewBox: "0 0 100 20", class: "history", role: "img", preserveAspectRatio: "none" });
     shape(svg, "title", {});
     const drawn = shape(svg, "polyline", { points: "" });
-    cell.append(svg);
-    row.append(cell);
+    row.append(make("td", {}, svg));
     this.lines.set(channel, drawn);
     return drawn;
   }

@@ -1,4 +1,4 @@
-/** What a mission would do, and what is to say of it: as ways.py and missions.py, so that it is known without a line. */
+/** What a mission would do, and remarks on it, as in ways.py and missions.py, so that both work without a connection. */
 import type { Judgement } from "/static/farhand/v1/console.js";
 import type { Case, Exhibit, Node } from "./hall_map.ts";
 import { lineOf, type Step } from "./mission_text.ts";
@@ -26,7 +26,7 @@ export interface Leg {
 }
 type Place = readonly [number, number];
 
-const CORNER_M = 0.001; // that a corner counts as longer
+const CORNER_M = 0.001; // the length that a corner adds
 const ASIDE_M = 0.05,
   ASIDE_STEPS = 24,
   DIRECTIONS = 24; // steps away from something that is too near, and around the rover
@@ -41,7 +41,7 @@ export function remainder(angle: number): number {
   return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 }
 
-/** How far the nearest surface is (m); 0 inside of one or outside the hall. */
+/** Return the distance to the nearest surface (m); 0 inside of one or outside the hall. */
 export function room(hall: Hall, [x, y]: Place): number {
   let least = Math.max(0, Math.min(x, hall.width - x, y, hall.depth - y));
   for (const { at, half } of hall.case)
@@ -57,7 +57,7 @@ function isFree(d: Judged, [ax, ay]: Place, [bx, by]: Place): boolean {
   return true;
 }
 
-/** The nearest place with room, to which the rover comes no nearer to anything than it stands. */
+/** Return the nearest place with room on whose straight way the rover comes no nearer to anything than it stands. */
 function aside(d: Judged, [x, y]: Place): Place | undefined {
   const least = room(d.hall, [x, y]) - 1e-9;
   let angles = Array.from({ length: DIRECTIONS }, (_, direction) => (2 * Math.PI * direction) / DIRECTIONS);
@@ -75,8 +75,8 @@ function aside(d: Judged, [x, y]: Place): Place | undefined {
   return undefined;
 }
 
-/** The shortest way over the nodes, without its begin; a sentence where there is none. */
-export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
+/** Return the shortest way over the nodes, without its begin; a sentence if there is none. */
+function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   if (!(room(d.hall, end) >= d.mission.room)) return CANNOT_STAND;
   if (!(room(d.hall, begin) >= d.mission.room)) {
     const first = aside(d, begin),
@@ -108,7 +108,7 @@ export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   return found.reverse();
 }
 
-/** What each step does, beginning at `here`, as far as it can run, and everything that is to say of it. */
+/** Return what each step does, beginning at `here`, as far as the mission can run, and all remarks on it. */
 export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Leg[]; said: Judgement[] } {
   const legs: Leg[] = [],
     said: Judgement[] = [];
@@ -148,7 +148,7 @@ export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Le
   return { legs, said };
 }
 
-/** The poses of a turn in place by so much (rad, to the left), without the first. */
+/** Return the poses of a turn in place (rad, to the left), without the first. */
 function turned([x, y, heading]: Pose, angle: number): Pose[] {
   const count = Math.max(1, Math.ceil(Math.abs(angle) / CLEAR_RAD));
   return Array.from({ length: count }, (_, n): Pose => [x, y, remainder(heading + (angle * (n + 1)) / count)]);

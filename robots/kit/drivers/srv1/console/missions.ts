@@ -6,13 +6,13 @@ import { type Judged, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
 
 export const MISSION = "mission";
-const GHOST_TIMES = 8; // so much faster than the rover
+const GHOST_TIMES = 8; // how much faster the ghost is than the rover
 const GHOST_MS = 50;
 
 const blocks = (): Promise<typeof import("./mission_blocks.ts")> => import("./mission_blocks.ts");
 
-/** What the card needs of the page around it. */
-export interface Around {
+/** The parts of the page that the card needs. */
+interface Around {
   description: Judged;
   /** Where the rover is, or would begin. */
   here(): Pose;
@@ -40,7 +40,7 @@ export class Missions {
       changed: (steps) => this.judge(steps),
       refused: () => this.judge([]),
     });
-    prefetch(page, blocks); // so that missions are composed as blocks also when the line is cut
+    prefetch(page, blocks); // so that blocks also work when the connection is lost
     page.on("try", () => this.play());
     page.on("send", () => this.send());
     const card = byId<HTMLDetailsElement>("mission");
@@ -62,14 +62,14 @@ export class Missions {
     return byId<HTMLDetailsElement>("mission").open;
   }
 
-  /** A click on the map is a step of the mission; false if it is not. */
+  /** Take a click on the map as a step of the mission. Returns false if it is none. */
   clicked(x: number, y: number, name = ""): boolean {
     if (!this.open || !this.clicks.checked) return false;
     this.desk.add({ do: "go", x, y, name });
     return true;
   }
 
-  /** Why it cannot be sent now, apart from what the page says; empty if it can. */
+  /** Return why the mission cannot be sent, apart from the page's own reasons; empty if it can. */
   whyNot(): string {
     if (!this.steps.length) return "Write a mission first: choose blocks, write lines, or click on the map.";
     return this.judged.said.find(({ refuses }) => refuses)?.text ?? "";
@@ -80,17 +80,16 @@ export class Missions {
     this.stopGhost();
     this.judged = steps.length ? judge(this.around.description, steps, this.around.here()) : { legs: [], said: [] };
     const { legs, said } = this.judged;
-    const bad = said.some(({ refuses }) => refuses),
-      seconds = legs.reduce((sum, leg) => sum + leg.seconds, 0);
+    const bad = said.some(({ refuses }) => refuses);
     if (this.open) this.around.plan(legs.length ? legs.flatMap((leg) => leg.poses) : null, !bad);
     this.desk.judge(said);
-    fill(
-      byId<HTMLTableElement>("mission-steps").tBodies[0]!,
-      legs.map((leg, i) => {
-        const before = legs.slice(0, i).reduce((sum, one) => sum + one.seconds, 0);
-        return [String(leg.step), lineOf(steps[leg.step - 1]!), minutes(before)];
-      }),
-    );
+    let seconds = 0; // before a step, and of the whole mission at the end
+    const rows = legs.map((leg) => {
+      const row = [String(leg.step), lineOf(steps[leg.step - 1]!), minutes(seconds)];
+      seconds += leg.seconds;
+      return row;
+    });
+    fill(byId<HTMLTableElement>("mission-steps").tBodies[0]!, rows);
     if (steps.length && !bad) this.desk.tell(`${steps.length} step${steps.length === 1 ? "" : "s"}, about ${minutes(seconds)}.`, "good");
     this.page.draw();
   }

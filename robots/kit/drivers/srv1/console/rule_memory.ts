@@ -1,4 +1,4 @@
-/** The rule sets that this device has sent, by the CRC under which the rover tells which one is in force. */
+/** The rule sets that this device has sent, by the CRC with which the rover says which one is in force. */
 import { crcOf, parse } from "./rules_text.ts";
 
 const MOST = 20,
@@ -7,7 +7,7 @@ const MOST = 20,
 export class RuleMemory {
   private known = new Map<number, string>();
 
-  /** `paper`: the set that the rover has at first, whose number is 0. */
+  /** `paper`: the rover's first set, whose number is 0. */
   constructor(private paper: string) {
     try {
       for (const [crc, text] of JSON.parse(localStorage.getItem(KEY) ?? "[]") as [number, string][]) {
@@ -29,7 +29,7 @@ export class RuleMemory {
     }
   }
 
-  /** The text of that set; undefined for one that somebody else has sent. */
+  /** Return the text of that set; undefined if somebody else has sent it. */
   get(crc: number): string | undefined {
     return this.known.get(crc);
   }

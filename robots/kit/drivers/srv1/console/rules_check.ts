@@ -1,4 +1,4 @@
-/** Whether the rover takes a rule set: what robots/kit/rovers/fuzzy.py and fuzzy_check.py refuse, said where it is wrong. */
+/** Whether the rover takes a rule set: what robots/kit/rovers/fuzzy.py and fuzzy_check.py refuse, with its place. */
 import type { RuleSet, Variable } from "./fuzzy.ts";
 import { ruleName } from "./rules_text.ts";
 
@@ -31,7 +31,7 @@ export interface Made {
   motion: { acceleration: number; braking: number; forget_s: number; most_speed: number };
   infrared: { from: readonly number[]; noise: number; stop: number; far: number };
 }
-/** What is wrong: of a rule its pair, of a variable its number (0, 1: inputs; 2: the speed) and the peak. */
+/** What is wrong. `rule`: the pair of a rule; `variable`: 0 or 1 for an input, 2 for the speed; `peak`: the peak's number. */
 export interface Wrong {
   words: string;
   rule?: readonly [number, number];
@@ -60,7 +60,7 @@ export function wrongIn(rules: RuleSet, b: Braking): Wrong[] {
       found.push({ words: `The rover has no reading ${name}; it has ${Object.keys(READINGS).join(", ")}.`, variable: n });
     else if (READINGS[name] !== unit) found.push({ words: `The ${name} is read in ${READINGS[name]}, not in ${unit}.`, variable: n });
   }
-  const measured = found.length === 0; // otherwise there is no telling how fast a rule is
+  const measured = found.length === 0; // otherwise the speed of a rule is not known
   for (let i = 0; i < TERMS; i++)
     for (let j = 0; j < TERMS; j++) {
       const words = wrongRule(rules, i, j, b, measured);
@@ -101,14 +101,14 @@ function wrongRule(rules: RuleSet, i: number, j: number, b: Braking, measured: b
     : "";
 }
 
-/** The least infrared distance (m) above the reflex at which the rule counts, as far as that is seen. */
+/** Return the least infrared distance (m) above the reflex at which the rule counts, within the sensor's range. */
 function leastOf(rules: RuleSet, i: number, j: number, b: Braking): number {
   const n = rules.inputs.findIndex(({ name }) => name === "infrared"),
     term = n === 0 ? i : j;
   return n >= 0 && term > 0 ? Math.min(Math.max(b.stop, rules.inputs[n]!.peaks[term - 1]!), b.far) : b.stop;
 }
 
-/** The highest speed (m/s) that can result where no rule that counts has a term above this one. */
+/** Return the highest speed (m/s) that can result where no rule that counts has a higher term than this one. */
 function fastest({ method, output: { peaks } }: RuleSet, term: number): number {
   const own = peaks[term]!;
   return method === "sugeno" || term === 0 || term === TERMS - 1

@@ -1,5 +1,5 @@
 /** The editor of the rover's rules: table, peaks, text and surface of one set; sent while the rover drives. */
-import { allow, byId, facts, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { allow, byId, facts, make, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { firing, type Method, type RuleSet, speed, type Variable } from "./fuzzy.ts";
 import "./rules.css";
 import { RuleMemory } from "./rule_memory.ts";
@@ -30,7 +30,7 @@ export class RulesPanel {
   private surface = new Surface(byId<SVGSVGElement>("hall-surface"));
   private text = byId<HTMLTextAreaElement>("hall-rules-text");
   private brakes: Braking;
-  private sentUnder = 0; // the grant under which rules are on their way; 0: none are
+  private sentUnder = 0; // the grant under which rules are on their way; 0: none
 
   constructor(
     private page: RobotPage,
@@ -99,7 +99,7 @@ export class RulesPanel {
     return byId("hall-rules").querySelectorAll<HTMLSelectElement>("[data-input]");
   }
 
-  /** Another reading is chosen; one that is the other input changes places with it. */
+  /** Choose another reading for an input; if it is the other input, the two change places. */
   private choose(n: number, name: string): void {
     const [first, second] = this.rules.inputs;
     if (this.rules.inputs[1 - n]!.name === name) {
@@ -120,7 +120,7 @@ export class RulesPanel {
     }
   }
 
-  /** Take a set; `typed`: as text, which is left as it was typed. */
+  /** Show another set. `typed`: it was typed as text, which stays as it is. */
   private changed(rules: RuleSet, typed = false): void {
     const names = (one?: RuleSet): string => (one ? [...one.inputs, one.output].map((v) => `${v.name} ${v.labels.join(" ")}`).join() : "");
     const same = names(this.rules) === names(rules);
@@ -152,9 +152,8 @@ export class RulesPanel {
       field.removeAttribute("aria-describedby");
     }
     const items = this.wrong.map(({ words, rule, variable, peak }, n) => {
-      const item = document.createElement("li"),
+      const item = make("li", { id: `hall-rules-wrong-${n}` }, words),
         field = rule ? this.selects[rule[0]]![rule[1]] : this.fields[variable ?? -1]?.[peak ?? 0];
-      Object.assign(item, { id: `hall-rules-wrong-${n}`, textContent: words });
       field?.setAttribute("aria-invalid", "true");
       field?.setAttribute("aria-describedby", item.id);
       return item;
@@ -166,78 +165,53 @@ export class RulesPanel {
 
   /** Make the table of the rules and that of the peaks for the present readings and terms. */
   private build(): void {
-    const {
-        inputs: [first, second],
-        output,
-      } = this.rules,
+    const { inputs, output } = this.rules,
+      [first, second] = inputs,
       table = byId<HTMLTableElement>("hall-rules-table");
-    const head = document.createElement("tr"),
-      corner = document.createElement("th");
-    corner.textContent = `${first.name} ↓ ${second.name} →`;
-    head.append(corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`)));
-    table.tHead!.replaceChildren(head);
-    this.selects = [];
-    const rows = first.labels.map((label, i) => {
-      const row = document.createElement("tr");
-      row.append(heading(label, "row", `0,${i}`));
-      this.selects.push(
-        second.labels.map((other, j) => {
-          const select = document.createElement("select"),
-            cell = document.createElement("td");
-          select.setAttribute("aria-label", `Speed if ${first.name} is ${label} and ${second.name} is ${other}`);
-          select.append(...output.labels.map((term, n) => new Option(term, String(n))), new Option("–", "-1"));
-          select.addEventListener("change", () => {
-            const made = this.rules.table.map((line) => [...line]);
-            made[i]![j] = Number(select.value);
-            this.changed({ ...this.rules, table: made });
-          });
-          cell.append(select);
-          row.append(cell);
-          return select;
-        }),
-      );
-      return row;
-    });
+    const corner = make("th", {}, `${first.name} ↓ ${second.name} →`);
+    table.tHead!.replaceChildren(make("tr", {}, corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`))));
+    this.selects = first.labels.map((label, i) =>
+      second.labels.map((other, j) => this.select(i, j, `Speed if ${first.name} is ${label} and ${second.name} is ${other}`)),
+    );
+    const rows = first.labels.map((label, i) =>
+      make("tr", {}, heading(label, "row", `0,${i}`), ...this.selects[i]!.map((select) => make("td", {}, select))),
+    );
     table.tBodies[0]!.replaceChildren(...rows);
     this.fields = [];
     byId<HTMLTableElement>("hall-rules-peaks").tBodies[0]!.replaceChildren(...[first, second, output].map((one, n) => this.peaks(one, n)));
   }
 
+  /** Return the choice of the term of a rule. */
+  private select(i: number, j: number, label: string): HTMLSelectElement {
+    const options = this.rules.output.labels.map((term, n) => new Option(term, String(n)));
+    const select = make("select", { "aria-label": label }, ...options, new Option("–", "-1"));
+    select.addEventListener("change", () => {
+      const table = this.rules.table.map((line) => [...line]);
+      table[i]![j] = Number(select.value);
+      this.changed({ ...this.rules, table });
+    });
+    return select;
+  }
+
   private peaks(one: Variable, n: number): HTMLTableRowElement {
-    const row = document.createElement("tr"),
-      head = heading(`${one.name} (${one.unit})`, "row");
-    row.append(head);
-    this.fields.push(
-      one.labels.map((label, k) => {
-        const field = document.createElement("input"),
-          cell = document.createElement("td");
-        Object.assign(field, { type: "number", step: "any", inputMode: "decimal" });
-        field.setAttribute("aria-label", `${one.name}: peak of ${label}, in ${one.unit}`);
-        field.addEventListener("input", () => {
-          const put = (v: Variable, m: number): Variable =>
-            m === n ? { ...v, peaks: v.peaks.map((p, at) => (at === k ? thousandths(field.valueAsNumber) : p)) } : v;
-          const [a, b] = this.rules.inputs;
-          this.changed({ ...this.rules, inputs: [put(a, 0), put(b, 1)], output: put(this.rules.output, 2) });
-        });
-        cell.append(field);
-        row.append(cell);
-        return field;
-      }),
-    );
-    return row;
+    const fields = one.labels.map((label, k) => {
+      const name = `${one.name}: peak of ${label}, in ${one.unit}`;
+      const field = make("input", { type: "number", step: "any", inputmode: "decimal", "aria-label": name });
+      field.addEventListener("input", () => {
+        const put = (v: Variable, m: number): Variable =>
+          m === n ? { ...v, peaks: v.peaks.map((p, at) => (at === k ? thousandths(field.valueAsNumber) : p)) } : v;
+        const [a, b] = this.rules.inputs;
+        this.changed({ ...this.rules, inputs: [put(a, 0), put(b, 1)], output: put(this.rules.output, 2) });
+      });
+      return field;
+    });
+    this.fields.push(fields);
+    return make("tr", {}, heading(`${one.name} (${one.unit})`, "row"), ...fields.map((field) => make("td", {}, field)));
   }
 }
 
 function heading(label: string, scope: string, peak = ""): HTMLElement {
-  const cell = document.createElement("th"),
-    at = document.createElement("span");
-  cell.scope = scope;
-  cell.append(label);
-  if (peak) {
-    at.dataset["peak"] = peak;
-    cell.append(at);
-  }
-  return cell;
+  return make("th", { scope }, label, ...(peak ? [make("span", { "data-peak": peak })] : []));
 }
 
 function force(crc: number | undefined, known: boolean): string {

@@ -72,7 +72,7 @@ function lineOf(kind: string, one: Variable): string {
   return `${kind} ${one.name} ${one.unit}: ${one.labels.map((label, n) => `${label} ${numeral(one.peaks[n]!)}`).join(", ")}`;
 }
 
-/** A number as the text has it: thousandths, without zeros at the end. */
+/** Return a number as the text has it: to thousandths, without zeros at the end. */
 export function numeral(value: number): string {
   return value
     .toFixed(3)
@@ -80,12 +80,12 @@ export function numeral(value: number): string {
     .replace(/^-0$/, "0");
 }
 
-/** What people call the rule of a pair, with its number in Table 3. */
+/** Return the name of the rule of a pair, with its number in Table 3. */
 export function ruleName([first, second]: [Variable, Variable], i: number, j: number): string {
   return `Rule ${TERMS * i + j + 1} (${first.name} ${first.labels[i]}, ${second.name} ${second.labels[j]})`;
 }
 
-/** The CRC by which the rover calls a rule set that it was sent (XMODEM's, from 0). */
+/** Return the CRC (XMODEM's, from 0) by which the rover names a rule set. */
 export function crcOf(text: string): number {
   let crc = 0;
   for (const byte of new TextEncoder().encode(text)) {

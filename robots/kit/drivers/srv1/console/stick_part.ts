@@ -1,5 +1,5 @@
 /** The stick for driving by hand, and what is felt while it is held. */
-import type { RobotPage } from "/static/farhand/v1/console.js";
+import { make, type RobotPage } from "/static/farhand/v1/console.js";
 import { Stick } from "/static/farhand/v1/roaming.js";
 import { buzz, EVERY_MS, force, type Ranges, rumble } from "./force.ts";
 
@@ -7,7 +7,7 @@ const KEPT = "farhand:srv1:force";
 
 export class StickPart {
   private stick: Stick;
-  private on = document.createElement("input");
+  private on = make("input", { type: "checkbox" });
   private still = matchMedia("(prefers-reduced-motion: reduce)");
 
   constructor(
@@ -16,14 +16,10 @@ export class StickPart {
     pad: HTMLElement,
   ) {
     this.stick = new Stick(page, "drive", ([x, y]) => ({ forward: rounded(y), turn: rounded(-x) }), "Drive by hand");
-    const label = document.createElement("label");
-    this.on.type = "checkbox";
     this.on.checked = kept() !== "off";
     this.on.addEventListener("change", () => keep(this.on.checked ? "on" : "off"));
-    label.className = "feel";
-    label.append(this.on, " Feel what is near: the stick resists, a gamepad or a phone shakes");
     pad.prepend(this.stick.element);
-    pad.append(label);
+    pad.append(make("label", { class: "feel" }, this.on, " Feel what is near: the stick resists, a gamepad or a phone shakes"));
     setInterval(() => this.feel(), EVERY_MS);
   }
 
@@ -31,7 +27,7 @@ export class StickPart {
     this.stick.enable(why);
   }
 
-  /** A new state: the knob resists by what it says. */
+  /** Let the knob resist by the newest state. */
   state(): void {
     this.stick.resistance = this.still.matches ? 0 : this.level();
   }

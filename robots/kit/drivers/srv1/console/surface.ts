@@ -1,4 +1,4 @@
-/** Figure 6: the speed over both readings as a heat map, laid out as the table of the rules is; and where the rover is now. */
+/** Figure 6: the speed over both readings as a heat map, in the layout of the table of rules, with the present readings. */
 import { set, shape } from "/static/farhand/v1/console.js";
 import { type RuleSet, speed, type Variable } from "./fuzzy.ts";
 
@@ -7,13 +7,8 @@ const CELLS = 32,
   LEFT = 70,
   TOP = 44,
   MOST_M_S = 0.5;
-const RAMP = [
-  [68, 1, 84],
-  [59, 82, 139],
-  [33, 145, 140],
-  [94, 201, 98],
-  [253, 231, 37],
-] as const; // viridis, which the colour-blind can read
+/** The colours of viridis, which colour-blind people can read. */
+const RAMP = ["68 1 84", "59 82 139", "33 145 140", "94 201 98", "253 231 37"].map((colour) => colour.split(" ").map(Number));
 
 export class Surface {
   private cells: SVGRectElement[][] = [];
@@ -24,19 +19,16 @@ export class Surface {
   constructor(private svg: SVGSVGElement) {
     set(svg, { viewBox: `0 0 ${LEFT + SIDE + 30} ${TOP + SIDE + 44}` });
     const step = SIDE / CELLS;
-    for (let i = 0; i < CELLS; i++)
-      this.cells.push(
-        Array.from({ length: CELLS }, (_, j) =>
-          shape(svg, "rect", { x: LEFT + j * step, y: TOP + i * step, width: step, height: step, class: "cell" }),
-        ),
-      );
+    const cell = (i: number, j: number): SVGRectElement =>
+      shape(svg, "rect", { x: LEFT + j * step, y: TOP + i * step, width: step, height: step, class: "cell" });
+    for (let i = 0; i < CELLS; i++) this.cells.push(Array.from({ length: CELLS }, (_, j) => cell(i, j)));
     this.ticks = shape(svg, "g", { class: "ticks" });
     this.dot = shape(svg, "g", { class: "now", visibility: "hidden" });
     shape(this.dot, "circle", { r: 6, cx: 0, cy: 0 });
     this.legend();
   }
 
-  /** Show the speeds of a set whose peaks rise. */
+  /** Show the speeds of a rule set, whose peaks have to rise. */
   show(rules: RuleSet): void {
     this.rules = rules;
     const [first, second] = rules.inputs,
@@ -61,7 +53,7 @@ export class Surface {
     });
   }
 
-  /** Show where the rover's readings lie now; null where they are not known. */
+  /** Show the present readings; null if they are not known. */
   place(readings: readonly [number, number] | null): void {
     const rules = this.rules;
     set(this.dot, { visibility: readings && rules ? "visible" : "hidden" });
@@ -78,22 +70,14 @@ export class Surface {
   private legend(): void {
     const y = TOP + SIDE + 12,
       step = SIDE / CELLS;
-    for (let n = 0; n < CELLS; n++)
-      shape(this.svg, "rect", {
-        x: LEFT + n * step,
-        y,
-        width: step,
-        height: 10,
-        class: "cell",
-        fill: colour((MOST_M_S * n) / (CELLS - 1)),
-      });
-    for (const [n, anchor] of [
-      [0, "start"],
-      [0.5, "middle"],
-      [1, "end"],
-    ] as const)
-      shape(this.svg, "text", { x: LEFT + SIDE * n, y: y + 22, "text-anchor": anchor }).textContent =
-        `${100 * MOST_M_S * n}${n === 1 ? " cm/s" : ""}`;
+    for (let n = 0; n < CELLS; n++) {
+      const fill = colour((MOST_M_S * n) / (CELLS - 1));
+      shape(this.svg, "rect", { x: LEFT + n * step, y, width: step, height: 10, class: "cell", fill });
+    }
+    for (const [n, anchor] of ["start", "middle", "end"].entries()) {
+      const words = `${50 * MOST_M_S * n}${n === 2 ? " cm/s" : ""}`;
+      shape(this.svg, "text", { x: LEFT + (SIDE * n) / 2, y: y + 22, "text-anchor": anchor }).textContent = words;
+    }
   }
 }
 

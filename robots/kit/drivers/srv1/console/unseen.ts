@@ -1,4 +1,4 @@
-/** What the rover did while nobody heard it, by its journal: read from the stream `unseen`, and in words. */
+/** What the rover did without a connection, by its journal: read from the stream `unseen`, and in words. */
 
 export type Point = readonly [number, number];
 export interface Unseen {
@@ -15,7 +15,7 @@ const ENDED: Record<string, string> = {
   heard: "was reached again, and went on",
 };
 
-/** The packet's content; null if it is none. */
+/** Read a packet; null if it cannot be read. */
 export function readUnseen(data: Uint8Array): Unseen | null {
   let told: unknown;
   try {
@@ -35,7 +35,7 @@ export function readUnseen(data: Uint8Array): Unseen | null {
   };
 }
 
-/** One sentence for each time that it was out of reach; `atMs` is when the packet was made. */
+/** Return a sentence for each time out of reach. `atMs`: when the packet was made. */
 export function unseenWords({ ways, events }: Unseen, atMs: number, clock: (ms: number) => string): string[] {
   const said: string[] = [];
   let begun: number | null = null,
@@ -46,9 +46,8 @@ export function unseenWords({ ways, events }: Unseen, atMs: number, clock: (ms: 
     const way = ways[said.length] ?? [],
       metres = way.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - way[i]![0], y - way[i]![1]), 0);
     const halts = reflexes ? `, turned away from something near ${reflexes === 1 ? "once" : `${reflexes} times`}` : "";
-    said.push(
-      `Out of reach from ${clock(begun)} to ${clock(until)}: it drove ${metres.toFixed(1)} m by itself${halts}${end ? `, and ${end}` : ""}.`,
-    );
+    const driven = `it drove ${metres.toFixed(1)} m by itself${halts}${end ? `, and ${end}` : ""}`;
+    said.push(`Out of reach from ${clock(begun)} to ${clock(until)}: ${driven}.`);
     begun = null;
   };
   for (const { ago, event } of events) {

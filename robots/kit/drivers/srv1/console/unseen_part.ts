@@ -1,20 +1,16 @@
-/** The way that the rover drove unseen: dashed on the map, in the legend and in words below it. */
-import { byId, say, set, shape, type StreamPacket } from "/static/farhand/v1/console.js";
+/** The way that the rover drove without a connection: dashed on the map, in the legend, and in words below it. */
+import { byId, make, say, set, shape, type StreamPacket } from "/static/farhand/v1/console.js";
 import { readUnseen, unseenWords } from "./unseen.ts";
 
 export class UnseenPart {
   private ways: SVGPathElement;
-  private words = document.createElement("p");
+  private words = make("p", { class: "hint", role: "status", hidden: "" });
 
   constructor(map: SVGSVGElement, before: SVGElement | null) {
     this.ways = shape(map, "path", { class: "unseen", d: "" });
     if (before) map.insertBefore(this.ways, before);
-    const item = document.createElement("li");
-    Object.assign(item, { className: "is-unseen", textContent: "driven unseen" });
     const legend = byId("hall").parentElement?.querySelector(".legend");
-    legend?.append(item);
-    Object.assign(this.words, { className: "hint", hidden: true });
-    this.words.setAttribute("role", "status");
+    legend?.append(make("li", { class: "is-unseen" }, "driven unseen"));
     legend?.after(this.words);
   }
 

@@ -1,0 +1,34 @@
+/** What several tests need: vectors and packets, a browser's globals, places in queues, gamepads. */
+import { readFileSync } from "node:fs";
+import type { QueuePlace } from "../src/queue/person_socket.ts";
+import type { Pad } from "../src/widgets/gamepad.ts";
+
+/** Read the vectors that Python and TypeScript share. */
+export function vectorsOf<T>(name: string): T {
+  return JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8")) as T;
+}
+
+export function bytesOf(hex: string): Uint8Array<ArrayBuffer> {
+  return Uint8Array.from(Buffer.from(hex, "hex"));
+}
+
+/** Give the test's modules these globals; import what uses them afterwards. */
+export function stub(values: object): void {
+  for (const [name, value] of Object.entries(values))
+    Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
+}
+
+export function queuePlace(more: Partial<QueuePlace>): QueuePlace {
+  const none = { until_ms: null, kept_until_ms: null, ended_ms: null, wait_s: null, idle_ms: null, end: null, turn: null };
+  return { ...none, state: "waiting", ticket: 1, robot: "mercury", name: "Mercury", ahead: 0, away: false, ...more };
+}
+
+export function gamepad(axes: number[], pressed: number[] = [], connected = true): Pad {
+  const buttons = Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 }));
+  return { axes, connected, buttons };
+}
+
+/** Let promises come true that wait for nothing else; timers stand still meanwhile. */
+export async function settled(): Promise<void> {
+  for (let i = 0; i < 50; i++) await Promise.resolve();
+}

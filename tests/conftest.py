@@ -121,7 +121,7 @@ def clock() -> FakeClock:
 
 @pytest.fixture
 def trusted(clock, tmp_path):
-    """What notices steps of that clock; its date has been the same for a day."""
+    """The wall clock over that clock; its date has been the same for a day."""
     from robots.wall_clock import TRUSTED_S, WallClock
 
     found = WallClock(tmp_path / "wall-clock.json", clock)
@@ -226,7 +226,7 @@ def pytest_collection_finish():
 
 @pytest.fixture(scope="session")
 def house(django_db_setup):
-    """What is kept running from test to test; stopped before the database goes."""
+    """The processes that are kept running from test to test; stopped before the database goes."""
     from tests.house import HOUSE
 
     yield HOUSE

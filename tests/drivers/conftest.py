@@ -45,12 +45,12 @@ def sim(mercury, request):
 
 @pytest.fixture
 def speed():
-    """Of the arm, m/s; a test that parametrizes it has motions of another length."""
+    """The arm's speed (m/s); a test that parametrizes it has motions of another length."""
     return 0.5
 
 
 class FasterDriver(Driver):
-    """The Mercury arm's, at the pace of the simulator."""
+    """The Mercury arm's driver, at the pace of the simulator."""
 
     clock = FasterTimer(PACE)
 

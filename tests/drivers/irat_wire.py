@@ -147,7 +147,7 @@ def journal(sim, event):
 
 
 def until(seconds):
-    """A permit that ends after so many seconds of the robot's time."""
+    """Return a permit that ends after so many seconds of the robot's time."""
     end = CLOCK.monotonic() + seconds
 
     def permit():

@@ -84,7 +84,7 @@ def kill(driver):
 
 
 def here(driver, **more):
-    """The place where the robot stands, as a goal."""
+    """Return the place where the robot stands, as a goal."""
     seen = driver.brain.newest
     x, y, _ = seen.pose
     return {"map": seen.map_number, "x": x, "y": y, "experience": seen.experience} | more

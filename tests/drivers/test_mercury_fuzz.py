@@ -49,7 +49,7 @@ usual = {
 
 
 def data_of(instruction):
-    """Data that fits, with any numbers; data that does not."""
+    """Generate data that fits, with any numbers, and data that does not."""
     size = SIZES.get(instruction, 4) // 4
     wild = st.tuples(*[numbers()] * size).map(lambda v: floats(*v))
     right = usual[instruction].map(lambda v: floats(*v)) if instruction in usual else st.just(b"")

@@ -1,4 +1,4 @@
-"""What is ours in the rover's firmware: claim, velocities, hold at any moment, patrol, permit, rules, journal."""
+"""Our extension of the rover's firmware: claim, velocities, hold at any moment, patrol, permit, rules, journal."""
 
 from binascii import crc_hqx
 
@@ -34,7 +34,7 @@ class Constant:
 
 
 class Warm(Constant):
-    """One that says its speed where both of these are as on the bench."""
+    """A rule set that says its speed where temperature and humidity are as on the bench."""
 
     inputs = ("temperature", "humidity")
 

@@ -200,6 +200,13 @@ class Visitor:
             self.page.goto(address.format(robot.slug))
         return self
 
+    def take_turn(self):
+        """Join, accept the offer, and wait until the page has the turn; return the visitor."""
+        self.page.click("[data-do=join]")
+        self.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
+        self.page.wait_for_selector(".operating", timeout=20_000)
+        return self
+
     def axe(self, where=""):
         page = self.page
         if not page.evaluate("() => 'axe' in window"):  # given as it is: an argument would be read thrice

@@ -30,9 +30,7 @@ pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indi
 def operator(visitor):
     def make(name="ada", **options):
         person = visitor(**options).cleared(name)
-        person.page.click("[data-do=join]")
-        person.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-        person.page.wait_for_selector(".operating", timeout=20_000)
+        person.take_turn()
         return person
 
     return make

@@ -11,6 +11,7 @@ from queueing.models import Ticket
 from queueing.services import Asker, ask
 from robots.kit.clock import SYSTEM
 from tests.conftest import at_length
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import size
 from tests.e2e.roaming import MAP, RING
@@ -28,11 +29,6 @@ OTHER_LOOKS = [other.values[0] for other in OTHERS]
 OF_THE_RAT = ["/robots/irat/", "/robots/irat/jobs/", "/robots/irat/statistics/", "/robots/irat/recordings/"]
 GOAL = {"map": MAP, "x": RING[15][0], "y": RING[15][1]}
 OWN = ["/me/", "/accounts/email/", "/accounts/password/change/", "/accounts/logout/", "/robots/mercury/orientation/"]
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 def looked_at(one, addresses, *looks, over=OVER):

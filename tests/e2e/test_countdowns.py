@@ -12,6 +12,7 @@ from accounts.services import load_bank
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots.kit.clock import SYSTEM
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET
 from tests.e2e.told_line import ToldLine, own_time, stopped_clock
@@ -27,11 +28,6 @@ LISTEN = """
   new MutationObserver(() => live.textContent && heard.push([live.getAttribute("aria-live"), live.textContent]))
     .observe(live, { childList: true, characterData: true, subtree: true }); }
 """
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

@@ -4,14 +4,10 @@ import pytest
 from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyResponse
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 
 pytestmark = pytest.mark.timed
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 LINE = "A watch \U0001f916, at\nhalf past four.\n"

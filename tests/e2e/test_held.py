@@ -57,9 +57,7 @@ def operator(visitor):
         ada.page.context.add_init_script(GAMEPAD)
         ada.page.context.add_init_script(FLAT)
         ada.cleared(name)
-        ada.page.click("[data-do=join]")
-        ada.page.locator("[data-do=accept]").press("Enter", timeout=20_000)
-        ada.page.wait_for_selector(".operating", timeout=20_000)
+        ada.take_turn()
         made.append(ada)
         return ada
 

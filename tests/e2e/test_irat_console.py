@@ -15,6 +15,7 @@ from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.roaming import MAP, place_on
+from tests.e2e.roaming import portal as portal
 from tests.e2e.small import SmallPortal
 from tests.rig import Board
 
@@ -27,11 +28,6 @@ CLICKS = """() => {
 }"""
 WIDTH = "document.documentElement.scrollWidth"
 EXPERIENCES, LOOPS = 60, 5
-
-
-@pytest.fixture
-def portal(roaming):
-    return roaming
 
 
 def opened(visitor, **options):
@@ -247,12 +243,12 @@ class TestTheRobotItself:
 
 
 def at(address):
-    """A browser of that address, as a proxy would tell it."""
+    """Return a browser with that address, as a proxy would tell it."""
     return {"extra_http_headers": {"X-Forwarded-For": address}}
 
 
 def shown(robot):
-    """The map as a new viewer of the robot would get it."""
+    """Return the map as a new viewer of the robot would get it."""
     held = MapShown()
     for data in bus.connection().lrange(bus.stream_key(robot.slug, 0), 0, -1):
         packet = unpack(data)
@@ -261,7 +257,7 @@ def shown(robot):
 
 
 def loops(robot):
-    """How many links join places that were not made one after the other."""
+    """Return how many links join places that were not made one after the other."""
     links = shown(robot).links
     return int((abs(links[:, 0] - links[:, 1]) > 20).sum())
 

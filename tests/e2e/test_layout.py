@@ -4,6 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.conftest import at_length
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET, scroll, settle, size
 
@@ -24,11 +25,6 @@ PLACES = """(hints) => hints.map((words) => {
   document.getElementById("why").textContent = words;
   return [...document.querySelectorAll("#controls .button")].map((b) => Object.values(b.getBoundingClientRect().toJSON()));
 })"""
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from operatorlog.models import SurveyAnswer, SurveyQuestion
 from portal.keep.seeding import add_robot
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT
 from tests.services.in_use import job_done
@@ -26,11 +27,6 @@ OVERLAP = """() => [...document.querySelectorAll('.bars tr')].flatMap((row) => {
   const boxes = [...row.children].map((cell) => { const range = document.createRange(); range.selectNodeContents(cell); return range.getBoundingClientRect(); });
   return boxes.slice(1).map((box, n) => boxes[n].right - box.left);
 }).filter((over) => over > 0.5)"""
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

@@ -10,14 +10,10 @@ from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import wait_for
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 
 LOADED = "() => [...document.querySelectorAll('.entry img, .frames img')].every((i) => i.complete && i.naturalWidth)"
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 def test_what_is_written_is_never_lost(portal, visitor):

@@ -26,7 +26,6 @@ def log(web, caplog, monkeypatch):
     monkeypatch.setattr(counting, "TELL_S", 0.05)
     monkeypatch.setattr(counting, "_waits", set())  # a line that waits for longer
     monkeypatch.setattr(counting, "_told", Counter(dropped))  # what earlier tests dropped is not told again
-    monkeypatch.setattr(counting, "_told", Counter(dropped))  # of those whom earlier tests dropped nothing is told
     caplog.set_level(logging.WARNING, "portal.edge.dropped")
     return caplog
 

@@ -1,4 +1,4 @@
-"""What strangers send to the real web process: what its log says of it is short, in lines of its own, and never waited for."""
+"""Attacks on the real web process: its log of them is short, in lines of its own, and no request waits for it."""
 
 import contextlib
 import os

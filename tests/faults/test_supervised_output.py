@@ -1,4 +1,4 @@
-"""Whatever a child prints, however it ends and whoever reads what the supervisor prints: the child is started again."""
+"""A child is started again, whatever it prints, however it ends, and whoever reads the supervisor's output."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""What happens to a row while staff have its form open, or while it is being saved, is not undone by saving it."""
+"""Saving a form of the admin does not undo what happened to its row while the form was open or being saved."""
 
 import pytest
 from django.db.models.signals import pre_save

@@ -1,4 +1,4 @@
-"""A grant that ends while its motion may go on without a word is followed by one in which the robot comes to rest."""
+"""A grant that ends while its motion may go on without contact is followed by one in which the robot comes to rest."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""What was refused is no first press: the same form is carried out when it may be; strangers leave nothing behind."""
+"""A refused form is no first press: it is carried out once that is permitted; strangers leave nothing behind."""
 
 import pytest
 from django.core.cache import cache

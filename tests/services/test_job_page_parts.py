@@ -29,7 +29,7 @@ def job(shuttle, people, clock):
 
 
 def run(clock):
-    """What the owner does at the beginning of a command."""
+    """Do what the owner does at the beginning of a command; return the command."""
     command = Command.objects.select_related("robot", "grant").get(ended_at=None)
     assert rows.claim(command, command.epoch, clock.go(1))
     for state in (CommandState.SENT, CommandState.ACKNOWLEDGED):
@@ -42,7 +42,7 @@ def page(job, client=None):
 
 
 def table(answer):
-    """Run, stage and note of each row of the table of stages."""
+    """Return run, stage and note of each row of the table of stages."""
     return [(number, stage.words, stage.note) for number, found in answer.context["runs"] for stage in found]
 
 

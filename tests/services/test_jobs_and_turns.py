@@ -1,4 +1,4 @@
-"""Jobs beside a turn: who drives does not drive for ever while a job of somebody else waits; who asked is not named."""
+"""Jobs beside a turn: an operator does not drive for ever while another person's job waits; its asker is not named."""
 
 import json
 

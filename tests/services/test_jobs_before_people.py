@@ -1,4 +1,4 @@
-"""One queue: who waits to drive is told of the jobs that are served before, and of the one that runs."""
+"""One queue: a person who waits to drive is told of the jobs that are served before, and of the one that runs."""
 
 from datetime import timedelta
 
@@ -26,7 +26,7 @@ def stage(shuttle, people, clock):
 
 
 def told(ticket, clock):
-    """The place and the wait, which must be the same on the robot's page and on every other."""
+    """Return the place and the wait, which must be the same on the robot's page and on every other."""
     ticket.refresh_from_db()
     robot, now = Robot.objects.get(), clock.now()
     everywhere = next(one for one in standings(ticket.user, now) if one.ticket == ticket.pk)

@@ -1,4 +1,4 @@
-"""A waiting job is judged again, by the rule by which it was asked for: what may no longer be asked ends with a reason."""
+"""A waiting job is judged again, by the rule for new ones: a job that may no longer be asked for ends with a reason."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A waiting job that its robot has outlived, as a goal on a map that was cleared, ends at once, uncharged."""
+"""A waiting job that is out of date, such as a goal on a map that was cleared, ends at once, uncharged."""
 
 from datetime import timedelta
 
@@ -27,7 +27,7 @@ def busy(shuttle):
 
 
 def tells(clock, ago_s=0.0, **values):
-    """The owner stored these values of channels."""
+    """Store these values of channels, as the owner does."""
     Lease.objects.update(state={"values": values}, state_at=clock.now() - timedelta(seconds=ago_s))
 
 

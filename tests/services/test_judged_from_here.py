@@ -1,4 +1,4 @@
-"""What somebody asks for is judged from where the robot is, as its page and the robot do, not from its home."""
+"""A request is judged from where the robot is, as its page and the robot judge it, not from its home."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""Who looks at pages again and again leaves no row behind."""
+"""Looking at pages again and again adds no rows."""
 
 import pytest
 from django.apps import apps
@@ -8,7 +8,7 @@ from tests.services.test_bad_input import addresses
 
 
 def rows():
-    """How many rows each table has."""
+    """Return how many rows each table has."""
     return {model._meta.label: model.objects.count() for model in apps.get_models()}
 
 

@@ -1,4 +1,4 @@
-"""The owner's package of a program: what it cannot store is refused, and ends nothing but the command."""
+"""The owner's package of a program: a text that it cannot store is refused, and ends nothing but the command."""
 
 import pytest
 from django.db import connection

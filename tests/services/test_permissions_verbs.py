@@ -202,7 +202,7 @@ OWN = {
 
 
 def said(kind, function, *arguments):
-    """Call what says no to everybody for another reason than the person."""
+    """Call a function that refuses everybody for a reason other than the person."""
     with contextlib.suppress(kind):
         function(*arguments)
 

@@ -29,7 +29,7 @@ def stage(robot, people, clock):
 
 
 def hand_over(robot):
-    """What the owner does between turns."""
+    """Do what the owner does between turns."""
     assert Robot.objects.filter(pk=robot.pk, cycle=Cycle.HANDOVER).update(cycle=Cycle.READY)
 
 

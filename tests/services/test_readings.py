@@ -1,4 +1,4 @@
-"""What a robot told last, as staff read it and as a picture keeps it: what its spec declares, with units, and nothing else."""
+"""The newest readings of a robot, for staff and with a picture: those of its spec, with units, and no others."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""What an update makes of the rows that a portal has from before."""
+"""What an update does to the rows that a portal already has."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""A controller that boots whenever its port is opened is waited for over the same open port."""
+"""The host keeps the port open while it waits for a controller that boots whenever its port is opened."""
 
 import contextlib
 import errno

@@ -1,4 +1,4 @@
-"""What staff ask of a robot that is off, silent, locked out, stopped, in fault or in a turn is answered by what is so."""
+"""The answer to staff names what is so: the robot is off, silent, locked out, stopped, in fault or in a turn."""
 
 from types import SimpleNamespace
 

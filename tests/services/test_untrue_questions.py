@@ -1,4 +1,4 @@
-"""Questions that are not true any more are asked no more, in a portal that has them from before too."""
+"""Questions that are no longer true are asked no more, also in a portal that already has them."""
 
 import pytest
 from django.db import connection

@@ -1,4 +1,4 @@
-"""What notices that the time of day was set, and that the machine slept."""
+"""The wall clock notices that the time of day was set, and that the machine slept."""
 
 import json
 from datetime import timedelta

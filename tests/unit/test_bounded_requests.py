@@ -1,4 +1,4 @@
-"""Whatever is asked of a robot's check, preview or program checker: little work, and an answer in words."""
+"""Any request to a robot's check, preview or program checker costs little work and is answered in words."""
 
 import contextlib
 import gc

@@ -1,4 +1,4 @@
-"""Edges of a broadcast: whoever joins when, with losses, with an origin that is gone, or shows something else."""
+"""Edges of a broadcast that join at any time, with losses, with an origin that is gone or that shows another movie."""
 
 import random
 from dataclasses import replace

@@ -59,7 +59,7 @@ def test_the_delivered_picture_is_lifted_to_an_even_grey(bed):
 
 
 def streak_px(bare, bed, exposure):
-    """How many rows of the brightest column are lighter than with the watch under the sand, beyond the watch itself."""
+    """Return how many rows beyond the watch are lighter, in the brightest column, than with the watch under the sand."""
     shown, hidden = shot(bare, AT, exposure), shot(bed, AT, exposure)
     column = int(np.argmax((shown >= 254).sum(0)))
     beside = np.r_[column - 16 : column - 9, column + 10 : column + 17]

@@ -1,4 +1,4 @@
-"""Rooms that serve every robot know none of the words of one: they ask for what its spec declares."""
+"""Code that serves every robot contains no word of a single one: it asks for what the robot's spec declares."""
 
 import ast
 import re

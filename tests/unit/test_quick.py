@@ -1,4 +1,4 @@
-"""What `make quick` chooses: the tests nearest to what changed, and never none without a word."""
+"""`make quick` chooses the tests nearest to what changed, and says so where it chooses none."""
 
 import shutil
 import subprocess

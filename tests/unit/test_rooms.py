@@ -1,4 +1,4 @@
-"""What a web process hears and computes for the viewers of a robot: what they want, and nothing else."""
+"""For the viewers of a robot a web process hears and computes what they want, and nothing else."""
 
 import asyncio
 

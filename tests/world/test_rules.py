@@ -1,4 +1,4 @@
-"""What the model judges in a crowd by chance, once each on purpose: these rules of it are shown to fail by mutants."""
+"""Situations that a crowd meets by chance, here on purpose: mutants show that these rules of the model can fail."""
 
 from robots import bus, services
 from robots.models import Grant

@@ -58,7 +58,7 @@ def rests_by(portal, latest, end="permit"):
 
 
 def told_unseen(portal):
-    """Return what the stream says that it did while nobody heard it."""
+    """Return what the rover did while nobody heard it, by its stream."""
     packets = portal.owner.streams._out[0].packets
     return json.loads(unpack(packets[-1]).data) if packets else None
 
@@ -244,7 +244,7 @@ def test_a_held_joystick_that_loses_its_line_rests_within_half_a_second(portal):
 
 @hunts(4, 20, 200)
 def test_a_grant_that_ends_early_is_followed_until_it_rests(portal):
-    """Whoever ends its grant, it moves under an open one; that it comes to rest is one, which nothing else may use."""
+    """Whoever ends its grant, the rover moves under an open one, which is for coming to rest and for nothing else."""
     command = patrolling(portal)
     dice, away = random.Random(portal.world.seed), portal.world.seed % 2 == 0
     if away:
@@ -297,7 +297,7 @@ def test_an_owner_that_ends_takes_the_permit_back(portal):
 
 @hunts(2, 10, 100)
 def test_an_owner_that_ends_out_of_reach_leaves_the_end_to_the_next(portal):
-    """What may go on is not ended by the owner that ends: the next one counts it as moving until it has asked."""
+    """An owner that ends leaves a motion that may go on: the next owner counts it as moving until it has asked."""
     command = patrolling(portal)
     portal.rig.pull()
     portal.world.sleep(random.Random(portal.world.seed).random())

@@ -22,7 +22,7 @@ class Wire:
         self._halved = False
 
     def pull(self) -> None:
-        """Pull the plug: bytes on their way are lost, and who uses it is told."""
+        """Pull the plug: bytes on their way are lost, and its user is told."""
         self.world.note("the cable was pulled")
         self.plugged = False
         self.lose()

@@ -12,6 +12,7 @@ from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
 from robots.states import GrantEnd
+from tests.services.conftest import signed_in
 
 pytestmark = pytest.mark.django_db
 CORPUS = [
@@ -103,10 +104,8 @@ def test_an_unexpected_error_says_nothing_of_the_inside(robot, client, monkeypat
 @pytest.mark.asvs("3.5.1", "3.5.3", "8.3.1")
 @pytest.mark.parametrize("origin", ["https://elsewhere.example", "null", "http://localhost.elsewhere.example"])
 def test_a_form_from_another_site_changes_nothing(robot, people, origin):
-    from django.test import Client
 
-    client = Client(enforce_csrf_checks=True)
-    client.force_login(people["ada"])
+    client = signed_in(people["ada"], enforce_csrf_checks=True)
     token = "a" * 32
     client.cookies["csrftoken"] = token
     for path in ("/robots/mercury/orientation/", "/accounts/logout/", "/robots/mercury/programs/"):

@@ -15,17 +15,12 @@ from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Recording, Robot
 from tests.services.admin_forms import as_sent, controls_of
+from tests.services.conftest import signed_in
 from tests.services.test_later_changes import addresses
 from workers.housekeeping.clean import old_frames, old_sessions
 
 pytestmark = pytest.mark.django_db
 DAY = timedelta(days=1)
-
-
-def signed_in(user):
-    client = Client()
-    client.force_login(user)
-    return client
 
 
 @pytest.fixture

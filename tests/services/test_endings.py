@@ -23,6 +23,7 @@ from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane
 from tests.environment import ON_POSTGRES
+from tests.services.conftest import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND
@@ -142,8 +143,7 @@ def test_a_stop_is_answered_though_it_cannot_be_noted(driven, robot, people, mon
     monkeypatch.setattr("portal.live.actions.current_user", lambda scope: people["ada"])
     monkeypatch.setattr(busy, away)
     assert actions.act({}, robot.slug, message).ok
-    client = Client()
-    client.force_login(people["ada"])
+    client = signed_in(people["ada"])
     address = client.get(f"/classic/{robot.slug}/").url
     assert client.post(address, {"do": name, "checked": "yes"}).status_code == 302
     robot.refresh_from_db()
@@ -248,8 +248,7 @@ def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(drive
         assert places == [], "whoever ended it knows"
     else:
         assert [(one["state"], one["end"]["why"], one["turn"]) for one in places] == [("ended", told["why"], driven.pk)]
-    client = Client()
-    client.force_login(ada)
+    client = signed_in(ada)
     page = client.get(driven.get_absolute_url()).content.decode()
     assert f"UTC: {driven.end_reason}" not in page, "the page says once why"
     for text in (told["why"], told["credited"], told["next"]):

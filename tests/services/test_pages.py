@@ -13,6 +13,7 @@ from portal.web.classic.models import ClassicToken
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Robot
+from tests.services.conftest import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -216,10 +217,8 @@ def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatc
 
 @pytest.mark.asvs("3.5.1")
 def test_forms_want_a_csrf_token(robot, people):
-    from django.test import Client
 
-    client = Client(enforce_csrf_checks=True)
-    client.force_login(people["ada"])
+    client = signed_in(people["ada"], enforce_csrf_checks=True)
     answer = client.post("/classic/mercury/x/", {"do": "join"})
     assert answer.status_code == 403
     assert b"out of date" in answer.content

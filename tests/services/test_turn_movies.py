@@ -1,7 +1,6 @@
 """A program that ran in a turn: its movie comes by itself, and the turn's page shows it and the path, like a job's."""
 
 import pytest
-from django.test import Client
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
@@ -10,6 +9,7 @@ from robots.models import Command, Movie
 from robots.recordings import movies
 from robots.recordings.findings import SHOWN
 from robots.states import GrantKind
+from tests.services.conftest import signed_in
 from tests.services.test_job_movies import let_make, ran
 from tests.services.test_movies import media
 
@@ -33,10 +33,7 @@ def driven(robot, people, kind="mission", args=None):
 
 
 def page(turn, user=None):
-    client = Client()
-    if user is not None:
-        client.force_login(user)
-    return client.get(turn.get_absolute_url()).content.decode()
+    return signed_in(user).get(turn.get_absolute_url()).content.decode()
 
 
 def test_a_movie_of_a_mission_in_a_turn_comes_by_itself_and_the_page_shows_path_and_movie(robot, people):

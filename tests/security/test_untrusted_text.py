@@ -12,7 +12,7 @@ from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
 from robots.states import GrantEnd
-from tests.services.conftest import signed_in
+from tests.services.conftest import give_turn, signed_in
 
 pytestmark = pytest.mark.django_db
 CORPUS = [
@@ -49,9 +49,7 @@ class Elements(HTMLParser):
 @pytest.mark.parametrize("text", CORPUS)
 def test_promise_41_text_is_text_on_every_page(robot, people, owned, client, text):
     now = SYSTEM.now()
-    queue.join(robot, people["ada"], now)
-    queue.tick(now)
-    turn = queue.accept(robot, people["ada"], now)
+    turn = give_turn(robot, people["ada"], now)
     queue.end_turn(turn, GrantEnd.STAFF, text[:120], now)
     entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text=text, written_at=now)
     Incident.objects.create(robot=robot, at=now, code="fault", text=text)

@@ -7,6 +7,8 @@ import pytest
 from django.core.cache import caches
 from django.test import Client
 
+from queueing import services as queue
+
 
 def signed_in(user=None, **options):
     """Return a browser in which the person is signed in; a stranger's browser without a person."""
@@ -14,6 +16,13 @@ def signed_in(user=None, **options):
     if user is not None and user.is_authenticated:
         client.force_login(user)
     return client
+
+
+def give_turn(robot, person, now):
+    """Let the person join the queue, be offered the robot and accept it; return the turn."""
+    queue.join(robot, person, now)
+    queue.tick(now)
+    return queue.accept(robot, person, now)
 
 
 @pytest.fixture
@@ -31,15 +40,12 @@ def roles(robot, people, owned, django_user_model):
     """One person a role. The operator's turn is open; the viewer is staff who may look at everything."""
     from django.contrib.auth.models import AnonymousUser, Permission
 
-    from queueing import services as queue
     from robots.kit.clock import SYSTEM
 
     viewer = django_user_model.objects.create_user("vic", "vic@example.org", "correct horse 42", is_staff=True)
     viewer.user_permissions.set(Permission.objects.filter(codename__startswith="view_"))
     root = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
-    queue.join(robot, people["bob"], SYSTEM.now())
-    queue.tick(SYSTEM.now())
-    queue.accept(robot, people["bob"], SYSTEM.now())
+    give_turn(robot, people["bob"], SYSTEM.now())
     cast = (AnonymousUser(), people["eve"], people["ada"], people["bob"], people["mod"], viewer, people["kim"], root)
     return dict(zip(ROLES, cast, strict=True))
 

@@ -16,6 +16,7 @@ from robots.grants import end_grant, start_grant
 from robots.models import Command, Frame, Incident, Lease, Movie, Program, RecordingState, Records, Robot, Usage
 from robots.recordings import keeping
 from robots.states import CommandState, GrantEnd, GrantKind
+from tests.services.conftest import give_turn
 
 BOX = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
 GOAL = {"map": 1, "x": 0.5, "y": 0.5}
@@ -33,9 +34,7 @@ def questions():
 
 def driven(robot, person, now, minutes=3):
     """Return an ended turn with a command, two stored pictures and a recording."""
-    queue.join(robot, person, now)
-    queue.tick(now)
-    turn = queue.accept(robot, person, now)
+    turn = give_turn(robot, person, now)
     command = Command.objects.create(
         robot=robot, grant=turn.grant, client_seq=1, issued_by=person, kind="move_to", args={"x": 0.1}, epoch=1,
         state=CommandState.COMPLETED, created_at=now, accepted_at=now, ended_at=now, deadline=now,
@@ -127,9 +126,7 @@ def in_use(mercury, people, now):
             changed_at=now,
         )
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")
-    queue.join(mercury, ada, now)
-    queue.tick(now)
-    queue.accept(mercury, ada, now)
+    give_turn(mercury, ada, now)
     queue.join(pa10, eve, now)
     EmailAddress.objects.create(user=ada, email=ada.email, verified=True, primary=True)
     Group.objects.create(name="Moderators").permissions.set(Permission.objects.filter(codename="change_entry"))

@@ -21,6 +21,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Frame, Movie, Program
 from robots.recordings import keeping
 from robots.states import GrantEnd
+from tests.services.conftest import give_turn
 
 SECRET = "correct horse 42"
 POPUP = re.compile(rb'data-popup-response="([^"]+)')  # by which the admin's small window fills in the form behind it
@@ -76,9 +77,7 @@ class World:
 
     def turn(self):
         now = SYSTEM.now()
-        queue.join(self.robot, self.people["ada"], now)
-        queue.tick(now)
-        turn = queue.accept(self.robot, self.people["ada"], now)
+        turn = give_turn(self.robot, self.people["ada"], now)
         queue.end_turn(turn, GrantEnd.HOLDER, "ended by the operator", now)
         return turn
 

@@ -23,7 +23,7 @@ from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane
 from tests.environment import ON_POSTGRES
-from tests.services.conftest import signed_in
+from tests.services.conftest import give_turn, signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND
@@ -34,9 +34,7 @@ IDLE_S = RULES["IDLE_S"]
 def driven(robot, people, clock):
     """Ada drives, and Bob waits from the beginning."""
     Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": clock.now() + timedelta(days=99)})
-    queue.join(robot, people["ada"], clock.now())
-    queue.tick(clock.now())
-    turn = queue.accept(robot, people["ada"], clock.now())
+    turn = give_turn(robot, people["ada"], clock.now())
     queue.join(robot, people["bob"], clock.now())
     return turn
 

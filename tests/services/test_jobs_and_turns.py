@@ -13,6 +13,7 @@ from robots import services
 from robots.grants import stage_event
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
+from tests.services.conftest import give_turn
 
 pytestmark = pytest.mark.django_db
 GUEST = Asker(guest="a" * 64, network="192.0.2.1")
@@ -28,9 +29,7 @@ def driven(shuttle, people, clock):
     """The shuttle, which ada drives."""
     QueueRobot.objects.update(offers_turns=True)
     Robot.objects.update(cycle=Cycle.READY)
-    queue.join(shuttle, people["ada"], clock.now())
-    queue.tick(clock.now())
-    queue.accept(shuttle, people["ada"], clock.now())
+    give_turn(shuttle, people["ada"], clock.now())
     return shuttle
 
 

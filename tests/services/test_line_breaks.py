@@ -23,6 +23,7 @@ from robots.kit.plain import plain_breaks
 from robots.models import Program, Robot
 from robots.services.programs import LONGEST as LONGEST_PROGRAM
 from robots.states import GrantEnd
+from tests.services.conftest import give_turn
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -48,9 +49,7 @@ each_text = pytest.mark.parametrize("full", [lines, emoji])
 def ended(robot, people, owned, client):
     """A turn of ada's that has ended; she is signed in."""
     now = SYSTEM.now()
-    queue.join(robot, people["ada"], now)
-    queue.tick(now)
-    turn = queue.accept(robot, people["ada"], now)
+    turn = give_turn(robot, people["ada"], now)
     queue.end_turn(turn, GrantEnd.HOLDER, "ended by the operator", now)
     client.force_login(people["ada"])
     return turn

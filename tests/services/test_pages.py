@@ -13,7 +13,7 @@ from portal.web.classic.models import ClassicToken
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Robot
-from tests.services.conftest import signed_in
+from tests.services.conftest import give_turn, signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -252,9 +252,7 @@ def test_ending_a_turn_from_the_admin_is_for_staff(robot, people, owned, client)
 
     for name in ("mod", "kim"):
         people[name].user_permissions.add(*Permission.objects.filter(codename__in=["view_turn", "view_ticket"]))
-    queue.join(robot, people["ada"], SYSTEM.now())
-    queue.tick(SYSTEM.now())
-    turn = queue.accept(robot, people["ada"], SYSTEM.now())
+    turn = give_turn(robot, people["ada"], SYSTEM.now())
     data = {"action": "end", "_selected_action": [turn.pk]}
     client.force_login(people["mod"])
     client.post("/admin/queueing/turn/", data)
@@ -268,9 +266,7 @@ def test_ending_a_turn_from_the_admin_is_for_staff(robot, people, owned, client)
 def test_an_entry_is_hidden_from_the_admin_with_a_reason_only(robot, people, owned, client):
     from operatorlog.models import Entry
 
-    queue.join(robot, people["ada"], SYSTEM.now())
-    queue.tick(SYSTEM.now())
-    turn = queue.accept(robot, people["ada"], SYSTEM.now())
+    turn = give_turn(robot, people["ada"], SYSTEM.now())
     entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text="x", written_at=SYSTEM.now())
     client.force_login(people["mod"])
     address = f"/admin/operatorlog/entry/{entry.pk}/change/"

@@ -12,6 +12,7 @@ from queueing.estimates import wait_range
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd
+from tests.services.conftest import give_turn
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -34,9 +35,7 @@ def hand_over(robot):
 
 
 def drive(robot, person, clock):
-    queue.join(robot, person, clock.now())
-    queue.tick(clock.now())
-    return queue.accept(robot, person, clock.now())
+    return give_turn(robot, person, clock.now())
 
 
 def test_the_whole_way_of_a_turn(stage):

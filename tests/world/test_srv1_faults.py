@@ -64,6 +64,24 @@ def sent(portal, *lines):
     return portal.issue("mission", text="".join(f"{line}\n" for line in lines))
 
 
+def toured(portal, dice, truth, count, seconds):
+    """Let it go to some nodes; a step that cannot be done is named, and it touches nothing."""
+    command = portal.final(sent(portal, *tour(dice, count)), seconds)
+    assert command.state == "completed" or command.reason.startswith("Step "), command.reason
+    truth.holds()
+
+
+def sent_into_a_moved_showcase(portal, *faults):
+    """Move a showcase into its way, and fail unless its mission names the step that this prevents."""
+    truth = begin(portal, *DOOR, 0.0)
+    for fault in faults:
+        portal.rig.fault(fault)
+    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
+    command = portal.final(sent(portal, "look around", "go South", "photograph"), 300)
+    assert (command.state, command.reason) == ("failed", f"Step 2 of 3, go South: {IN_THE_WAY}")
+    truth.holds()
+
+
 @hunts(1, 10, 100)
 def test_it_stops_before_black_glass_by_hand(portal):
     """By hand, straight at a showcase that infrared does not see: the sonar slows it down, and stops it."""
@@ -107,12 +125,7 @@ def test_on_patrol_it_turns_away_from_black_glass(portal):
 @hunts(1, 5, 50)
 def test_a_mission_with_blind_infrared_waits_before_what_stands_in_its_way(portal):
     """Infrared sees nothing at all: the sonar shows what was pushed into its way, and the mission says which step."""
-    truth = begin(portal, *DOOR, 0.0)
-    portal.rig.fault("blind_infrared")
-    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
-    command = portal.final(sent(portal, "look around", "go South", "photograph"), 300)
-    assert (command.state, command.reason) == ("failed", f"Step 2 of 3, go South: {IN_THE_WAY}")
-    truth.holds()
+    sent_into_a_moved_showcase(portal, "blind_infrared")
 
 
 @pytest.mark.length
@@ -122,9 +135,7 @@ def test_ghosts_of_the_sonar_make_it_no_surer(portal):
     dice = random.Random(portal.world.seed)
     truth = at_a_node(portal, dice)
     portal.rig.fault("sonar_ghost", dice.choice((0.05, 0.15, 0.3)))
-    command = portal.final(sent(portal, *tour(dice, 2)), 600)
-    assert command.state == "completed" or command.reason.startswith("Step "), command.reason
-    truth.holds()
+    toured(portal, dice, truth, 2, 600)
 
 
 @hunts(1, 12, 100)
@@ -178,16 +189,10 @@ def test_a_moved_showcase_is_not_hit(portal):
     truth = at_a_node(portal, dice)
     portal.rig.fault("moved_case", 1 + portal.world.seed % len(hall().cases))
     portal.world.sleep(0.5)
-    command = portal.final(sent(portal, *tour(dice, 3)), 900)
-    assert command.state == "completed" or command.reason.startswith("Step "), command.reason
-    truth.holds()
+    toured(portal, dice, truth, 3, 900)
 
 
 @pytest.mark.length
 @hunts(1, 5, 50)
 def test_a_mission_says_which_step_a_moved_showcase_prevents(portal):
-    truth = begin(portal, *DOOR, 0.0)
-    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
-    command = portal.final(sent(portal, "look around", "go South", "photograph"), 300)
-    assert (command.state, command.reason) == ("failed", f"Step 2 of 3, go South: {IN_THE_WAY}")
-    truth.holds()
+    sent_into_a_moved_showcase(portal)

@@ -51,10 +51,27 @@ def rests_by(portal, latest, end="permit"):
     rest = notes(portal, "rest")[-1]
     assert rest["t"] <= latest
     assert rest["end"] in (end, "done"), "done: it stood between driving and turning"
-    begun = portal.rig.count("motion")
-    portal.world.sleep(5.0)
-    assert portal.rig.count("motion") == begun, "something moved by itself"
+    nothing_begins(portal, 5.0)
     return rest["t"]
+
+
+def stopped_out_of_reach(portal):
+    """Press Stop; return by when the rover rests, as the portal says (s, monotonic)."""
+
+    def told():
+        shown = services.stop_shown(portal.row, portal.world.now())
+        return shown and shown.rests_by and shown
+
+    bus.send_stop(portal.slug)
+    shown = portal.until(told, 30, "the time by which it rests")
+    return portal.world.monotonic() + (shown.rests_by - portal.world.now()).total_seconds()
+
+
+def nothing_begins(portal, seconds, why="something moved by itself"):
+    """Fail if a motion begins within so many seconds."""
+    begun = portal.rig.count("motion")
+    portal.world.sleep(seconds)
+    assert portal.rig.count("motion") == begun, why
 
 
 def told_unseen(portal):
@@ -144,9 +161,7 @@ def test_a_hold_ends_its_permit(portal):
     command = patrolling(portal)
     portal.stop()
     portal.rig.pull()
-    begun = portal.rig.count("motion")
-    portal.world.sleep(PERMIT_S + 5.0)
-    assert portal.rig.count("motion") == begun
+    nothing_begins(portal, PERMIT_S + 5.0)
     assert not portal.rig.moving
     assert portal.final(command).state == "cancelled"
 
@@ -169,9 +184,7 @@ def test_a_kill_of_its_owner_on_patrol(portal):
         portal.at_rest(30)
         assert notes(portal, "rest")[-1]["end"] in ("replaced", "held")
     assert portal.final(command).state == "unknown"
-    begun = portal.rig.count("motion")
-    portal.world.sleep(8.0)
-    assert portal.rig.count("motion") == begun
+    nothing_begins(portal, 8.0)
 
 
 @hunts(3, 20, 200)
@@ -181,14 +194,8 @@ def test_a_stop_out_of_reach_says_by_when_it_rests(portal):
     dice = random.Random(portal.world.seed)
     portal.rig.pull()
     portal.world.sleep(0.5 + dice.random() * 8)
-    bus.send_stop(portal.slug)
-
-    def shown():
-        return services.stop_shown(portal.row, portal.world.now())
-
-    told = portal.until(lambda: (one := shown()) and one.rests_by and one, 30, "the time by which it rests")
-    assert not told.confirmed
-    by = portal.world.monotonic() + (told.rests_by - portal.world.now()).total_seconds()
+    by = stopped_out_of_reach(portal)
+    assert not services.stop_shown(portal.row, portal.world.now()).confirmed
     assert permitted_until(portal) <= by <= permitted_until(portal) + 1.5
     assert portal.rig.moving, "nothing reaches it"
     if dice.random() < 0.5:
@@ -198,7 +205,7 @@ def test_a_stop_out_of_reach_says_by_when_it_rests(portal):
         portal.world.sleep(dice.random() * 3)
         portal.rig.plug()
         portal.at_rest(10)
-    portal.until(lambda: shown().confirmed, 30, "a confirmed stop")
+    portal.until(lambda: services.stop_shown(portal.row, portal.world.now()).confirmed, 30, "a confirmed stop")
     begun = portal.rig.count("motion")
     assert portal.final(command).state == "cancelled"
     portal.world.sleep(10.0)
@@ -213,11 +220,7 @@ def test_a_new_owner_counts_it_as_moving_until_it_has_asked(portal):
     portal.supervisor.worker.kill()
     killed = portal.world.monotonic()
     portal.until(lambda: portal.owner, 30, "another owner")
-    bus.send_stop(portal.slug)
-    told = portal.until(
-        lambda: (one := services.stop_shown(portal.row, portal.world.now())) and one.rests_by and one, 30, "a time"
-    )
-    by = portal.world.monotonic() + (told.rests_by - portal.world.now()).total_seconds()
+    by = stopped_out_of_reach(portal)
     assert by >= killed + PERMIT_S
     assert portal.row.stop_latched
     command.refresh_from_db()
@@ -289,9 +292,7 @@ def test_an_owner_that_ends_takes_the_permit_back(portal):
     portal.at_rest(1.0)
     assert notes(portal, "rest")[-1]["end"] == "held"
     portal.until(lambda: portal.owner, 30, "another owner")
-    begun = portal.rig.count("motion")
-    portal.world.sleep(5.0)
-    assert portal.rig.count("motion") == begun
+    nothing_begins(portal, 5.0)
     assert portal.final(command).state in ("cancelled", "unknown", "failed")
 
 

@@ -50,29 +50,28 @@ def test_what_breaks_off_in_mid_motion_is_held_and_its_end_is_unknown(owner, peo
     assert rows.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now(), "motion") == 0
 
 
-@pytest.mark.parametrize("which", ["pa10"], indirect=True)
-def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(owner, people, monkeypatch):
-    """A turn's first command begins in the very moment in which the end of the handover is read."""
-    turn = services.open_grant(owner.owned.robot)
-    earlier = Grant.objects.create(
-        robot=owner.owned.robot,
-        kind=GrantKind.HANDOVER,
-        opened_at=owner.owned.now(),
-        until=owner.owned.now(),
-        ended_at=owner.owned.now(),
-    )
-    owner.lane.gate.open_for(earlier)
-    read = grants.open_grant
+def follow_while_it_opens(owner, turn, read, monkeypatch):
+    """Let the owner follow the grants by `read`; the gate opens for the turn before the answer is used."""
 
-    def and_meanwhile(robot):
+    def read_and_open(robot):
         found = read(robot)
         owner.lane.gate.open_for(turn)
         return found
 
-    monkeypatch.setattr("workers.guard.follow.open_grant", and_meanwhile)
-    owner.follower.follow_grant()
-    monkeypatch.undo()
+    with monkeypatch.context() as patch:
+        patch.setattr("workers.guard.follow.open_grant", read_and_open)
+        owner.follower.follow_grant()
     owner.lane.gate.check()
+
+
+@pytest.mark.parametrize("which", ["pa10"], indirect=True)
+def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(owner, people, monkeypatch):
+    """A turn's first command begins in the very moment in which the end of the handover is read."""
+    turn = services.open_grant(owner.owned.robot)
+    robot, now = owner.owned.robot, owner.owned.now()
+    earlier = Grant.objects.create(robot=robot, kind=GrantKind.HANDOVER, opened_at=now, until=now, ended_at=now)
+    owner.lane.gate.open_for(earlier)
+    follow_while_it_opens(owner, turn, grants.open_grant, monkeypatch)
     assert run(owner, people).state == "completed"
 
 
@@ -81,15 +80,7 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
     turn = services.open_grant(owner.owned.robot)
     earlier = Grant(pk=turn.pk + 1, opened_at=owner.owned.now(), until=owner.owned.now())
     owner.lane.gate.open_for(earlier)
-
-    def and_meanwhile(robot):
-        owner.lane.gate.open_for(turn)
-        return earlier
-
-    monkeypatch.setattr("workers.guard.follow.open_grant", and_meanwhile)
-    owner.follower.follow_grant()
-    monkeypatch.undo()
-    owner.lane.gate.check()
+    follow_while_it_opens(owner, turn, lambda robot: earlier, monkeypatch)
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)

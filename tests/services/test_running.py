@@ -1,11 +1,11 @@
-"""The owner when its database fails while the robot works."""
+"""The owner when its database fails, or cannot store a text, while the robot works."""
 
 import pytest
-from django.db import OperationalError
+from django.db import OperationalError, connection
 
 from robots import grants, services
 from robots.kit.contract.errors import GrantOver
-from robots.models import Grant
+from robots.models import Command, Grant
 from robots.states import GrantKind
 from tests.services.owner import made_owner
 from workers.commands import rows
@@ -110,3 +110,17 @@ def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, peop
     owner.lane.__class__ = Watched
     assert run(owner, people).state == "completed"
     assert seen == [False]
+
+
+@pytest.mark.parametrize("which", ["srv1"], indirect=True)
+@pytest.mark.skipif(connection.vendor == "postgresql", reason="PostgreSQL stores no half of a letter")
+def test_a_program_whose_text_cannot_be_written_is_refused_and_the_owner_goes_on(owner, people):
+    for seq in range(1, 5):
+        text = {"text": "photograph"}
+        command = services.issue(owner.owned.robot.slug, people["ada"], "mission", text, seq, owner.owned.now()).command
+        # as an earlier version may have left it, which checked less
+        Command.objects.filter(pk=command.pk).update(args={"text": "# \ud800\nphotograph"})
+        command.refresh_from_db()
+        owner.motion.run_one(command)
+        command.refresh_from_db()
+        assert (command.state, command.result["code"]) == ("rejected", "bad_request"), command.reason

@@ -1,7 +1,6 @@
 """A test of cameras that hang, break off, dribble or answer garbage: it ends, says so, and leaves nothing behind."""
 
 import os
-import socket
 import threading
 import time
 from pathlib import Path
@@ -10,6 +9,7 @@ import pytest
 
 from robots.models import Robot
 from tests.conftest import wait_for
+from tests.services.test_bounded_answers import answering
 from workers.housekeeping import probe
 
 # ruff: noqa: TID251 - its tests are timed
@@ -68,31 +68,13 @@ ADDRESSES = (
 @pytest.fixture
 def camera(request):
     """A camera that behaves in the given way, on a port of its own."""
-    server = socket.create_server(("127.0.0.1", 0))
-    lines = []
-
-    def serve():
-        while True:
-            try:
-                line, _ = server.accept()
-            except OSError:
-                return
-            lines.append(line)
-            threading.Thread(target=answer, args=(line,), daemon=True, name="the camera itself").start()
 
     def answer(line):
-        try:
+        with line:
             request.param(line)
-        except OSError:
-            pass
-        finally:
-            line.close()
 
-    threading.Thread(target=serve, daemon=True, name="the camera itself").start()
-    yield server.getsockname()[1]
-    server.close()
-    for line in lines:
-        line.close()
+    with answering(answer, "the camera itself") as port:
+        yield port
 
 
 def descriptors():

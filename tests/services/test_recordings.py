@@ -3,7 +3,6 @@
 from datetime import timedelta
 
 import pytest
-from django.contrib.auth.models import AnonymousUser
 from django.core.cache import cache
 
 from accounts.models import User
@@ -28,7 +27,6 @@ from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 JPEG = b"\xff\xd8 a picture \xff\xd9"
-NOBODY = AnonymousUser()
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,6 @@ from robots.kit.slam.stream import Changes
 
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "irat_streams.json"
 VECTORS = json.loads(FILE.read_text()) if FILE.exists() else {"map": [], "cells": []}
-CELLS = 36 * 15 * 15
 
 
 def map_packets(told):

@@ -133,7 +133,7 @@ def trusted(clock, tmp_path):
 
 @pytest.fixture(autouse=True)
 def nothing_left_of_other_tests():
-    """What a test before counted (sign-ups, wrong passwords) limits nobody; events that it lost are not made up for."""
+    """Forget the attempts that a test before counted (sign-ups, wrong passwords), and the events that it lost."""
     from django.core.cache import cache, caches
 
     from robots import bus

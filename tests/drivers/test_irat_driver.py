@@ -49,7 +49,7 @@ def explored(driver, experiences=SMALL, on_stage=lambda _: None, there=lambda: T
 
 
 def looked(driver):
-    """What the newest picture was worth; the camera is kept running."""
+    """Return what the newest picture was worth; the camera is kept running."""
     driver.senses.awake()
     return driver.brain.newest.picture
 

@@ -69,7 +69,7 @@ rounds_of_bytes = st.lists(
 
 
 class Memory:
-    """What the README says of numbers: known ones are answered as before, older ones refused, whatever stands in them."""
+    """The README's rule for numbers: known ones are answered as before, older ones refused, whatever they contain."""
 
     def __init__(self):
         self.newest, self.answers = None, OrderedDict()

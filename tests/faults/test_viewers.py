@@ -1,4 +1,4 @@
-"""What a viewer gets over a slow line, with any compression, and when a thousand ask at once."""
+"""Messages and pictures of a viewer: over a slow line, with any compression, and when a thousand ask at once."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""What strangers, staff and robots wrote is shown as text, never as markup; errors tell nothing of the inside."""
+"""Texts of strangers, staff and robots are shown as text, never as markup; errors tell nothing of the inside."""
 
 from html.parser import HTMLParser
 

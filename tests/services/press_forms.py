@@ -55,7 +55,7 @@ class Form:
 
 
 class World:
-    """What the forms are about."""
+    """The rows that the forms are about."""
 
     def __init__(self, robot, people, clock):
         self.robot, self.people, self.clock = robot, people, clock

@@ -40,7 +40,7 @@ def driven(robot, people, clock):
 
 
 def tick(robot, people, clock, seconds):
-    """Both pages are open meanwhile."""
+    """Let time pass while both pages are open, then tick."""
     clock.go(seconds)
     for name in ("ada", "bob"):
         queue.note_presence(robot, people[name], clock.now())
@@ -68,7 +68,7 @@ def test_every_kind_of_end_has_its_words():
 
 
 def test_no_place_and_no_turn_is_ended_for_a_reason_beside_the_tables():
-    """Whoever withdraws a place names a `PlaceEnd`, whoever ends a turn or a grant names a `GrantEnd`."""
+    """Code that withdraws a place names a `PlaceEnd`; code that ends a turn or a grant names a `GrantEnd`."""
     root, found = Path(__file__).resolve().parents[2], []
     for room in ("queueing", "portal", "robots", "workers", "operatorlog", "accounts"):
         for path in (root / room).rglob("*.py"):

@@ -1,4 +1,4 @@
-"""What a long mission finds: pictures are taken although its readings are many, and what is left out is said."""
+"""Findings of a long mission: pictures are taken although its readings are many, and omissions are reported."""
 
 from datetime import timedelta
 

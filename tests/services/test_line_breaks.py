@@ -118,7 +118,7 @@ BY_THE_ROBOT = {"program-text": None, "hall-rules-text": None}  # its language r
 
 
 def test_each_field_of_several_lines_that_has_a_limit_is_tested_above():
-    """Whoever adds one adds its test here."""
+    """An author who adds one adds its test here."""
     stored = {
         f"{model._meta.label}.{field.name}"
         for model in apps.get_models()

@@ -40,7 +40,7 @@ def test_promise_35_every_message_is_in_the_table():
 
 @pytest.fixture
 def scopes(roles):
-    """What a socket of each role knows: the cookie of a session."""
+    """Return what a socket of each role knows: the cookie of a session."""
     made = {}
     for role, user in roles.items():
         client = signed_in(user)

@@ -95,7 +95,7 @@ def test_the_end_of_a_turn_is_named_only_where_somebody_had_one(owner, kind, tur
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, people):
-    """Who watches must not hold it by the grant before."""
+    """The thread that watches must not hold it by the grant before."""
     earlier = Grant(pk=9999, opened_at=owner.owned.now(), until=owner.owned.now())
     owner.lane.gate.open_for(earlier)
     owner.grants.revoke(earlier.pk)

@@ -1,4 +1,4 @@
-"""What the wheel says of itself: the same packages as a clone runs, and one version."""
+"""The wheel's metadata names the same packages as a clone runs, and one version."""
 
 import json
 import tomllib

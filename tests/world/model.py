@@ -1,4 +1,4 @@
-"""What is true of people's turns, places and commands, judged while a world runs and when it is over.
+"""The rules of people's turns, places and commands, judged while a world runs and when it is over.
 
 Each rule writes what cannot be into `wrong`. Times are judged by the world's clock that stands still while the machine
 sleeps; a time limit counts only where nothing was away, frozen or killed (`disturbed`).

@@ -214,7 +214,7 @@ def test_a_stop_on_a_page_holds_the_robot_and_every_page_shows_it(portal):
 
 
 def test_a_seed_is_a_run_with_sockets(worlds):
-    """Nor does the order of sets or the id of an object decide: `PYTHONHASHSEED` does not matter either."""
+    """Neither the order of sets nor the id of an object decides: `PYTHONHASHSEED` does not matter."""
     runs = []
     for _ in range(2):
         offers(portal := worlds(7, jitter(7)), 1)

@@ -92,7 +92,7 @@ def test_what_explains_the_rules_is_not_sent(portal):
 
 @hunts(1, 5, 50)
 def test_rules_that_are_refused_change_nothing(portal):
-    """What cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
+    """A set that cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
     on_the_way(portal)
     before = speed(portal)
     for text, words in (
@@ -132,7 +132,7 @@ def by_staff(portal, text):
 
 @hunts(1, 5, 50)
 def test_an_operators_rules_are_set_back_at_handover_to_what_staff_set(portal):
-    """What an operator has set is gone after the turn; what staff have set stays, and comes back after the next turn."""
+    """An operator's rules are gone after the turn; those of staff stay, and come back after the next turn."""
     portal.grant()
     assert put(portal).state == "completed"
     next_turn(portal)
@@ -171,7 +171,7 @@ def before_motions(portal, rules):
 
 @hunts(1, 5, 50)
 def test_what_staff_approved_is_in_force_again_after_a_loss_of_power(portal):
-    """What staff have set is in force again after a loss of power, before anything moves: the firmware forgets it."""
+    """Staff's rules are in force again after a loss of power, before anything moves: the firmware forgets them."""
     portal.grant()
     assert by_staff(portal, THIRD).state == "completed"
     released(portal)

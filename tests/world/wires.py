@@ -14,7 +14,7 @@ READ_S = 1.0
 
 
 class Wire:
-    """What can happen to a wire: it is pulled, it stalls, and it loses the rest of a message."""
+    """The faults of a wire: it is pulled, it stalls, and it loses the rest of a message."""
 
     def __init__(self, world: World) -> None:
         self.world = world

@@ -28,7 +28,7 @@ hypothesis_settings.register_profile(
 )  # fmt: skip
 hypothesis_settings.load_profile("farhand")
 settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # people are made often here
-PASSWORD = make_password("correct horse 42", hasher="md5")  # of everybody; each of its own would take as long again
+PASSWORD = make_password("correct horse 42", hasher="md5")  # everybody's, because each hash takes long
 settings.MAIL_IN_BACKGROUND = False  # tests look into the box at once
 
 CALIBRATION = {

@@ -7,7 +7,7 @@ from typing import ClassVar
 from robots.kit.clock import FasterTimer
 from tests.waiting import wait_for
 
-FASTER = 4  # so many times faster than real time the shared arm and its driver live
+FASTER = 4  # times real time: the pace of the shared arm and its driver
 CLOCK = FasterTimer(FASTER)
 
 

@@ -24,7 +24,7 @@ from tests.drivers.mercury_wire import ACK, CHECKSUM, DONE, HELD, NAK, STATE, fl
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
-PACE = 4  # so many times faster than real time pass the host's limits
+PACE = 4  # times real time: the pace of the host's limits
 BOOT = struct.pack("<I", 7)
 
 

@@ -27,7 +27,7 @@ window.pad = { axes: [0, 0], connected: true, buttons: Array.from({length: 17}, 
 navigator.getGamepads = () => [window.pad];
 Object.defineProperty(document, "hasFocus", { value: () => true });
 """
-# what the page itself is made to do, to lose its controls
+# ways in which the page itself loses its controls
 INJECTED = {
     "blur": "dispatchEvent(new Event('blur'));",
     # headless Chromium hides none

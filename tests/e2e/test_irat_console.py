@@ -31,7 +31,7 @@ EXPERIENCES, LOOPS = 60, 5
 
 
 def opened(visitor, **options):
-    """A stranger on the robot's page, with the map on the screen."""
+    """Return a stranger on the robot's page, with the map on the screen."""
     one = visitor(**options)
     one.asked_for = []
     one.page.on("request", lambda r: one.asked_for.append(r.url))

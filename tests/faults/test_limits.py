@@ -24,7 +24,7 @@ pytestmark = pytest.mark.timed
 
 HEAD_S, BODY_S = 1.5, 1.5
 LARGEST = max((Path(settings.FRONTEND_DIST) / "assets").glob("*.js"), key=lambda file: file.stat().st_size)
-OPEN = []  # what a test has opened; closed at its end
+OPEN = []  # connections that a test has opened; closed at its end
 GET = b"GET /livez HTTP/1.1\r\nHost: localhost\r\n"
 POST = b"POST /accounts/login/ HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/x-www-form-urlencoded\r\n"
 UPGRADE = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
@@ -171,7 +171,7 @@ def test_a_body_of_300_mib_is_refused_before_it_is_stored(start, head, status):
             sent += one.send(chunk)
     assert sent < 8 * 2**20
     answer = b""
-    with contextlib.suppress(OSError):  # what was not read resets the connection
+    with contextlib.suppress(OSError):  # unread data resets the connection
         answer = ended(one)
     assert not answer or status in answer.split(b"\r\n")[0] + b" "
     assert memory_mb(web) - memory < 20

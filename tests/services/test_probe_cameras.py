@@ -51,7 +51,7 @@ def dribble_head(line):
 
 
 def bomb(line):
-    """A picture of a few bytes that says it is 60000 points wide and high."""
+    """Send a picture of a few bytes that says it is 60000 points wide and high."""
     line.recv(4096)
     head = b"\xff\xd8\xff\xc0\x00\x0b\x08\xea\x60\xea\x60\x01\x01\x11\x00\xff\xd9"
     line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(head) + head)

@@ -20,7 +20,7 @@ def bed():
 
 @pytest.fixture(scope="module")
 def bare():
-    """The watch laid bare."""
+    """Sand with the watch uncovered."""
     bed = fresh(3)
     for _ in range(10):
         for dx, dy in ((-9, 10), (9, 10), (9, -9), (-9, -9), (0, 0)):

@@ -19,7 +19,7 @@ ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream"}
 
 @pytest.fixture
 def computed(monkeypatch):
-    """The frames that are made."""
+    """The frames that are computed."""
     made = []
     monkeypatch.setattr(rooms, "binary_frame", lambda data: made.append(data) or data)
     return made

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.environment import ROOT
 from tests.rig import free_port
 
-ROOT = Path(__file__).resolve().parents[2]
 UV = Path(sys.executable).parent / "uv"
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed

@@ -12,7 +12,7 @@ from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
 from robots.states import GrantEnd
-from tests.services.conftest import give_turn, signed_in
+from tests.services.acts import give_turn, signed_in
 
 pytestmark = pytest.mark.django_db
 CORPUS = [

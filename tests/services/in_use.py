@@ -16,7 +16,7 @@ from robots.grants import end_grant, start_grant
 from robots.models import Command, Frame, Incident, Lease, Movie, Program, RecordingState, Records, Robot, Usage
 from robots.recordings import keeping
 from robots.states import CommandState, GrantEnd, GrantKind
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 BOX = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
 GOAL = {"map": 1, "x": 0.5, "y": 0.5}

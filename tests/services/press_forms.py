@@ -21,7 +21,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Frame, Movie, Program
 from robots.recordings import keeping
 from robots.states import GrantEnd
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 SECRET = "correct horse 42"
 POPUP = re.compile(rb'data-popup-response="([^"]+)')  # by which the admin's small window fills in the form behind it

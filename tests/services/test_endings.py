@@ -23,7 +23,7 @@ from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane
 from tests.environment import ON_POSTGRES
-from tests.services.conftest import give_turn, signed_in
+from tests.services.acts import give_turn, signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND

@@ -13,7 +13,7 @@ from robots.grants import end_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 from tests.services.test_jobs import GUEST, settle
 from workers.commands import rows
 

@@ -13,7 +13,7 @@ from robots import services
 from robots.grants import stage_event
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 pytestmark = pytest.mark.django_db
 GUEST = Asker(guest="a" * 64, network="192.0.2.1")
@@ -66,22 +66,23 @@ def test_ones_own_job_ends_no_turn_of_ones_own(driven, people, clock):
     assert Turn.objects.get().ended_at is None
 
 
-@pytest.mark.usefixtures("turns_of_a_minute")
-def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
+def drive_while_a_job_waits_for_staff(driven, people, clock):
+    """Stop and release the robot, so that jobs wait for staff; ask for one, and let ada drive on."""
     services.stop(driven, people["ada"], clock.now())
     services.release_stop(driven, people["ada"], checked=True)
     driven.refresh_from_db()
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
     drive_on(driven, people, clock, 150, every=5)
+
+
+@pytest.mark.usefixtures("turns_of_a_minute")
+def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
+    drive_while_a_job_waits_for_staff(driven, people, clock)
     assert Turn.objects.get().ended_at is None
 
 
 def test_who_did_nothing_while_jobs_waited_for_staff_is_not_idle_when_they_are_resumed(driven, people, clock):
-    services.stop(driven, people["ada"], clock.now())
-    services.release_stop(driven, people["ada"], checked=True)
-    driven.refresh_from_db()
-    ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
-    drive_on(driven, people, clock, 150, every=5)
+    drive_while_a_job_waits_for_staff(driven, people, clock)
     resume(driven, people["kim"], clock.now())
     drive_on(driven, people, clock, 115, every=5)
     assert Turn.objects.get().ended_at is None, "two minutes are counted while others wait for the turn"

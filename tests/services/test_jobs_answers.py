@@ -17,7 +17,7 @@ from queueing.services import Asker, ask, forecast, in_order, queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Command, Robot
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 from tests.services.test_jobs import settle
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

@@ -13,7 +13,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.services.permissions import NotCleared
 from robots.states import Cycle, GrantKind
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("installed"),

@@ -23,7 +23,7 @@ from robots.kit.plain import plain_breaks
 from robots.models import Program, Robot
 from robots.services.programs import LONGEST as LONGEST_PROGRAM
 from robots.states import GrantEnd
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

@@ -10,7 +10,7 @@ from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Lease
 from robots.states import GrantEnd
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

@@ -16,7 +16,7 @@ from robots.models import Frame, Movie, Recording, RecordingState
 from robots.models.recordings import OfTheDay
 from robots.recordings import cleaning, keeping
 from robots.states import GrantEnd, GrantKind
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 from tests.services.test_job_movies import GREY, ran, taped
 from tests.services.test_movies import media
 

@@ -12,7 +12,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
 from tests.conftest import CALIBRATION
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

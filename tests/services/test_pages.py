@@ -13,7 +13,7 @@ from portal.web.classic.models import ClassicToken
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Robot
-from tests.services.conftest import give_turn, signed_in
+from tests.services.acts import give_turn, signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

@@ -14,7 +14,7 @@ from queueing.services import dismiss, note_waiting, standings
 from queueing.words import PLACE_ENDS
 from robots.models import Lease, Robot
 from robots.states import Cycle
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND

@@ -17,7 +17,7 @@ from robots.kit.description import load
 from robots.models import Command, Program, Robot
 from robots.services import programs
 from robots.states import GrantKind
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db, pytest.mark.parametrize("which", ["pa10"], indirect=True),

@@ -12,7 +12,7 @@ from queueing.estimates import wait_range
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd
-from tests.services.conftest import give_turn
+from tests.services.acts import give_turn
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

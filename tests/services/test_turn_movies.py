@@ -9,7 +9,7 @@ from robots.models import Command, Movie
 from robots.recordings import movies
 from robots.recordings.findings import SHOWN
 from robots.states import GrantKind
-from tests.services.conftest import signed_in
+from tests.services.acts import signed_in
 from tests.services.test_job_movies import let_make, ran
 from tests.services.test_movies import media
 

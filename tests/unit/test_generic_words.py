@@ -3,13 +3,12 @@
 import ast
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 
+from tests.environment import ROOT
 from tools.setup import prepared
 
-ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("robots", "workers", "portal", "queueing", "accounts", "operatorlog")
 OF_ONE_ROBOT = ("robots/kit/drivers/", "robots/kit/arms/", "robots/kit/rovers/", "robots/kit/slam/", "/migrations/")
 WORDS = frozenset({

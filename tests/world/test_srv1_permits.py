@@ -271,7 +271,6 @@ def test_a_grant_that_ends_early_is_followed_until_it_rests(portal):
 
 @hunts(1, 10, 100)
 def test_a_mission_has_a_permit_while_it_patrols(portal):
-    """Between its patrols a mission has no permit; on patrol it has one."""
     portal.grant()
     command = portal.issue("mission", text="go 2.0 1.0\nwait 1\npatrol 30\n")
     portal.until(lambda: notes(portal, "permit"), 60, "its patrol")

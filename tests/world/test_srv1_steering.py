@@ -67,9 +67,7 @@ def test_values_that_are_refused_end_the_motion(portal):
 
 @hunts(1, 10, 50)
 def test_one_that_is_refused_among_others_changes_nothing(portal):
-    """A single one among good ones changes nothing."""
     command = driving(portal)
-    ahead = target(portal)
     for bad in BAD:
         bus.send_keep_alive(portal.slug, command.pk, True, bad)
         portal.world.sleep(0.2)

@@ -331,7 +331,7 @@ def visitor(chromium, portal):
 
 
 def session(visitor, user):
-    """Give the browser a session of that person, as a sign-in would."""
+    """Give the visitor's browser a session of that person, as a sign-in would; return the visitor."""
     from django.conf import settings
     from django.contrib.auth import BACKEND_SESSION_KEY, HASH_SESSION_KEY, SESSION_KEY
     from django.contrib.sessions.backends.db import SessionStore
@@ -344,3 +344,4 @@ def session(visitor, user):
     visitor.context.add_cookies(
         [{"name": settings.SESSION_COOKIE_NAME, "value": store.session_key, "url": visitor.portal.url}]
     )
+    return visitor

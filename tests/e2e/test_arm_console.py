@@ -239,8 +239,7 @@ def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
 
 def test_staff_draw_a_box_and_the_controller_refuses_it(portal, visitor, django_user_model):
     django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
-    kim = visitor()
-    session(kim, django_user_model.objects.get(username="root"))
+    kim = session(visitor(), django_user_model.objects.get(username="root"))
     page = kim.page
     address = f"/admin/robots/robot/{portal.robot.pk}/change/"
     page.goto(address)

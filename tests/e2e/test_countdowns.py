@@ -212,8 +212,7 @@ def test_the_pause_after_a_failed_test_counts_down_and_then_the_link_works(porta
     eve = portal.person("eve")
     load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
-    one = visitor()
-    session(one, eve)
+    one = session(visitor(), eve)
     page = one.page
     stopped_clock(page)
     page.goto("/robots/mercury/clearance/")

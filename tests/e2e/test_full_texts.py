@@ -16,8 +16,7 @@ LINE = "A watch \U0001f916, at\nhalf past four.\n"
 def test_a_field_filled_to_its_end_with_lines_and_emoji_is_stored_as_written_by_a_double_press(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.end(portal.drive(ada, "mercury"))
-    one = visitor()
-    session(one, ada)
+    one = session(visitor(), ada)
     page = one.page
     page.goto(turn.get_absolute_url())
     written = []

@@ -93,8 +93,7 @@ def test_two_strangers_one_on_a_phone_give_goals_by_click_and_from_the_list(port
 def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, visitor, people):
     stranger = opened(visitor)
     expect(stranger.page.locator("#drive")).to_be_hidden()
-    kim = visitor(color_scheme="dark")
-    session(kim, people["kim"])
+    kim = session(visitor(color_scheme="dark"), people["kim"])
     expect(stranger.page.locator("#suspended")).to_be_hidden()
     services.lock_out(portal.robot, people["kim"], "driven by hand")
     expect(stranger.page.locator("#suspended")).to_contain_text("wait until staff press Resume jobs")
@@ -226,8 +225,7 @@ class TestTheRobotItself:
         job = Job.objects.latest("pk")
         assert job.runs.count() == 2, "cut short once, then finished"
         expect(one.page.locator("#asked")).to_have_text(re.compile(r"Your goal was (not )?reached\."))
-        kim = visitor()
-        session(kim, people["kim"])
+        kim = session(visitor(), people["kim"])
         services.lock_out(robot, people["kim"], "the map")
         robot = Robot.objects.get(pk=robot.pk)
         services.release_stop(robot, people["kim"], True)

@@ -34,8 +34,7 @@ def driving(portal, visitor):
     def make(robot, name="ada", **options):
         user = portal.person(name, robot)
         turn = portal.drive(user, robot)
-        one = visitor(**options)
-        session(one, user)
+        one = session(visitor(**options), user)
         one.turn = turn
         one.page.goto(portal.robots[robot].get_absolute_url())
         one.page.wait_for_selector(".operating")

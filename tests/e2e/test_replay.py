@@ -125,8 +125,7 @@ def test_a_recording_is_played_and_moved_in_time_by_mouse_and_keyboard(portal, v
 
 
 def test_nothing_can_be_commanded_from_a_recording(portal, visitor, recording):
-    operator = visitor()
-    session(operator, recording.turn.user)
+    operator = session(visitor(), recording.turn.user)
     portal.drive(recording.turn.user, "mercury")  # even by somebody who drives the robot now
     page = operator.page
     page.goto(recording.get_absolute_url())

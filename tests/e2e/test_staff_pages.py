@@ -36,8 +36,7 @@ def staff(portal, visitor):
 
     def make():
         for look in (LIGHT, DARK):
-            one = visitor(**look)
-            session(one, root)
+            one = session(visitor(**look), root)
             yield one
 
     return make

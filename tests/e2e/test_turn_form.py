@@ -19,8 +19,7 @@ LOADED = "() => [...document.querySelectorAll('.entry img, .frames img')].every(
 def test_what_is_written_is_never_lost(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.end(portal.drive(ada, "mercury"))
-    one = visitor()
-    session(one, ada)
+    one = session(visitor(), ada)
     page = one.page
     page.goto(turn.get_absolute_url())
     # typed and left: it is there again
@@ -67,8 +66,7 @@ def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
     eve = portal.person("eve")
     load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
-    one = visitor(java_script_enabled=False)
-    session(one, eve)
+    one = session(visitor(java_script_enabled=False), eve)
     page = one.page
     page.goto("/robots/mercury/clearance/")
     for group in page.locator("main fieldset").all():
@@ -82,8 +80,7 @@ def test_what_is_written_before_the_script_has_come_is_a_draft_too(portal, visit
     ada = portal.person("ada", "mercury")
     turn = portal.drive(ada, "mercury")
     queue.leave(Robot.objects.get(slug="mercury"), ada, SYSTEM.now())
-    one = visitor()
-    session(one, ada)
+    one = session(visitor(), ada)
     page, held = one.page, []
     page.goto(turn.get_absolute_url())
     page.fill("#text", "An older draft.")

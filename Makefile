@@ -27,7 +27,7 @@ setup-all:
 lerobot:
 	@$(PYTHON) tools/setup.py lerobot
 
-# In a minute: linters, types, the front end's tests, those nearest to what changed, and a robot in virtual time.
+# In a minute: linters, types, the front end's tests, the tests nearest to the changes, and a robot in virtual time.
 quick: setup-test
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
@@ -40,7 +40,7 @@ quick: setup-test
 world: setup-test
 	FARHAND_AT_LENGTH=1 FARHAND_SEED=$(SEED) FARHAND_TEST_DB=sqlite $(TEST) -n 2 tests/world
 
-# What judges no measured second, each once: on PostgreSQL where databases differ. A failure keeps nothing from running.
+# The gate: each test that judges no measured time, once; on PostgreSQL where databases differ. A failure stops no part.
 test: setup-test
 	@$(MAKE) --keep-going --no-print-directory test-node test-sqlite test-postgres
 
@@ -53,7 +53,7 @@ test-sqlite:
 test-postgres:
 	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 4 --timeout 900 -m "$(GATE) and service" $(SERVICES)
 
-# Everything, at length, on both databases: files side by side, then each test that judges measured seconds by itself.
+# All tests, at length, on both databases: files side by side, then the tests that judge measured time one by one.
 test-all: setup-all
 	@$(MAKE) --keep-going --no-print-directory test-node all-sqlite all-postgres timed-sqlite timed-postgres
 
@@ -63,7 +63,7 @@ all-%:
 timed-%:
 	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) --timeout 3600 -m timed
 
-# LeRobot's own classes against simulated servos; skipped elsewhere where the extra is not installed.
+# LeRobot's own classes against simulated servos; the other targets skip this file unless the extra is installed.
 test-lerobot: setup-test lerobot
 	FARHAND_TEST_DB=sqlite $(TEST) tests/drivers/test_lerobot_driver.py
 
@@ -85,7 +85,7 @@ bench: setup-test
 proofs: setup-test
 	PYTHONPATH=. $(PY) -m tests.proofs $(P) $(R)
 
-# Broken variants of the promises' code: each must turn its test red.
+# Mutation tests: break the promises' code by one small change at a time; each must make its test fail.
 mutants: setup-test
 	PYTHONPATH=. $(PY) -m tests.mutants $(P)
 
@@ -93,11 +93,11 @@ mutants: setup-test
 asvs: setup-test
 	PYTHONPATH=. $(PY) -m tests.asvs
 
-# Simulated people over all robots with faults sprinkled in: make soak HOURS=1
+# Simulated people drive and watch robots while faults are injected: make soak HOURS=1
 soak: setup-test
 	PYTHONPATH=. $(PY) -m tests.soak $(or $(HOURS),1)
 
-# A wheel with the built front end inside, in dist/: pip install dist/farhand-*.whl && farhand demo
+# A wheel in dist/ that contains the built front end: pip install dist/farhand-*.whl && farhand demo
 wheel: setup
 	rm -rf dist
 	.venv/bin/uv build --system-certs --wheel --out-dir dist

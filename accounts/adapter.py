@@ -1,4 +1,4 @@
-"""Adapts allauth: how it counts failed attempts, and mails that are sent in the background."""
+"""Adapts allauth: handles, the count of failed attempts, links that a demo shows, and mails in the background."""
 
 import logging
 from concurrent.futures import ThreadPoolExecutor
@@ -17,16 +17,14 @@ from django.http import HttpRequest
 from accounts import handles
 
 log = logging.getLogger(__name__)
-# in the background, because the time of sending would tell whether an address is known
+# in the background, because the time to send a mail would show whether an address is known
 _sender = ThreadPoolExecutor(1, "mail")
-
-
 CONSOLE = "django.core.mail.backends.console.EmailBackend"
 LINK = "confirmation_link"
 
 
 def mails_go_to_terminal() -> bool:
-    """Return whether mails only go to the terminal, as in a demo; people who sign up cannot read them there."""
+    """Return whether mails go only to the terminal, as in a demo, where people who sign up cannot read them."""
     return settings.EMAIL_BACKEND == CONSOLE and not settings.PUBLIC
 
 
@@ -52,7 +50,7 @@ def on_site(address: str) -> str:
 
 
 class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
-    """allauth's adapter with these changes."""
+    """The portal's adapter of allauth."""
 
     username_blacklist_case_insensitive = True
 
@@ -66,7 +64,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     def _get_login_attempts_cache_key(self, request: HttpRequest, **credentials: Any) -> str:
         """Return the key of failed attempts: the account together with the network address.
 
-        So nobody locks another person out, and both names of an account share one count.
+        So nobody locks another person out. An account's handle and mail address share one count.
         """
         name = str(credentials.get("email") or credentials.get("username") or "").strip().lower()[:254]
         people = get_user_model().objects.filter(Q(username__iexact=name) | Q(email__iexact=name))
@@ -74,7 +72,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         return f"{get_ip(request)} {known or name}"
 
     def is_open_for_signup(self, request: HttpRequest) -> bool:
-        """Begin a demo's session before the form is sent, so that the link is shown after a double press, too."""
+        """Return whether people may sign up. A demo's session begins here, so a double press shows the link too."""
         if mails_go_to_terminal():
             request.session.setdefault(LINK, "")
         return bool(super().is_open_for_signup(request))
@@ -86,7 +84,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
             request.session[LINK] = self.get_email_confirmation_url(request, emailconfirmation)
 
     def send_account_already_exists_mail(self, email: str) -> None:
-        """Send the mail without a link; the link of an earlier sign-up is not shown."""
+        """Send the mail, which has no link, and remove the link of an earlier sign-up from the session."""
         super().send_account_already_exists_mail(email)
         self.request.session.pop(LINK, None)
 

@@ -21,7 +21,7 @@ from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.staff import drives_more, may_do_more
 from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedInline, ReadOnlyAdmin
-from robots.admin.hooks import after_adding
+from robots.admin.verbs import after_adding
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.models import Robot
@@ -29,7 +29,7 @@ from robots.models import Robot
 
 @after_adding
 def load_questions(robot: Robot) -> str:
-    """Load the questions of the clearance test that the robot's package brings. Return what staff should know."""
+    """Load the questions of the clearance test from the robot's package. Return what staff should know."""
     try:
         added = load_bank(robot)
     except OSError:
@@ -106,15 +106,15 @@ class ClearanceAdmin(FormFieldsAdmin, GuardedAdmin):
         return {"granted_at": SYSTEM.now(), **super().get_changeform_initial_data(request)}
 
     def get_form(self, request: HttpRequest, obj: Any = None, change: bool = False, **kwargs: Any) -> Any:
-        """Return the form, which knows who fills it in."""
+        """Return the form with the person who fills it in."""
         return type("ClearanceForm", (super().get_form(request, obj, change, **kwargs),), {"by": request.user})
 
     def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Lock one's own, and those of people who may do more."""
+        """Return False for one's own clearance and for a person with more rights."""
         return _decides(request.user, obj) and super().has_change_permission(request, obj)
 
     def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Lock one's own, and those of people who may do more."""
+        """Return False for one's own clearance and for a person with more rights."""
         return _decides(request.user, obj) and super().has_delete_permission(request, obj)
 
     @admin.action(description="Withdraw the clearance (with a note)", permissions=["change"])
@@ -150,7 +150,7 @@ class AttemptAdmin(ReadOnlyAdmin):
 
 
 class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
-    """Checks a handle that is new or changed; older handles stay."""
+    """Checks a handle that is new or changed; an older handle stays valid."""
 
     def clean_username(self) -> str:
         """Return the handle in its stored form."""
@@ -172,39 +172,39 @@ class NewPersonForm(HandleRules, AdminUserCreationForm):  # type: ignore[type-ar
 
 @admin.register(User)
 class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
-    """People. Only a superuser gives rights, and nobody changes an account that may do more than they may."""
+    """People. Only a superuser gives rights, and nobody changes an account with more rights than their own."""
 
     form, add_form = PersonForm, NewPersonForm
     also_saved = ("handle_key",)
 
     def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
-        """Lock the fields of rights, and the address that brings a new password, for staff who could use them."""
+        """Return the locked fields: rights, and the mail address where a new password for it would give more rights."""
         locked = () if request.user.is_superuser else ("is_staff", "is_superuser", "groups", "user_permissions")
         email = ("email",) if obj is not None and drives_more(obj, request.user) else ()
         return (*super().get_readonly_fields(request, obj), *locked, *email)
 
     def get_fieldsets(self, request: HttpRequest, obj: Any = None) -> Any:
-        """Leave out the password, with its button, where it may not be set."""
-        found = super().get_fieldsets(request, obj)
+        """Return the groups of fields, without the password and its button if the user may not set it."""
+        groups = super().get_fieldsets(request, obj)
         if obj is None or (self.has_change_permission(request, obj) and not drives_more(obj, request.user)):
-            return found
-        return [(name, {**part, "fields": [f for f in part["fields"] if f != "password"]}) for name, part in found]
+            return groups
+        return [(name, {**part, "fields": [f for f in part["fields"] if f != "password"]}) for name, part in groups]
 
     def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Lock accounts that may do more: with a new password or address, others could use them."""
+        """Return False for an account with more rights: with a new password or address, others could use it."""
         return not (obj and may_do_more(obj, request.user)) and super().has_change_permission(request, obj)
 
     def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Lock accounts that may do more."""
+        """Return False for an account with more rights."""
         return not (obj and may_do_more(obj, request.user)) and super().has_delete_permission(request, obj)
 
     def get_deleted_objects(self, objs: Any, request: HttpRequest) -> Any:
-        """Let a person who may delete the account delete its rows, too, also those otherwise kept as history."""
+        """Let a person who may delete the account also delete its rows, even those that are kept as history."""
         shown, counts, needed, protected = super().get_deleted_objects(objs, request)
         return shown, counts, needed & {self.opts.verbose_name}, protected
 
     def user_change_password(self, request: HttpRequest, id: str, form_url: str = "") -> HttpResponse:
-        """Set a password, but not of people who may drive what one may not."""
+        """Set a password, but not of a person with a clearance that the user has not."""
         person = self.get_object(request, unquote(id))
         if person is not None and drives_more(person, request.user):
             raise PermissionDenied
@@ -218,20 +218,13 @@ class ForSuperusers(admin.ModelAdmin):  # type: ignore[type-arg]
         """Return the actions for superusers; others have none."""
         return super().get_actions(request) if request.user.is_superuser else {}
 
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """Return whether the person is a superuser."""
+    def _is_superuser(self, request: HttpRequest, obj: Any = None) -> bool:
         return bool(request.user.is_superuser)
 
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return whether the person is a superuser."""
-        return bool(request.user.is_superuser)
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return whether the person is a superuser."""
-        return bool(request.user.is_superuser)
+    has_add_permission = has_change_permission = has_delete_permission = _is_superuser
 
     def has_view_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return whether the person may look, for which each permission of the model is enough."""
+        """Return whether the person has any permission of the model."""
         label, name = self.opts.app_label, self.opts.model_name
         return any(request.user.has_perm(f"{label}.{verb}_{name}") for verb in ("view", "change", "add", "delete"))
 
@@ -241,16 +234,16 @@ admin.site.unregister((Group, EmailAddress))
 
 @admin.register(Group)
 class RightsAdmin(ForSuperusers, GroupAdmin):
-    """Groups give rights, also to a person who could edit their own group."""
+    """Groups. They give rights, so a person who could edit their own group would give rights to themselves."""
 
 
 @admin.register(EmailAddress)
 class AddressAdmin(ForSuperusers, EmailAddressAdmin):  # type: ignore[misc]
-    """Verified addresses. A link to a new password goes to them, so one's own at another account would open it."""
+    """Verified addresses. They get the link to a new password, so an own address at another account would open it."""
 
     @admin.action(description="Mark as verified")
     def make_verified(self, request: HttpRequest, queryset: Any) -> None:
-        """Mark the chosen addresses; allauth says so of each that was not marked before."""
+        """Mark the chosen addresses. allauth reports those that were not marked before."""
         if before := queryset.filter(verified=True).count():
             messages.info(request, f"Verified before: {before}.")
         super().make_verified(request, queryset)

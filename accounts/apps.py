@@ -10,5 +10,5 @@ class AccountsConfig(AppConfig):
     verbose_name = "People and clearance"
 
     def ready(self) -> None:
-        """Have sessions end with their account."""
+        """Connect the signals that end sessions with their account."""
         from accounts import sessions  # noqa: F401, PLC0415 - after the models

@@ -1,4 +1,4 @@
-"""Sign-in that takes the same time whether the account exists or not; and permissions that follow from clearances."""
+"""Sign-in in constant time, whether the account exists or not; and permissions that follow from clearances."""
 
 from typing import Any
 
@@ -21,9 +21,9 @@ _PERSON: Prepared[User] = Prepared(lambda: User.objects.filter(pk=Slot("id", Big
 class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
     """allauth's backend, with exactly one password hash for each attempt.
 
-    allauth's own looks up a name as address and as handle, and again for each of the two that the form passes. With
-    Django's backend beside it, an account that exists cost three hashes and one that does not cost two, so the time
-    of the answer told which addresses have an account.
+    allauth's own backend looks up a name as address and as handle, for both names that the form passes. With Django's
+    backend beside it, an existing account cost three hashes and an unknown one two, so the time of the answer showed
+    which addresses have an account.
     """
 
     def _authenticate(self, request: HttpRequest | None, **credentials: Any) -> AbstractBaseUser | None:
@@ -34,15 +34,15 @@ class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
         return known
 
     def get_user(self, user_id: Any) -> AbstractBaseUser | None:
-        """Return the person, read at every page, by a statement that is made once."""
+        """Return the person with a prepared statement, because every page reads it."""
         found = _PERSON.first(id=user_id)
         return found if found is not None and self.user_can_authenticate(found) else None
 
 
 class ClearanceBackend(BaseBackend):
-    """Signs nobody in. Answers `has_perm("robots.level_2", robot)`: whether the person's clearance reaches the level.
+    """Answers `has_perm("robots.level_2", robot)`: whether the clearance reaches the level. It signs nobody in.
 
-    So `robots`, which may not import this app, can ask.
+    `robots`, which may not import this app, asks in this way.
     """
 
     def has_perm(self, user_obj: Any, perm: str, obj: Any = None) -> bool:

@@ -11,10 +11,13 @@ from robots.models import Robot
 
 @transaction.atomic
 def load_bank(robot: Robot) -> int:
-    """Fill a question bank that is empty or from before questions had topics. Return how many were added.
+    """Fill a question bank that is empty or whose questions have no topics yet. Return how many were added.
 
-    All are added or none. Raises OSError if the package has no `clearance.toml`; LookupError, TypeError, ValueError or
-    DataError if it cannot be read.
+    Either all are added or none.
+
+    Raises:
+        OSError: the package has no `clearance.toml`.
+        LookupError, TypeError, ValueError, DataError: the file cannot be read.
     """
     mine = Question.objects.filter(robot=robot)
     if mine.exists() and not mine.filter(topic="").exists():

@@ -20,7 +20,7 @@ class SignupForm(BaseSignupForm):  # type: ignore[misc]
         self.fields["username"].help_text = handles.RULES
 
     def try_save(self, request: HttpRequest) -> tuple[Any, HttpResponse | None]:
-        """Create the account; for a known address, create one and undo it, then send a mail that there is one."""
+        """Create the account; for a known address, create one, roll it back, and mail that an account exists."""
         try:
             if self.account_already_exists:
                 self._rehearse(request)

@@ -1,4 +1,4 @@
-"""Handles: rules for names, so that nobody can pass for staff, for a robot or for another person."""
+"""Handles: rules for names, so that nobody can pretend to be staff, a robot or another person."""
 
 import re
 import unicodedata
@@ -26,11 +26,9 @@ RESERVED = frozenset({
 ROLES = RESERVED - {
     "anonymous", "deleted", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined",
 }  # fmt: skip
-JOINED = (
-    {"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"},
-    {"HANGUL", "CJK"},
-)  # used together by one language
-# read as a letter, but in no table of Unicode: digits, i beside I and l, and what stands there for letters like ε and м
+JOINED = ({"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"}, {"HANGUL", "CJK"})  # used together by one language
+# characters that people read as a letter but Unicode's table does not: digits, i beside I and l; and, in ALSO, the
+# prototypes that the table has for letters such as ε and м
 READ_AS = str.maketrans("i10234578", "llozeastb")
 ALSO = str.maketrans({"ꞓ": "e", "χ": "x", "ĸ": "k", "ʍ": "rn"})
 SYMBOLS = str.maketrans("@$!¡|€", "asllle")  # no handle has them
@@ -49,7 +47,7 @@ def normal(handle: str) -> str:
 def key(handle: str) -> str:
     """Return a key that is the same for handles that look alike: UTS 39's skeleton, without case and accents.
 
-    The case is folded after a first pass, because the capitals I and Ν (Greek) look like other letters than i and ν.
+    The case is folded after a first pass, because the capitals I and Ν (Greek) look like other letters than i and ν do.
     """
     return _skeleton(_skeleton(normal(handle)).casefold()).translate(READ_AS)[:LONGEST_KEY]
 
@@ -65,11 +63,12 @@ def is_taken(handle: str, but: Any = None) -> bool:
 
 @cache
 def _prototypes() -> dict[str, str]:
-    """Return Unicode's confusables: each character with the one that stands for all that look like it.
+    """Return Unicode's confusables: each character with its prototype, one for all characters that look alike.
 
-    The package lists each pair in both directions, so that a prototype is what several look like, or several letters.
+    The package lists each pair in both directions. A prototype is the one that several characters look like, or is
+    several letters long.
     """
-    from confusable_homoglyphs.confusables import confusables_data  # noqa: PLC0415 - 1 MB, where handles are made
+    from confusable_homoglyphs.confusables import confusables_data  # noqa: PLC0415 - 1 MB that few processes need
 
     near: dict[str, set[str]] = {}
     for letter, found in confusables_data.items():
@@ -96,7 +95,7 @@ def _bare_of_accents(text: str) -> str:
 
 
 def _accent(place: int) -> bool:
-    """Return whether marks of this combining class are accents or points; vowel signs of other scripts are not."""
+    """Return whether marks of this combining class are accents or points, and not vowel signs of other scripts."""
     return place == 1 or 10 <= place <= 35 or place >= 200
 
 
@@ -112,7 +111,7 @@ def _script(letter: str) -> str:
 
 
 def validate(handle: str) -> None:
-    """Refuse an invalid new handle; older ones stay. Raises ValidationError with a sentence."""
+    """Refuse an invalid new handle. Raises ValidationError with a sentence. Older handles stay valid."""
     handle = normal(handle)
     if not SHORTEST <= len(handle) <= LONGEST:
         raise ValidationError(f"Use {SHORTEST} to {LONGEST} characters.")
@@ -137,7 +136,7 @@ def validate(handle: str) -> None:
 def claims_role(name: str) -> bool:
     """Return whether a free name shows a role or a robot: in brackets, among other words, or spaced out.
 
-    Symbols are read as letters too; those at the end of a word may also be its punctuation.
+    Symbols are read as letters too; at the end of a word they may also be punctuation.
     """
     reserved, name = _reserved(ROLES), normal(name)
     readings = (name, name.translate(SYMBOLS), LAST_SYMBOLS.sub("", name).translate(SYMBOLS))
@@ -146,7 +145,7 @@ def claims_role(name: str) -> bool:
 
 
 def _reads_as(text: str, reserved: set[str]) -> bool:
-    """Return whether a text reads as one of these words, also with digits before or behind it."""
+    """Return whether a text reads as one of these words, also with digits before or after it."""
     return any(_bare(digits.sub("", text)) in reserved for digits in AROUND)
 
 
@@ -156,7 +155,7 @@ def _bare_words(words: frozenset[str]) -> frozenset[str]:
 
 
 def _reserved(words: frozenset[str]) -> set[str]:
-    """Return what stands for these words and for the robots' names and slugs."""
+    """Return the plain letters of these words and of the robots' names and slugs."""
     robots = (name for row in Robot.objects.values_list("slug", "name") for name in row)
     return {*_bare_words(words), *map(_bare, robots)} - {""}
 
@@ -171,7 +170,7 @@ VALIDATORS = [validate]
 class HandleKey(models.CharField):  # type: ignore[type-arg]
     """The key of the handle, unique among people and written with the handle.
 
-    An older account whose key equals an even older one's has `#` and its number behind the key.
+    If two older accounts have the same key, the younger one has `#` and its number after the key.
     """
 
     def pre_save(self, model_instance: models.Model, add: bool) -> Any:

@@ -13,13 +13,11 @@ class User(AbstractUser):
     """A person; the username is the handle shown to others."""
 
     username = models.CharField(
-        "handle",
-        max_length=30,
-        unique=True,
+        "handle", max_length=30, unique=True,
         validators=[RegexValidator(r"^[\w.-]{2,30}\Z", "Use 2 to 30 letters, digits, dots, dashes or underscores.")],
         help_text="Shown to others when you drive. 2 to 30 letters, digits, . - _",
         error_messages={"unique": "That handle is taken."},
-    )
+    )  # fmt: skip
     handle_key = HandleKey(max_length=255, unique=True, null=True, editable=False)
     email = models.EmailField("email address", unique=True)
 
@@ -38,10 +36,9 @@ class Question(models.Model):
     )
     paragraph = models.PositiveSmallIntegerField(default=1, help_text="Of that section; list items count.")
     explanation = models.CharField(
-        max_length=400,
-        blank=True,
+        max_length=400, blank=True,
         help_text="For staff: why the right answer is right. It is not shown to people who take the test.",
-    )
+    )  # fmt: skip
     active = models.BooleanField(default=True)
 
     class Meta:

@@ -1,4 +1,4 @@
-"""Renders the orientation with an address for each paragraph, so that the test can refer to it."""
+"""Renders the orientation with an anchor for each paragraph, so that the test can refer to it."""
 
 import re
 from dataclasses import dataclass
@@ -8,14 +8,14 @@ from markdown_it import MarkdownIt
 
 @dataclass(frozen=True)
 class Rendered:
-    """The orientation's HTML, and the address of each paragraph by section and number, from 1."""
+    """The orientation's HTML, and the anchor of each paragraph by section and number, from 1."""
 
     html: str
     anchors: dict[tuple[str, int], str]
 
 
 def anchor(section: str, paragraph: int) -> str:
-    """Return the address of a paragraph or list item on the page."""
+    """Return the anchor of a paragraph or list item on the page."""
     return f"{re.sub(r'[^a-z0-9]+', '-', section.lower()).strip('-')}-{paragraph}"
 
 

@@ -13,7 +13,7 @@ class OwnWordsValidator:
     """Refuses a password that is mostly words about this portal."""
 
     def validate(self, password: str, user: Any = None) -> None:
-        """Return if enough characters remain without those words. Raises ValidationError."""
+        """Check that enough characters remain without those words. Raises ValidationError."""
         left = password.casefold()
         found = [word for word in WORDS if word in left]
         for word in found:

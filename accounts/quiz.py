@@ -1,7 +1,7 @@
 """The rules of the clearance test, as pure functions: questions, hint after a failure, pause.
 
-A failed test names one topic and no score, so a person who tries all answers learns of at most one wrong answer for
-each attempt, while the pauses double. `tests/unit/test_quiz.py` computes the chances of such a person.
+A failed test names one topic and no score. A person who tries all answers thus learns of at most one wrong answer in
+each attempt, while the pauses double; `tests/unit/test_quiz.py` computes the chances of such a person.
 """
 
 import random
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 def draw(bank: Sequence[T], seen: Collection[T], count: int, rng: random.Random) -> list[T]:
-    """Return `count` questions of the bank in random order; those just `seen` only if there are too few others."""
+    """Return `count` questions of the bank in random order, with those just `seen` only if there are too few others."""
     fresh = [q for q in bank if q not in seen]
     stale = [q for q in bank if q in seen]
     count = min(count, len(bank))
@@ -29,6 +29,6 @@ def pause_s(failures: int, first_s: float, most_s: float) -> float:
     return min(most_s, first_s * 2.0 ** min(failures - 1, 60))
 
 
-def named(wrong: Sequence[T], rng: random.Random) -> T:
+def question_of_hint(wrong: Sequence[T], rng: random.Random) -> T:
     """Return the one wrongly answered question whose topic is shown."""
     return rng.choice(wrong)

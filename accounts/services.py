@@ -47,7 +47,7 @@ class ShownQuestion:
 
 @dataclass(frozen=True)
 class Hint:
-    """The answer to a failed test: where to read again, but not which or how many answers were wrong."""
+    """The answer to a failed test: the paragraph to read again, but not which or how many answers were wrong."""
 
     topic: str
     section: str
@@ -69,17 +69,17 @@ def cleared_people(robot: Robot | Slot, level: int | Slot = 1) -> QuerySet[Any, 
 
 
 def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...], n: int = 0) -> Job:
-    """Return the job of a preview, for cleared people and staff.
+    """Return the job of a preview, for cleared people and staff; the preview starts at `joints` (rad, m).
 
-    Nothing moves, and the job contains no secret of the robot. The preview starts at `joints` (rad, m).
+    Nothing moves, and the job contains no secret of the robot.
 
     Raises:
         NotPermitted: not cleared for this robot.
     """
     if not cleared(user, robot) and not (user is not None and user.has_perm("robots.change_robot")):
         raise NotPermitted("Pass the clearance test of this robot first.")
-    told = {name: value for name, value in robot.driver_settings().items() if name != "token"}
-    return Job(robot.driver, told, kind, args, joints, n)
+    public = {name: value for name, value in robot.driver_settings().items() if name != "token"}
+    return Job(robot.driver, public, kind, args, joints, n)
 
 
 def has_read(user: Any, robot: Robot) -> bool:
@@ -97,7 +97,7 @@ def mark_read(user: Any, robot: Robot, now: datetime) -> None:
 def _failures(user: Any, robot: Robot, now: datetime) -> QuerySet[Attempt]:
     """Return the failed tests of the last month since the last passed one, newest first.
 
-    One that lies further ahead than a pause lasts is of a time of day that was set back since, and counts no more.
+    A failure further in the future than the longest pause was stored before the clock was set back; it does not count.
     """
     mine, longest = Attempt.objects.filter(user=user, robot=robot), timedelta(seconds=RULES["QUIZ_PAUSE_MAX_S"])
     failed = mine.filter(passed=False, finished_at__gt=now - FORGOTTEN, finished_at__lte=now + longest)
@@ -115,14 +115,14 @@ def pause_left(user: Any, robot: Robot, now: datetime) -> int:
     return max(0, ceil((failed[0] + timedelta(seconds=pause) - now).total_seconds()))
 
 
-def withdrawn(user: Any, robot: Robot) -> Clearance | None:
+def withdrawn_clearance(user: Any, robot: Robot) -> Clearance | None:
     """Return the clearance that staff withdrew and did not lift since; a passed test does not replace it."""
     found = Clearance.objects.filter(user=user, robot=robot).exclude(revoked_at=None)
     return found.filter(Q(lifted_at=None) | Q(lifted_at__lt=F("revoked_at"))).order_by("-revoked_at").first()
 
 
 def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
-    """Return if the person may take the test now. Raises NotNow."""
+    """Check that the person may take the test now. Raises NotNow."""
     if not user.is_authenticated or not user.is_active:
         raise NotNow("Sign in first.")
     _need_clearable(user, robot)
@@ -134,8 +134,8 @@ def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
 
 
 def _need_clearable(user: Any, robot: Robot) -> None:
-    """Return if staff have not withdrawn the person's clearance. Raises NotNow."""
-    if (lost := withdrawn(user, robot)) is not None and lost.revoked_at is not None:
+    """Check that staff have not withdrawn the person's clearance. Raises NotNow."""
+    if (lost := withdrawn_clearance(user, robot)) is not None and lost.revoked_at is not None:
         why = f" Their note: {lost.note}" if lost.note else ""
         raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")
 
@@ -229,10 +229,7 @@ def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime)
         _lock_clearance(user, attempt.robot)
         _need_clearable(user, attempt.robot)  # staff may have withdrawn it while this was graded
         done = Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(
-            finished_at=now,
-            answers=_stored(answers),
-            score=len(shown) - len(wrong),
-            passed=not wrong,
+            finished_at=now, answers=_stored(answers), score=len(shown) - len(wrong), passed=not wrong
         )
         if not done:
             raise NotNow("This test was already sent.")
@@ -259,4 +256,5 @@ def _told(attempt: Attempt, wrong: list[ShownQuestion]) -> Hint | None:
     if not wrong:
         return None
     always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
-    return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=quiz.named(wrong, always).id))
+    question = quiz.question_of_hint(wrong, always)
+    return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=question.id))

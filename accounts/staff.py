@@ -1,4 +1,4 @@
-"""Verbs of staff on clearances: withdraw one, let the test be taken again. Each checks the permission."""
+"""Verbs of staff on clearances: withdraw one, and allow the test again. Each verb checks the permission."""
 
 from datetime import datetime
 from typing import Any
@@ -25,7 +25,10 @@ def _need(user: Any, clearance: Clearance, note: str) -> str:
 
 
 def withdraw(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
-    """Withdraw a clearance until staff lift that. Return False if it was withdrawn. Raises NotStaff, BadRequest."""
+    """Withdraw a clearance until staff lift that. Return False if it is withdrawn already.
+
+    Raises NotStaff, BadRequest.
+    """
     note = _need(user, clearance, note)
     mine = Clearance.objects.filter(pk=clearance.pk, revoked_at=None)
     return bool(mine.update(revoked_at=now, lifted_at=None, note=note, decided_by=user))
@@ -35,7 +38,8 @@ def lift(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
     """Let the person pass the test again after a withdrawal. Return False if none was withdrawn.
 
     Raises:
-        NotStaff, BadRequest: no permission, one's own; no note.
+        NotStaff: no permission, or the user's own clearance.
+        BadRequest: no note.
     """
     note = _need(user, clearance, note)
     if clearance.user_id == user.pk and not user.is_superuser:
@@ -45,7 +49,7 @@ def lift(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
 
 
 def may_do_more(other: Any, user: Any) -> bool:
-    """Return whether the account `other` has a right that `user` has not, also while it is switched off."""
+    """Return whether the account `other` has a right that `user` has not, even if `other` is switched off."""
     if user.is_superuser or other.pk == user.pk:
         return False
     return bool(other.is_superuser or _rights(other) - _rights(user))
@@ -60,7 +64,7 @@ def drives_more(other: Any, user: Any) -> bool:
 
 
 def _rights(user: Any) -> set[tuple[str, str]]:
-    """Return the permissions by app and name; `get_all_permissions` has none of an account that is switched off."""
+    """Return the permissions by app and name; `get_all_permissions` is empty for an account that is switched off."""
     found = Permission.objects.filter(Q(user=user) | Q(group__user=user))
     return set(found.values_list("content_type__app_label", "codename"))
 

@@ -19,7 +19,7 @@ class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
     """A moderator's decision about an entry."""
 
     def clean(self) -> dict[str, Any]:
-        """Show errors of the service at their field."""
+        """Show an error of the service at its field."""
         cleaned = super().clean() or {}
         try:
             services.reason_for(Visibility(str(cleaned.get("visibility"))), cleaned.get("hidden_reason") or "")
@@ -63,7 +63,7 @@ class EntryAdmin(GuardedAdmin):
         return False
 
     def has_delete_permission(self, request: HttpRequest, obj: Entry | None = None) -> bool:
-        """Keep hidden entries: without the row, the pictures and the recording of the turn would be shown again."""
+        """Return False for a hidden entry: without it, the turn's pictures and recording would be shown again."""
         hidden = obj is not None and obj.visibility == Visibility.HIDDEN
         return not hidden and super().has_delete_permission(request, obj)
 
@@ -85,7 +85,7 @@ class EntryAdmin(GuardedAdmin):
     def _moderate(self, request: HttpRequest, queryset: Any, wanted: Visibility) -> None:
         def moderated(entry: Entry) -> bool:
             changed = entry.visibility != wanted
-            services.moderate(entry, request.user, wanted, "", SYSTEM.now())  # also that a moderator has looked
+            services.moderate(entry, request.user, wanted, "", SYSTEM.now())  # unchanged, it notes a moderator's look
             return changed
 
         self.act_on(request, queryset, moderated, wanted.label, f"{wanted.label} before, looked at again")

@@ -36,7 +36,7 @@ class Entry(models.Model):
     class Meta:
         ordering = ("-written_at",)
         verbose_name_plural = "entries"
-        # asked at each stored picture
+        # read at each request for a stored picture
         indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
 
     def __str__(self) -> str:
@@ -115,7 +115,7 @@ class SurveyAnswer(models.Model):
     response = models.ForeignKey(SurveyResponse, models.CASCADE, related_name="answers")
     question = models.ForeignKey(SurveyQuestion, models.CASCADE, related_name="answers")
     value = models.TextField(max_length=1000)
-    # the question's at that time, so that results stay what they were; empty: of a backup that did not keep it
+    # the question's kind at that time, so that results do not change; empty if an old backup did not contain it
     kind = models.CharField(max_length=6, choices=SurveyQuestion.Kind, blank=True, default="", db_default="")
 
     class Meta:

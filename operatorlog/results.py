@@ -16,7 +16,7 @@ from operatorlog.models import SurveyQuestion, SurveyResponse
 from robots.kit.clock import SYSTEM
 
 NEWEST = 100  # texts
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # some spreadsheets execute what begins so
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")  # some spreadsheets execute such text
 SCALE = SurveyQuestion.Kind.SCALE
 
 
@@ -34,7 +34,7 @@ def results(request: HttpRequest) -> HttpResponse:
 
 
 def plots(question: SurveyQuestion) -> list[dict[str, Any]]:
-    """Return the plots of a question: first of its answers, then of those from when it was of another kind."""
+    """Return the plots of a question: first of its answers, then of those that it got while it had another kind."""
     values: dict[str, list[str]] = defaultdict(list)
     for kind, value in question.answers.order_by("id").values_list("kind", "value"):
         values[kind or question.kind].append(value)

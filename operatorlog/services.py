@@ -32,8 +32,8 @@ def hand_in(
 ) -> tuple[Entry | None, SurveyResponse | None]:
     """Store the form after a turn: an entry, answers, or both; all or nothing.
 
-    `text` is None if the form had no field for an entry. Returns what was stored; an unchanged entry that is sent
-    again is not stored again.
+    `text` is None if the form had no field for an entry. Return the entry and the answers, each None if the form had
+    none. An unchanged entry that is sent again is not stored again.
 
     Raises:
         LogError: neither an entry nor an answer, or whatever `write`, `edit` and `answer_survey` refuse.
@@ -84,10 +84,10 @@ def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
 
 
 def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
-    """Change the author's own entry within 15 minutes; sent again unchanged it stays as it is. Raises LogError.
+    """Change the author's own entry within 15 minutes. Raises LogError.
 
-    If a moderator featured the entry, changed text or a changed picture is only published until a moderator has looked
-    again. An unchanged entry stays featured.
+    A featured entry that changes is only published until a moderator has looked again. An unchanged entry stays as it
+    is.
     """
     if not is_person(user, entry.author_id):
         raise LogError("Only its author can edit an entry.")
@@ -116,7 +116,7 @@ def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: 
     entry.hidden_reason = reason
     entry.moderated_by, entry.moderated_at = user, now
     entry.save(update_fields=["visibility", "hidden_reason", "moderated_by", "moderated_at"])
-    if visibility == Visibility.HIDDEN:  # after the transaction, so that nobody asks for them again before
+    if visibility == Visibility.HIDDEN:  # after the transaction, so that no time-lapse is made again before it
         transaction.on_commit(partial(keeping.forget_lapses, entry.turn.grant), robust=True)
     bus.publish_on_commit(entry.robot.slug, Changed("log"))
 
@@ -131,13 +131,13 @@ def reason_for(visibility: Visibility, reason: str) -> str:
 
 
 def hidden_with(file: str) -> Entry | None:
-    """Return the hidden entry of whose turn this stored picture is (`frames/...`); None of all other pictures."""
+    """Return the hidden entry about the turn of a stored picture (`frames/...`); None if no entry hides the picture."""
     of_turn = Q(frame__file=file) | Q(turn__grant__frames__file=file)
     return Entry.objects.filter(of_turn, visibility=Visibility.HIDDEN).first()
 
 
 def hidden_of(grant: Any) -> Entry | None:
-    """Return the hidden entry about the turn of this grant (a primary key); None where nothing is hidden."""
+    """Return the hidden entry about the turn of this grant (a primary key); None if there is none."""
     return Entry.objects.filter(turn__grant=grant, visibility=Visibility.HIDDEN).first()
 
 
@@ -149,7 +149,7 @@ def stills_of(robot: Robot, day: date) -> list[str]:
 
 
 def may_see_hidden(entry: Entry, user: Any) -> bool:
-    """Return whether this person may see the pictures of a hidden entry's turn: staff and the author may."""
+    """Return whether the person may see the pictures of a hidden entry's turn, as staff and the author may."""
     return bool(
         user.has_perm("operatorlog.view_entry")
         or user.has_perm("robots.change_robot")
@@ -158,9 +158,10 @@ def may_see_hidden(entry: Entry, user: Any) -> bool:
 
 
 def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
-    """Return whether this person may see one picture of a hidden entry's turn (`frames/...`).
+    """Return whether the person may see one picture of a hidden entry's turn (`frames/...`).
 
-    The operator may also see the newest picture, in which they click, and the one before, which is shown beside it.
+    The robot's present operator may also see its newest picture, in which they click, and the one before it, which the
+    console shows beside it.
     """
     if may_see_hidden(entry, user):
         return True

@@ -60,13 +60,13 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
 
 
 def survey_answers(request: HttpRequest) -> dict[int, str]:
-    """Return what a form with the survey answered, by question."""
+    """Return the survey's answers in a form by question."""
     named = ((whole(name[1:]), str(value)) for name, value in request.POST.items() if name[:1] == "s")
     return {number: value for number, value in named if number is not None}
 
 
 def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200) -> HttpResponse:
-    """Show the turn; after a problem with everything that was typed."""
+    """Show the turn; after a problem, with the text and answers that the form had."""
     entry = Entry.objects.select_related("author", "robot", "frame", "turn").filter(turn=turn).first()
     mine = is_person(request.user, turn.user_id)
     may_edit = entry is not None and services.may_edit(entry, request.user, SYSTEM.now())
@@ -78,7 +78,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)
     commands, findings = turn.grant.commands.order_by("id"), list(findings_of([turn.grant_id]))
-    noted = {one.frame_id for one in findings}  # those pictures stand with the findings
+    noted = {one.frame_id for one in findings}  # the page shows these pictures beside the findings
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,

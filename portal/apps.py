@@ -1,10 +1,14 @@
 """The portal app: templates, static files, commands and checks."""
 
+from typing import Any
+
 from django.apps import AppConfig
+from django.conf import settings
 from django.core import checks
 
-from portal.checks import mail_leaves
 from portal.logs import security
+
+UNSENT = ("console", "locmem", "dummy")  # backends that send no mail
 
 
 class PortalConfig(AppConfig):
@@ -14,10 +18,7 @@ class PortalConfig(AppConfig):
     verbose_name = "Portal"
 
     def ready(self) -> None:
-        """Connect the signals of the security log, and those that wake the check of open sockets.
-
-        The movie of the day is not cleaned away.
-        """
+        """Connect signals of the security log and of open sockets; exempt the movie of the day from cleaning."""
         from portal.live import changes  # noqa: PLC0415 - models are there only now
         from portal.web.recordings import day  # noqa: PLC0415
         from robots.recordings import cleaning  # noqa: PLC0415
@@ -26,3 +27,16 @@ class PortalConfig(AppConfig):
         checks.register(mail_leaves)
         security.listen()
         changes.listen()
+
+
+def mail_leaves(**_: Any) -> list[checks.CheckMessage]:
+    """Refuse a public portal that sends no mails.
+
+    People could not confirm addresses, and links would be written to a log.
+    """
+    kind = settings.EMAIL_BACKEND.rsplit(".", 2)[-2]
+    if not settings.PUBLIC or kind not in UNSENT:
+        return []
+    text = f"A public portal has to send mails; the {kind} backend sends none."
+    hint = "Set EMAIL_URL, for example smtp+tls://user:password@host:587."
+    return [checks.Error(text, hint=hint, id="portal.E001")]

@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _note_port(arguments: list[str]) -> None:
-    """Note the port that is served, before the settings are read, which the forks share: mails link to it."""
+    """Put the port into the environment before the settings are read, which all forks share: mails link to it."""
     parser = argparse.ArgumentParser(add_help=False, exit_on_error=False)
     parser.add_argument("--port", type=int)
     try:

@@ -1,4 +1,4 @@
-"""Where the portal's files and its data are, in a clone or installed from a wheel; only their owner may read data."""
+"""The places of the portal's files and data, in a clone or installed from a wheel; only their owner may read data."""
 
 import contextlib
 import os

@@ -15,15 +15,13 @@ import environ
 from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
+from portal.addresses import check_database, read_url, redis_tls, site_address
 from portal.edge.addresses import proxy_networks
-from portal.folders import FRONTEND_DIST, TEMPLATES_DIR, default_var, keep_private
+from portal.folders import FRONTEND_DIST, ROOT, TEMPLATES_DIR, default_var, keep_private
 from portal.run import roles
-from portal.site import site_address
-from portal.store_urls import check_database, read_url, redis_tls
-from portal.web.consoles.caching import revalidate
 
 env = environ.Env()
-BASE_DIR = Path(__file__).resolve().parent.parent
+BASE_DIR = ROOT
 VAR = Path(env.str("FARHAND_VAR", str(default_var())))
 keep_private(VAR)
 ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder, broadcast, edge; see portal/run/roles.py
@@ -109,7 +107,7 @@ TEMPLATES = [
                     [
                         "django.template.loaders.filesystem.Loader",
                         "django.template.loaders.app_directories.Loader",
-                        "portal.web.consoles.templates.Loader",
+                        "portal.web.consoles.files.Loader",
                     ],
                 )
             ],
@@ -200,16 +198,16 @@ ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
 ACCOUNT_USERNAME_VALIDATORS = "accounts.handles.VALIDATORS"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
-# the movie of the day: the key that origin and edges share; the address at which the origin answers edges (with port 0
-# the supervisor starts neither); the ports of the edges that the supervisor starts
+# The movie of the day: the key that origin and edges share, the address at which the origin answers edges (with port 0
+# the supervisor starts neither), and the ports of the edges that the supervisor starts.
 BROADCAST_KEY = env.str("FARHAND_BROADCAST_KEY", "")
 BROADCAST_GROUP = env.str("FARHAND_BROADCAST_GROUP", "239.8.1.30:5004")
 BROADCAST_INTERFACE = env.str("FARHAND_BROADCAST_INTERFACE", "lo")
 BROADCAST_HOST, BROADCAST_PORT = env.str("FARHAND_BROADCAST_HOST", "127.0.0.1"), env.int("FARHAND_BROADCAST_PORT", 8010)
 BROADCAST_EDGES = env.list("FARHAND_BROADCAST_EDGES", cast=int, default=[])
 SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # the name of the site in mails
-# attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
-# or the mail address that is written to
+# Limits of attempts: "ip" is a network address (IPv6: its /64), "key" the account and the address together
+# (accounts/adapter.py), or the mail address to which a mail goes.
 ACCOUNT_RATE_LIMITS = {
     "login": "30/m/ip",
     "login_failed": "10/m/ip,60/h/ip,5/300s/key",
@@ -221,7 +219,7 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
-# rates of requests by guests and people; "key" is the account, of guests the network address (portal/web/jobs/views.py)
+# Limits of requests; "key" is the account, of guests the network address (portal/web/jobs/views.py).
 RATE_LIMITS = {
     "survey": "30/m/ip,300/h/ip",
     "statistics": "120/m/ip",
@@ -257,7 +255,7 @@ STATICFILES_DIRS = [("app", FRONTEND_DIST), ("farhand", FRONTEND_DIST / "farhand
 STATICFILES_FINDERS = [
     "django.contrib.staticfiles.finders.FileSystemFinder",
     "django.contrib.staticfiles.finders.AppDirectoriesFinder",
-    "portal.web.consoles.static.Finder",
+    "portal.web.consoles.files.Finder",
 ]
 DJANGO_VITE = {
     "default": {
@@ -268,7 +266,6 @@ DJANGO_VITE = {
 }
 WHITENOISE_USE_FINDERS = True
 WHITENOISE_AUTOREFRESH = False
-WHITENOISE_ADD_HEADERS_FUNCTION = revalidate
 WHITENOISE_ALLOW_ALL_ORIGINS = False
 MEDIA_URL = "/media/"
 MEDIA_ROOT = Path(env.str("FARHAND_MEDIA", str(VAR / "media")))
@@ -302,7 +299,7 @@ SECURE_CONTENT_TYPE_NOSNIFF = True
 SECURE_REFERRER_POLICY = "same-origin"
 SECURE_CROSS_ORIGIN_OPENER_POLICY = "same-origin"
 MESSAGE_STORAGE = "django.contrib.messages.storage.session.SessionStorage"  # no cookie of its own
-SESSION_ENGINE = "accounts.session_store"
+SESSION_ENGINE = "accounts.sessions"
 SESSION_COOKIE_HTTPONLY = True
 SESSION_COOKIE_SAMESITE = "Lax"
 CSRF_COOKIE_HTTPONLY = False
@@ -343,8 +340,8 @@ LOGGING = {
         "celery.beat": {"level": "ERROR"},
         "django.request": {"level": "ERROR"},
         "uvicorn.access": {"level": "WARNING"},
-        # Django's handlers on these, and those that Celery adds to loggers without any, would write what strangers
-        # sent as it is, of any length, and wait for a slow reader of the log
+        # Django's handlers on these, and those that Celery adds to loggers without any, would write text of strangers
+        # unescaped and of any length, and would wait for a slow reader of the log.
         "django": {"level": "INFO"},
         "django.server": {"propagate": True},
         "celery.task": {"handlers": ["console"], "propagate": False},
@@ -375,7 +372,7 @@ LIMITS: dict[str, Any] = {
 if LIMITS["PAGES"] < 1:
     raise ImproperlyConfigured("FARHAND_PAGES_AT_ONCE must be at least 1; with less no page would ever be rendered.")
 
-# The rules of turns; each can be changed a robot on its admin page where a field says so.
+# The rules of turns; some have a field on the admin page of a robot, which overrides them.
 FARHAND = {
     "OFFER_S": env.int("FARHAND_OFFER_S", 30),
     "TURN_S": env.int("FARHAND_TURN_S", 300),

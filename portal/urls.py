@@ -15,9 +15,9 @@ from portal.web.classic import pictures
 from portal.web.classic import views as classic
 from portal.web.composites import views as streams
 from portal.web.jobs import views as jobs
-from portal.web.pages import health, programs, stream_code, views
+from portal.web.pages import scripts, views
 from portal.web.pages.places import my_places
-from portal.web.recordings import day, exports, listing
+from portal.web.recordings import day, exports
 from portal.web.recordings import views as recordings
 from portal.web.statistics import views as statistics
 from robots.once import once
@@ -37,8 +37,8 @@ urlpatterns = [
     path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/model.urdf", views.model, name="model"),
-    path("robots/<slug:slug>/stream-code/", stream_code.stream_code, name="stream-code"),
-    path("robots/<slug:slug>/programs/", programs.programs_of, name="programs"),
+    path("robots/<slug:slug>/stream-code/", scripts.stream_code, name="stream-code"),
+    path("robots/<slug:slug>/programs/", scripts.programs_of, name="programs"),
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
     path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
@@ -49,16 +49,14 @@ urlpatterns = [
     path("robots/<slug:slug>/camera/<int:number>.jpg", streams.snapshot, name="snapshot"),
     path("robots/<slug:slug>/camera/<int:number>/<int:at_ms>.jpg", streams.shot, name="shot"),
     path("jobs/<str:key>/", jobs.job_page, name="job"),
-    path("robots/<slug:slug>/recordings/", listing.recordings_of, name="recordings"),
+    path("robots/<slug:slug>/recordings/", recordings.recordings_of, name="recordings"),
     path("robots/<slug:slug>/time-lapse/", exports.ask_lapse, name="ask-lapse"),
-    path("robots/<slug:slug>/time-lapse/<str:day>.mp4", exports.lapse, {"kind": "mp4"}),
-    path("robots/<slug:slug>/time-lapse/<str:day>.webm", exports.lapse, {"kind": "webm"}),
+    *(path(f"robots/<slug:slug>/time-lapse/<str:day>.{k}", exports.lapse, {"kind": k}) for k in exports.MEDIA),
     path("movie-of-the-day/", day.page, name="movie-of-the-day"),
     path("recordings/<str:key>/", recordings.replay, name="recording"),
     path("recordings/<str:key>/file.mcap", recordings.download, name="recording-file"),
     path("recordings/<str:key>/movie/", exports.ask_movie, name="ask-movie"),
-    path("recordings/<str:key>/movie.mp4", exports.movie, {"kind": "mp4"}),
-    path("recordings/<str:key>/movie.webm", exports.movie, {"kind": "webm"}),
+    *(path(f"recordings/<str:key>/movie.{k}", exports.movie, {"kind": k}) for k in exports.MEDIA),
     path("recordings/<str:key>/<int:version>/index.json", recordings.index, name="recording-index"),
     path("recordings/<str:key>/<int:version>/<int:number>.bin", recordings.part, name="recording-part"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
@@ -74,8 +72,8 @@ urlpatterns = [
     path("admin/", admin.site.urls),
     path("media/frames/<path:path>", views.media, name="media"),
     path("favicon.ico", RedirectView.as_view(url=static("portal/icon.svg"))),
-    path("livez", health.livez, name="livez"),
-    path("readyz", health.readyz, name="readyz"),
+    path("livez", views.livez, name="livez"),
+    path("readyz", views.readyz, name="readyz"),
 ]
 handler404 = "portal.web.pages.errors.not_found"
 handler403 = "portal.web.pages.errors.forbidden"

@@ -16,7 +16,7 @@ from robots.models import Robot
 @add
 @staff_only
 def resume_jobs(robot: Robot, request: HttpRequest) -> str:
-    """Let jobs, idle behaviour and needs go on after a stop."""
+    """Resume jobs, idle behaviour and needs after a stop."""
     resume(robot, request.user, SYSTEM.now())
     return RESUMED
 
@@ -39,7 +39,7 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
 
 @admin.register(Ticket)
 class TicketAdmin(ReadOnlyAdmin):
-    """Places, in the order in which they are served."""
+    """Places in queues, the newest first."""
 
     list_display = ("user", "queue", "state", "start_tag", "joined_at", "last_seen", "end_reason")
     list_filter = ("queue", "state")

@@ -1,6 +1,6 @@
 """Start tags, charges and the queue's virtual time.
 
-One request of each account, a ticket or a job, has a start tag; its further requests wait without one.
+Each account has a start tag for one request at a time, a ticket or a job; its other requests wait without a tag.
 """
 
 from typing import Any
@@ -23,18 +23,22 @@ def account_of(queue: Queue, user: Any) -> Account:
 
 
 def account_of_guests(queue: Queue, network: str) -> Account:
-    """Return the account that all guests of one network address share; staff may give it a weight of its own."""
+    """Return the account that all guests of one network address share; the first call creates it."""
     return Account.objects.get_or_create(queue=queue, user=None, network=network)[0]
 
 
 def next_tag(queue: Queue, account: Account) -> float:
     """Return the start tag of the account's request that joins now."""
-    return fairshare.start_tag(fairshare.Clock(queue.virtual_time, queue.greatest_finish), account.finish_tag)
+    return fairshare.start_tag(_clock(queue), account.finish_tag)
+
+
+def _clock(queue: Queue) -> fairshare.Clock:
+    return fairshare.Clock(queue.virtual_time, queue.greatest_finish)
 
 
 def serve(queue: Queue, start_tag: float) -> None:
     """Advance the queue's virtual time to the request that is served now."""
-    queue.virtual_time = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(start_tag).virtual
+    queue.virtual_time = _clock(queue).serve(start_tag).virtual
     Queue.objects.filter(pk=queue.pk).update(virtual_time=queue.virtual_time)
 
 
@@ -42,7 +46,7 @@ def charge(queue: Queue, account: Account, start_tag: float, amount: float) -> N
     """Charge a served request: seconds or jobs, divided by the weight of the account."""
     tag = fairshare.finish_tag(start_tag, amount, account.weighs(queue))
     Account.objects.filter(pk=account.pk).update(finish_tag=tag)
-    queue.greatest_finish = fairshare.Clock(queue.virtual_time, queue.greatest_finish).finish(tag).greatest_finish
+    queue.greatest_finish = _clock(queue).finish(tag).greatest_finish
     Queue.objects.filter(pk=queue.pk).update(greatest_finish=queue.greatest_finish)
 
 
@@ -50,13 +54,12 @@ def settle(queue: Queue) -> None:
     """Remove credit for absence once nobody waits and nobody is served."""
     asked = Ticket.objects.filter(queue=queue, state__in=OPEN_TICKET).exists()
     if not asked and not Job.objects.filter(queue=queue, state__in=OPEN_JOB).exists():
-        clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).empty()
-        Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
-        queue.virtual_time = clock.virtual
+        queue.virtual_time = _clock(queue).empty().virtual
+        Queue.objects.filter(pk=queue.pk).update(virtual_time=queue.virtual_time)
 
 
 def tag_next(queue: Queue) -> None:
-    """Tag the first waiting job of each account without a tag in the queue. Can be repeated."""
+    """Give a start tag to the first waiting job of each account that has none in the queue. Safe to repeat."""
     seen: set[int] = set()
     for job in _UNTAGGED(queue=queue.pk):
         if job.account_id in seen or _has_tagged(job.account):

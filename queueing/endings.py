@@ -12,7 +12,7 @@ from robots.models import Robot
 from robots.states import GrantEnd
 
 RULES = settings.FARHAND
-LATELY = timedelta(hours=1)  # for so long an end is mentioned on all pages
+LATELY = timedelta(hours=1)  # all pages mention an end for this time
 
 
 def end_of_turn(turn: Turn) -> End:
@@ -29,7 +29,7 @@ def end_of_turn(turn: Turn) -> End:
 
 
 def end_of_place(ticket: Ticket) -> End | None:
-    """Return the words for a place that its person lost; None for one that is open, or that they gave up."""
+    """Return the words for a place that its person lost; None for a place that is open or was given up."""
     if ticket.state == TicketState.DONE:
         turn = getattr(ticket, "turn", None)
         own = turn is None or turn.ended_at is None or turn.grant.end_code == GrantEnd.HOLDER

@@ -1,20 +1,19 @@
-"""Estimates for a person who waits: people and jobs ahead, and the length of the wait. Reads only."""
+"""Estimates for a person who waits: the people and jobs ahead, and the length of the wait. It changes no row."""
 
 from datetime import datetime
 from typing import Any
 
-from django.conf import settings
 from django.db.models import BigAutoField, Count, FloatField, Q
 
 from queueing import fairshare
 from queueing.jobs.forecasts import HANDOVER_S, jobs_before, jobs_take, left_of_turn
 from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState
 from queueing.rows import QUEUE
+from queueing.turns import length_of_turn
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from robots.states import Cycle
 
-RULES = settings.FARHAND
 TAG, TICKET = Slot("tag", FloatField()), Slot("ticket", BigAutoField())
 _AHEAD: Prepared[Any] = Prepared(
     lambda: (
@@ -34,35 +33,22 @@ def waiting(robot: Robot) -> int:
     return people + Job.objects.filter(robot=robot, state=JobState.WAITING).count()
 
 
-def place(ticket: Ticket) -> int:
-    """Return how many waiting people and jobs are served before this ticket."""
-    people, jobs = _before(ticket)
-    return people + len(jobs)
-
-
-def wait_range(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait of a ticket in s; None if nobody knows when it goes on."""
-    return place_and_wait(robot, ticket, now)[1]
-
-
 def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tuple[int, int] | None]:
-    """Return both, counted once; nobody is before a ticket that no longer waits."""
-    people, jobs = _before(ticket) if ticket.state == TicketState.WAITING else (0, [])
+    """Return how many waiting people and jobs are served before the ticket, and its least and greatest wait (s).
+
+    Nobody is before a ticket that no longer waits. The wait is None if it is not known.
+    """
+    people, jobs = 0, []
+    if ticket.state == TicketState.WAITING:
+        people = _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
+        jobs = jobs_before(ticket)
     return people + len(jobs), _wait(robot, ticket, people, jobs, now)
-
-
-def _before(ticket: Ticket) -> tuple[int, list[Job]]:
-    return _people(ticket), jobs_before(ticket)
-
-
-def _people(ticket: Ticket) -> int:
-    return _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
 
 
 def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:
     if ticket.queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     left = left_of_turn(robot, now) or 0.0
-    low, high = fairshare.estimate(people, left, float(robot.turn_s or RULES["TURN_S"]), HANDOVER_S)
+    low, high = fairshare.estimate(people, left, length_of_turn(robot), HANDOVER_S)
     of_jobs = jobs_take(robot, jobs, now) if ticket.state == TicketState.WAITING else (0.0, 0.0)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

@@ -7,7 +7,8 @@ the greatest finish tag served; otherwise absence would earn credit.
 
 from dataclasses import dataclass
 
-SLICE_CHARGE = 0.5  # cost of a second while nobody waits
+ALONE_CHARGE = 0.5  # cost of a second while nobody waits
+ANSWER_S = 30.0  # the latest answer to an offer
 
 
 @dataclass(frozen=True)
@@ -42,18 +43,20 @@ def finish_tag(tag: float, charged_s: float, weight: float) -> float:
     return tag + max(0.0, charged_s) / weight
 
 
-def charged(used_s: float, alone_s: float) -> float:
+def chargeable_s(used_s: float, alone_s: float) -> float:
     """Return the seconds to charge: time while nobody waits costs less."""
     alone = min(max(0.0, alone_s), max(0.0, used_s))
-    return max(0.0, used_s) - alone * (1 - SLICE_CHARGE)
+    return max(0.0, used_s) - alone * (1 - ALONE_CHARGE)
+
+
+def turn_range(turn_s: float, handover_s: float) -> tuple[float, float]:
+    """Return the least and greatest time of a turn and its handover (s): a quarter, or all after a late answer."""
+    return turn_s * 0.25 + handover_s, turn_s + ANSWER_S + handover_s
 
 
 def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
-    """Return the least and greatest wait (s) of a person with `ahead` people before them.
-
-    The least assumes that everybody leaves after a quarter of the turn; the greatest, that everybody uses the whole
-    turn and answers the offer late.
-    """
-    low = min(running_left_s, turn_s * 0.1) + ahead * (turn_s * 0.25 + handover_s)
-    high = running_left_s + handover_s + ahead * (turn_s + 30 + handover_s)
+    """Return the least and greatest wait (s) of a person with `ahead` people before them, after the running turn."""
+    least, most = turn_range(turn_s, handover_s)
+    low = min(running_left_s, turn_s * 0.1) + ahead * least
+    high = running_left_s + handover_s + ahead * most
     return round(low), round(max(low, high))

@@ -3,20 +3,21 @@
 from datetime import datetime, timedelta
 from typing import TypeVar
 
+from queueing.jobs.kinds import label_of, limit_of
 from queueing.models import Queue, QueueRobot
 from queueing.rows import links_of
 from robots import bus
 from robots.grants import lease_of, newest_grant_that_moves, start_grant
 from robots.kit.contract.capabilities import Idle, Need
 from robots.kit.contract.errors import BadRequest
-from robots.kit.contract.find import spec_of, spec_or_none
+from robots.kit.contract.find import spec_or_none
 from robots.models import Grant, Robot
-from robots.services.commands import AFTER_S, START_S, put
+from robots.models.robot import FRESH
+from robots.services.commands import over_by, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
-AGAIN_S = 30.0  # after a need's command failed; between two beginnings of idle behaviour that ends at once
-REFUSED_S = 3600.0  # before the robot is asked again for idle behaviour of which it says that it does not have it
-FRESH_S = 60.0  # an older value of a channel is not used
+AGAIN_S = 30.0  # least time from a need's failed command, or from the begin of a short idle slice, to the next
+REFUSED_S = 3600.0  # pause after the robot refused its idle behaviour
 NOTED_S = 20.0  # between two notes that somebody watches
 C = TypeVar("C")
 
@@ -27,7 +28,7 @@ def wanted_need(robot: Robot, now: datetime) -> Need | None:
     if not found:
         return None
     lease = lease_of(robot)
-    if lease is None or lease.state_at is None or (now - lease.state_at).total_seconds() > FRESH_S:
+    if lease is None or lease.state_at is None or now - lease.state_at > FRESH:
         return None
     values = lease.state.get("values") or {}
     last = newest_grant_that_moves(robot)
@@ -46,9 +47,8 @@ def serves_need(grant: Grant) -> bool:
 
 
 def need_first(robot: Robot, need: Need) -> str:
-    """Return the words for a grant that ends because of the need."""
-    kind = spec_of(robot.driver).command(need.kind)
-    return f"the robot's own need comes first: {(kind.label if kind else need.kind).lower()}"
+    """Return the reason for a grant that ends because of the need."""
+    return f"the robot's own need comes first: {label_of(robot, need.kind).lower()}"
 
 
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
@@ -57,15 +57,13 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     failed = last is not None and serves_need(last) and last.end_code != GrantEnd.FINISHED
     if last is not None and failed and last.ended_at and 0 <= (now - last.ended_at).total_seconds() < AGAIN_S:
         return False
-    kind = spec_of(robot.driver).command(need.kind)
-    limit_s = kind.limit_s if kind else 60.0
-    until = now + timedelta(seconds=START_S + limit_s + AFTER_S)
-    put(robot, start_grant(robot, GrantKind.UPKEEP, now, until=until), need.kind, {}, limit_s, now)
+    limit_s = limit_of(robot, need.kind)
+    put(robot, start_grant(robot, GrantKind.UPKEEP, now, until=over_by(now, limit_s)), need.kind, {}, limit_s, now)
     return True
 
 
 def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
-    """Start one slice of idle behaviour, unless nobody has watched for long, or the last slice ended at once."""
+    """Start one slice of idle behaviour, unless nobody has watched for long or the last slice ended at once."""
     found = _capabilities(robot, Idle)
     if not found or rests(link, now):
         return False
@@ -78,7 +76,7 @@ def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
 
 
 def _too_soon(robot: Robot, idle: Idle, now: datetime) -> bool:
-    """Return whether the last slice began a moment ago, or was refused lately; one that gave way does not count."""
+    """Return whether the last slice began a moment ago or was refused lately; a preempted slice does not count."""
     last = newest_grant_that_moves(robot)
     if last is None or last.kind != GrantKind.IDLE or last.end_code == GrantEnd.PREEMPTED:
         return False
@@ -90,16 +88,16 @@ def _too_soon(robot: Robot, idle: Idle, now: datetime) -> bool:
 
 
 def rests(link: QueueRobot, now: datetime) -> bool:
-    """Return whether nobody has watched for so long that the robot stays at rest."""
+    """Return whether idle behaviour pauses because nobody has watched for long."""
     if link.rest_after_min is None or link.watched_at is None:
         return False
     return now - link.watched_at > timedelta(minutes=link.rest_after_min)
 
 
 def store_watchers(queue: Queue, now: datetime) -> None:
-    """Store that somebody watches. People who wait count as watchers.
+    """Store that somebody watches. People who wait for a job count as watchers.
 
-    While no web process answers, everybody is assumed to be still there.
+    While no web process answers, the last viewers are assumed to be still there.
     """
     for link in links_of(queue):
         if not _capabilities(link.robot, Idle):

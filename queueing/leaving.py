@@ -11,7 +11,7 @@ from django.db.models.signals import pre_delete
 from django.dispatch import receiver
 
 from queueing.jobs.asking import Asker
-from queueing.jobs.cancelling import cancel
+from queueing.jobs.own import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Ticket, Turn, TurnSession
 from queueing.tickets import remove
 from queueing.turns import end_turn
@@ -33,7 +33,7 @@ class Place(Enum):
 
 @receiver(pre_delete, sender=settings.AUTH_USER_MODEL)
 def leave_everything(instance: Any, **_: Any) -> None:
-    """End everything that is open of an account that is deleted, so that no robot goes on moving for nobody."""
+    """End turns, places, jobs and grants of an account that is deleted, so that no robot still moves for it."""
     now = SYSTEM.now()
     for ticket in Ticket.objects.filter(user=instance, state__in=OPEN_TICKET):
         remove(ticket, now, PlaceEnd.DELETED, GrantEnd.UNFIT)
@@ -45,7 +45,7 @@ def leave_everything(instance: Any, **_: Any) -> None:
 
 
 def last_report_elsewhere(slug: str, person: int, session: str, now: datetime) -> datetime | None:
-    """Return when the operator's page last reported in another session of theirs that is not over; None if in none."""
+    """Return when the operator's page last reported in another open session of theirs; None if there is none."""
     alive = Session.objects.filter(expire_date__gt=now).exclude(pk=session)
     mine = TurnSession.objects.filter(turn__robot__slug=slug, turn__user=person, turn__ended_at=None)
     found = mine.filter(session__in=alive.values("pk")).order_by("-last_seen").first()
@@ -53,7 +53,7 @@ def last_report_elsewhere(slug: str, person: int, session: str, now: datetime) -
 
 
 def note_open_session(person: int, session: str, now: datetime) -> None:
-    """Note that a session in which the person's turn was accepted still has any page open."""
+    """Note that the session in which the person accepted their turn still has a page open."""
     TurnSession.objects.filter(turn__user=person, turn__ended_at=None, session=session).update(last_seen=now)
 
 
@@ -66,8 +66,8 @@ def mark_disconnected(slug: str, person: int, now: datetime) -> None:
 def end_session(slug: str, person: int, place: Place, reason: str, now: datetime) -> None:
     """End the person's turn on the robot, or remove them from its queue, as `place` says.
 
-    With `OTHERS` the turn must have been marked as disconnected a moment before: a session that still drives removes
-    the mark.
+    With `OTHERS` the caller has marked the turn as disconnected a moment before; a session that still drives removes
+    that mark.
     """
     if place is Place.LOST:
         ticket = Ticket.objects.filter(queue__robot_links__robot__slug=slug, user=person, state__in=OPEN_TICKET).first()

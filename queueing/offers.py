@@ -13,7 +13,7 @@ from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
 from queueing.rows import QUEUE, announce, lock
 from queueing.tickets import open_ticket
-from queueing.turns import ALWAYS
+from queueing.turns import ALWAYS, length_of_turn
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
@@ -21,7 +21,7 @@ from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
-BACK = timedelta(seconds=40)  # by then a page has connected again, and its person was seen
+BACK = timedelta(seconds=40)  # within this time after a start of the portal, pages connect again
 CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
 IN_USE = {
@@ -50,7 +50,10 @@ _FIRST_CLEARED: Prepared[Ticket] = Prepared(lambda: _there().filter(user__in=cle
 
 
 def _there() -> QuerySet[Ticket]:
-    """Return the tickets that may come next; people last seen before `back` may not have come back yet."""
+    """Return the tickets that may come next, in order: of people who are present, or last seen before `back`.
+
+    The latter may not have connected again yet.
+    """
     heard = Q(last_seen__gte=Slot("present", DateTimeField())) | Q(last_seen__lt=Slot("back", DateTimeField()))
     waiting = Ticket.objects.filter(heard, queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
     busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
@@ -58,7 +61,7 @@ def _there() -> QuerySet[Ticket]:
 
 
 class RobotsFault(Exception):
-    """The robot cannot be used now, for a reason that the person did not cause."""
+    """The robot cannot be used now, and the person is not the cause."""
 
     def __init__(self, robot: Robot, why: str) -> None:
         super().__init__(why)
@@ -68,19 +71,19 @@ class RobotsFault(Exception):
 def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool = False, session: str = "") -> Turn:
     """Start the turn of an accepted offer; `away`: the robot's page is not open yet.
 
-    `session`: the key of the session in which it was accepted. It is noted with the turn, not only with the page's next
-    report: a person who signs out of another session meanwhile drives on here.
+    `session`: the key of the session in which it was accepted. It is stored at once, not with the page's next report:
+    so a person who signs out of another session meanwhile keeps the turn.
 
     Raises:
         RobotsFault: the robot is no longer offered, or somebody else may move it.
         RobotUnavailable: the person operates another robot.
     """
-    until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
+    until = now + timedelta(seconds=length_of_turn(robot))
     if Turn.objects.filter(user=ticket.user, ended_at=None).exists():
         raise RobotUnavailable(ELSEWHERE)
     try:
         with transaction.atomic():
-            # first: a lock-out at the same moment waits for this row and then ends the grant, or it came first
+            # this row first: a lock-out at the same moment either waits for it and then ends the grant, or came before
             if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED, enabled=True).update(cycle=Cycle.OPERATING):
                 raise RobotsFault(robot, why_not_ready(Robot.objects.get(pk=robot.pk), now, Cycle.OFFERED) or CHANGED)
             grant = start_grant(robot, GrantKind.TURN, now, ticket.user, until)
@@ -102,7 +105,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
 def why_not_ready(
     robot: Robot, now: datetime, cycle: Cycle = Cycle.READY, giving_way: frozenset[GrantKind] = frozenset()
 ) -> str:
-    """Return why the robot cannot be offered now; empty if it can, also if only idle behaviour runs."""
+    """Return why the robot cannot be offered now; empty if it can, also under a grant of the kinds in `giving_way`."""
     if not robot.enabled:
         return "The robot is switched off."
     if robot.cycle != cycle:
@@ -118,8 +121,8 @@ def why_not_ready(
 def accept(robot: Robot, user: Any, now: datetime, away: bool = False, session: str = "") -> Turn:
     """Accept an offer: grant and turn start.
 
-    `away`: on another page; the turn is kept until the robot's page is open, as long as after a lost connection.
-    `session`: the key of the session of that page.
+    `away`: the person accepts on another page; the turn then waits for the robot's page as after a lost connection.
+    `session`: the key of that page's session.
 
     Raises:
         NotYourTurn: the person has no open offer.

@@ -1,4 +1,4 @@
-"""A person's places at all robots. Reads only."""
+"""A person's places at all robots. It changes no row."""
 
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
@@ -25,7 +25,7 @@ URGENT_FIRST = ("offered", "operating", "missed", "ended", "waiting")
 class Standing:
     """A person's place at one robot: `offered`, `operating`, `waiting`; `missed` or `ended` until it is dismissed.
 
-    A place that was lost by the person's absence is `missed`; one that ended otherwise against their wish is `ended`.
+    A place that the person lost by absence is `missed`; any other that ended against their wish is `ended`.
     """
 
     state: str
@@ -33,14 +33,14 @@ class Standing:
     queue: int
     robot: Robot
     until: datetime | None = None  # when the offer or the turn ends
-    kept_until: datetime | None = None  # when the turn ends unless its robot's page is opened again
+    kept_until: datetime | None = None  # when the turn ends unless the robot's page is opened again
     idle_at: datetime | None = None  # when the turn ends unless something is done
     ahead: int = 0
     wait_s: tuple[int, int] | None = None
     ended_at: datetime | None = None
     away: bool = False
     end: End | None = None
-    turn: int | None = None  # that has ended
+    turn: int | None = None  # the turn that ended the place
 
 
 SINCE = Slot("since", DateTimeField())
@@ -55,7 +55,7 @@ def _mine() -> QuerySet[Ticket]:
 
 
 def _newest_over() -> QuerySet[Ticket]:
-    """Return the newest place in each queue, if it is over and was not dismissed."""
+    """Return the newest place in each queue if it has ended and was not dismissed."""
     newer = Ticket.objects.filter(queue=OuterRef("queue"), user=OuterRef("user"), pk__gt=OuterRef("pk"))
     return _mine().filter(dismissed_at=None).exclude(state__in=OPEN_TICKET).exclude(Exists(newer))
 

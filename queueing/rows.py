@@ -8,6 +8,7 @@ from django.db.models import BigAutoField
 
 from queueing.models import Queue, QueueRobot
 from robots import bus
+from robots.grants import ROBOT
 from robots.kit.packets import Changed, StandingChanged
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
@@ -16,6 +17,7 @@ QUEUE = Slot("queue", BigAutoField())
 _ROBOTS: Prepared[Robot] = Prepared(
     lambda: Robot.objects.filter(queue_link__queue=QUEUE).only("slug", "clearance_required").order_by("pk")
 )
+_LINK: Prepared[QueueRobot] = Prepared(lambda: QueueRobot.objects.select_related("queue").filter(robot=ROBOT))
 _LINKS: Prepared[QueueRobot] = Prepared(
     lambda: QueueRobot.objects.select_related("robot").filter(queue=QUEUE).order_by("robot_id")
 )
@@ -27,12 +29,17 @@ class BadSettings(ValueError):
     """`[queue]` of a robot's robot.toml is wrong."""
 
 
+def link_of(robot: Robot) -> QueueRobot | None:
+    """Return the robot's settings in its queue; None if it has no queue yet."""
+    return _LINK.first(robot=robot.pk)
+
+
 def queue_of(robot: Robot) -> Queue:
     """Return the queue of the robot; a new robot gets one of its own, with the settings of its robot.toml.
 
     Raises BadSettings.
     """
-    link = QueueRobot.objects.select_related("queue").filter(robot=robot).first()
+    link = link_of(robot)
     if link is not None:
         return link.queue
     with transaction.atomic():
@@ -49,12 +56,12 @@ def queue_of(robot: Robot) -> Queue:
 def _first_settings(robot: Robot) -> dict[str, Any]:
     """Return the table `[queue]` of the robot's robot.toml; nothing if its package is not installed."""
     try:
-        told: dict[str, Any] = dict(robot.description().get("queue", {}))
+        table: dict[str, Any] = dict(robot.description().get("queue", {}))
     except (ImportError, LookupError, OSError):
         return {}
-    if unknown := sorted(told.keys() - SETTINGS):
+    if unknown := sorted(table.keys() - SETTINGS):
         raise BadSettings(f"robot.toml of {robot.driver}, [queue]: there is no setting {unknown[0]!r}")
-    return told
+    return table
 
 
 def lock(queue: Queue) -> Queue:
@@ -66,7 +73,7 @@ def lock(queue: Queue) -> Queue:
 
 
 def robots_of(queue: Queue) -> list[Robot]:
-    """Return the robots that the queue serves; other columns than slug and clearance are read when asked for."""
+    """Return the robots of the queue; only their slug and `clearance_required` are loaded at once."""
     return _ROBOTS(queue=queue.pk)
 
 
@@ -82,7 +89,7 @@ def announce(queue: Queue, user: Any = None) -> None:
     bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))
 
 
-def suspended(robot: Robot, link: QueueRobot | None) -> bool:
+def is_suspended(robot: Robot, link: QueueRobot | None) -> bool:
     """Return whether nothing may start by itself: a stop is latched, or staff have not resumed since the last one."""
     if robot.stop_latched:
         return True

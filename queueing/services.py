@@ -1,4 +1,4 @@
-"""The door to queues for all other rooms: verbs, which change rows, and below them reads. One verb is one function.
+"""The only door to queues for all other rooms: verbs, which change rows, and reads. One verb is one function.
 
 Every change of a queue happens under a lock of its row (PostgreSQL) or of the database (SQLite, immediate
 transactions), so two ticks or two people cannot interleave. Other rooms import only this module, the models and the
@@ -8,18 +8,16 @@ errors of queues; import-linter checks it.
 from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.estimates import place_and_wait, waiting
 from queueing.jobs.asking import Asker, ask, job_of_form, packets_of
-from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.forecasts import Forecast, forecast, in_order
-from queueing.jobs.kinds import job_kinds, kinds_for, label_of, link_of, offers_turns
-from queueing.jobs.notices import mark_seen, may_answer, note_answered, own_jobs, unseen_jobs
+from queueing.jobs.kinds import job_kinds, kinds_for, label_of, offers_turns
+from queueing.jobs.own import cancel, mark_seen, may_answer, may_cancel, note_answered, own_jobs, unseen_jobs
 from queueing.jobs.running import FAULTS
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.leaving import Place, end_session, last_report_elsewhere, mark_disconnected, note_open_session
 from queueing.offers import accept
-from queueing.own_place import PLACE_ACTS, Page, change_place
+from queueing.own_place import PLACE_ACTS, Page, change_place, dismiss, note_disconnection, note_presence, note_waiting
 from queueing.places import Standing, standings
-from queueing.presence import dismiss, note_disconnection, note_presence, note_waiting
-from queueing.rows import queue_of
+from queueing.rows import link_of, queue_of
 from queueing.tick import tick
 from queueing.tickets import join, leave, open_ticket, remove, remove_by_staff
 from queueing.turns import end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, stay, turn_of

@@ -8,7 +8,7 @@ from queueing.jobs.judging import head_of
 from queueing.jobs.running import promote
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
-from queueing.rows import announce, links_of, suspended
+from queueing.rows import announce, is_suspended, links_of
 from queueing.turns import ALWAYS
 from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot
@@ -18,7 +18,7 @@ ASKED, TURN_NEXT = "somebody asked for the robot", "somebody's turn comes next"
 
 
 def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None:
-    """Start the next thing on each robot that is ready. `up_since`: since when people can reach the portal."""
+    """Start the next thing on each robot that is ready. `up_since`: people can reach the portal since then."""
     tag_next(queue)
     store_watchers(queue, now)
     for link in links_of(queue):
@@ -32,7 +32,7 @@ def _serve(queue: Queue, link: QueueRobot, now: datetime, up_since: datetime) ->
         return
     idle = grant is None or grant.kind == GrantKind.IDLE
     ticket = head(queue, robot, now, up_since) if idle and link.offers_turns else None
-    if suspended(robot, link):
+    if is_suspended(robot, link):
         if ticket is not None and idle:
             _to_a_person(queue, robot, grant, ticket, now)
         return
@@ -64,7 +64,7 @@ def _gives_way(robot: Robot, grant: Grant | None, reason: str, now: datetime) ->
 
 
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
-    """Offer the robot; if it moved for a job or by itself, it is handed over first."""
+    """Offer the robot; after a job or a motion of its own it goes into handover first."""
     _gives_way(robot, grant, TURN_NEXT, now)
     last = newest_grant_that_moves(robot)
     if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or serves_need(last)):

@@ -1,7 +1,7 @@
 """Moves the stamps of running and waiting rows when the time of day was set, or when the machine slept.
 
 Everything that the queues judge by the time of day is in rows: the end of a turn or an offer, the last presence of a
-person, the deadline of a command. When their stamps are moved by as much as the clock, all this stays as it was. Rows
+person, the deadline of a command. The stamps move by as much as the clock, so all remaining times stay the same. Rows
 that have ended keep their stamps.
 """
 
@@ -27,9 +27,9 @@ SLACK = timedelta(seconds=1)
 
 
 def carry(step: Step, now: datetime) -> None:
-    """Move the stamps of everything that is open. Raises OperationalError, InterfaceError: the database is away.
+    """Move the stamps of all open rows. Raises OperationalError, InterfaceError: the database cannot be reached.
 
-    Anything else that goes wrong is logged, for no tick may stop for it.
+    Any other error is logged, because no tick may stop for it.
     """
     try:
         with transaction.atomic():
@@ -38,7 +38,7 @@ def carry(step: Step, now: datetime) -> None:
             for queue in queues:
                 announce(queue)
         web_uptime.forget()
-        cache.clear()  # of attempts: some would be refused until the time that it was before
+        cache.clear()  # it counts attempts; after a step back some would be refused for too long
     except (OperationalError, InterfaceError):
         raise
     except Exception:
@@ -46,16 +46,16 @@ def carry(step: Step, now: datetime) -> None:
 
 
 class _Move:
-    """Moves stamps, except those written after the step, which lies somewhere in the last `since_s` seconds."""
+    """Moves stamps, but not those written after the step, which happened within the last `since_s` seconds."""
 
     def __init__(self, step: Step, now: datetime) -> None:
         self._new = (now - timedelta(seconds=step.since_s) - SLACK, now + SLACK)
         self._moved, self._by = step.shift, step.shift + self._paused(step, now - step.shift)
 
     def _paused(self, step: Step, now: datetime) -> timedelta:
-        """Return for how long nobody could do anything; others may have written rows while this machine was off.
+        """Return how long the portal stood still; other machines may have written rows while this one was off.
 
-        `now` is by the clock of before.
+        `now` is by the clock before the step.
         """
         if not step.paused:
             return step.paused
@@ -68,24 +68,24 @@ class _Move:
 
     def everything(self) -> None:
         """Move all stamps that the portal judges by the time of day."""
-        for rows, stamp, *more in _written():  # `more` of a row moves where `stamp` does
+        for rows, stamp, *more in _written():  # the stamps in `more` move together with `stamp`
             old = rows.exclude(**{f"{stamp}__isnull": True}).exclude(**{f"{stamp}__range": self._new})
             old.update(**{name: F(name) + self._by for name in (stamp, *more)})
         offered = Ticket.objects.filter(state__in=OPEN_TICKET, offer_until__isnull=False)
-        offered.update(offer_until=F("offer_until") + self._by)  # each of before: ticks alone make offers, after a look
+        offered.update(offer_until=F("offer_until") + self._by)  # all older than the step: only ticks make offers
         self._ahead(Lease.objects.all(), "expires_at", settings.FARHAND["LEASE_S"], self._by)
-        if self._moved:  # not by a sleep: sessions end at a time of day
+        if self._moved:  # not after a sleep: a session ends at a time of day
             self._ahead(Session.objects.all(), "expire_date", settings.SESSION_COOKIE_AGE, self._moved)
 
     def _ahead(self, rows: QuerySet[Any], name: str, seconds: float, by: timedelta) -> None:
-        """Move the end of rows that last so long from each renewal on."""
+        """Move the end `name` of rows, each of which is renewed for `seconds`."""
         first, last = (at + timedelta(seconds=seconds) for at in self._new)
         old = rows.exclude(**{f"{name}__isnull": True}).exclude(**{f"{name}__range": (first, last)})
         old.update(**{name: F(name) + by})
 
 
 def _written() -> Iterator[tuple[Any, ...]]:
-    """Yield open rows, the name of a stamp that says when it was written, and names of stamps that move with it."""
+    """Yield open rows, the name of a stamp that holds when it was written, and names of stamps that move with it."""
     turns, commands = Turn.objects.filter(ended_at=None), Command.objects.filter(grant__ended_at=None)
     tickets, jobs = Ticket.objects.filter(state__in=OPEN_TICKET), Job.objects.filter(state__in=OPEN_JOB)
     yield turns, "started_at", "base_until", "until"

@@ -1,4 +1,4 @@
-"""Advances the queues in time: ends turns and offers that are over, and offers robots to the next people."""
+"""Advances the queues: ends turns and offers whose time is over, and offers robots to the next people."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -22,8 +22,8 @@ from robots.prepared import Prepared, Slot
 from robots.states import Cycle
 
 log = logging.getLogger(__name__)
-ABSENT_S = 900  # a waiting person who is away this long loses the place
-QUIET_S = 5  # between two looks at a queue in which nobody waits
+ABSENT_S = 900  # a person who waits and is away this long loses the place
+QUIET_S = 5  # period for queues with nothing open
 _ALL: Prepared[Queue] = Prepared(lambda: Queue.objects.all())
 _BUSY: Prepared[Queue] = Prepared(lambda: busy_queues())
 _WITHOUT_QUEUE: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True, queue_link=None))
@@ -39,16 +39,16 @@ RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
 def tick(now: datetime, up_since: datetime = ALWAYS) -> None:
     """Advance every queue: end, expire, extend, offer. Safe to run twice at once.
 
-    `up_since`: since when people can reach the portal; before, nobody was absent.
+    `up_since`: people can reach the portal since then; nobody counts as absent before.
     """
     _give_queues()
     _each(_ALL(), partial(_tick, up_since=up_since), now)
 
 
 def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
-    """As `tick`, but queues without anything open only every fifth second, so that an idle portal costs little.
+    """Do the same, but for queues with nothing open only every fifth second, so that an idle portal costs little.
 
-    In these nothing can end or expire; only the next thing may start.
+    In those nothing can end or expire; only the next thing may start.
     """
     busy = _BUSY()
     _each(busy, partial(_tick, up_since=up_since), now)
@@ -59,7 +59,7 @@ def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
 
 
 def _give_queues() -> None:
-    """Give a queue to each robot that was switched on and has none, so that it also works before anybody asks."""
+    """Give a queue to each enabled robot that has none, so that its own behaviour runs before anybody asks."""
     for robot in _WITHOUT_QUEUE():
         try:
             queue_of(robot)
@@ -99,7 +99,7 @@ def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
 
 
 def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: datetime) -> None:
-    """Do it for each queue; an error in one of them, as in a robot's package, does not stop the others."""
+    """Call `do` with each locked queue; an error in one, as in a robot's package, does not stop the others."""
     for queue in queues:
         try:
             with transaction.atomic():
@@ -116,9 +116,9 @@ def _tick(queue: Queue, now: datetime, up_since: datetime) -> None:
     dismiss_unfit(queue, now)
     for turn in _TURNS(queue=queue.pk):
         tick_turn(queue, turn, now, up_since)
-    recall_offers(queue, now)  # first, so that an offer that could not be accepted does not expire
+    recall_offers(queue, now)  # before `_expire`, so that an offer that could not be accepted does not expire
     _expire(queue, now, up_since)
     settle_jobs(queue, now)
-    judge_waiting(queue, now)  # after it, for it puts back what was cut short
+    judge_waiting(queue, now)  # after `settle_jobs`, which puts interrupted jobs back into the queue
     if not queue.paused:
         serve_next(queue, now, up_since)

@@ -28,7 +28,7 @@ _UNFIT: Prepared[Ticket] = Prepared(
 
 
 def _uncleared() -> Q:
-    """Return which tickets are of people without a clearance for a robot of the queue."""
+    """Return the filter of tickets whose person has no clearance for any robot of the queue."""
     return ~Q(user__in=Clearance.objects.filter(robot__queue_link__queue=QUEUE, revoked_at=None).values("user"))
 
 

@@ -10,8 +10,8 @@ from django.db.models import BigAutoField, F, QuerySet
 
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
-from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import QUEUE, announce, lock, suspended
+from queueing.models import NOT_YET, Job, JobState, Queue, Ticket, TicketState, Turn
+from queueing.rows import QUEUE, announce, is_suspended, link_of, lock
 from robots import bus
 from robots.grants import end_grant
 from robots.kit.packets import StandingChanged
@@ -48,8 +48,13 @@ _LAST_ENDED: Prepared[Any] = Prepared(
 
 
 def _theirs() -> QuerySet[Command]:
-    """Return the commands that a person has given under a grant."""
+    """Return the commands that the person gave under the grant."""
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
+
+
+def length_of_turn(robot: Robot) -> float:
+    """Return the length of a turn on the robot (s), without extra time."""
+    return float(robot.turn_s or RULES["TURN_S"])
 
 
 def open_turn(robot: Robot) -> Turn | None:
@@ -64,7 +69,7 @@ def turn_of(robot: Robot, user: Any) -> Turn | None:
 
 
 def start_countdown(queue: Queue, now: datetime, job: Job | None = None) -> None:
-    """Limit the wait of a newcomer, or of a `job` of another person: a turn in its extra time ends in a minute."""
+    """Limit the wait of a newcomer, or of another person's `job`: a turn in its extra time ends after COUNTDOWN_S."""
     turns = Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None)
     if job is not None:
         turns = turns.filter(robot=job.robot).exclude(user=job.user)
@@ -89,7 +94,7 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     with transaction.atomic():
         queue = lock(ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
-        seconds = fairshare.charged(used, turn.alone_s)
+        seconds = fairshare.chargeable_s(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
         if not done:
             return False
@@ -112,7 +117,7 @@ def end_by_staff(turn: Turn, user: Any, now: datetime) -> bool:
 def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> None:
     """Extend the turn while nobody waits; end it if time is up, or its operator is gone or idle while others wait.
 
-    `up_since`: since when people can reach the portal; before, nobody was gone or idle.
+    `up_since`: people can reach the portal since then; nobody counts as gone or idle before.
     """
     grant = turn.grant
     grant.refresh_from_db()
@@ -143,14 +148,14 @@ def idle_at(turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> datetime 
 
 
 def _idle_at(turn: Turn, others: datetime | None, now: datetime, up_since: datetime) -> datetime | None:
-    """Count from the operator's last act, or from when somebody began to wait."""
+    """Return the end of the idle time, counted from the operator's last act or from the begin of the first wait."""
     if others is None:
         return None
     return max(_last_act(turn, now), others, up_since) + timedelta(seconds=idle_s(turn))
 
 
 def idle_s(turn: Turn) -> int:
-    """Return for how long nothing may be done while others wait."""
+    """Return how long the operator may do nothing while others wait (s)."""
     return int(RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"])
 
 
@@ -164,7 +169,7 @@ def stay(robot: Robot, user: Any, now: datetime) -> bool:
     if turn is None or ticket is None:
         return False
     with transaction.atomic():
-        lock(ticket.queue)  # a tick that has judged the turn ends it before, or judges after
+        lock(ticket.queue)  # so a tick either has ended the turn before, or judges it after this
         if not Turn.objects.filter(pk=turn.pk, ended_at=None).update(acted_at=now):
             return False
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
@@ -172,9 +177,9 @@ def stay(robot: Robot, user: Any, now: datetime) -> bool:
 
 
 def note_act(robot: Robot, user: Any, now: datetime) -> None:
-    """Note an act of the operator, as `stay` does, but wait for no tick, and raise no error of the database.
+    """Note an act of the operator as `stay` does, but wait for no tick, and raise no error of the database.
 
-    For stops: a stop that succeeded is answered at once. Nothing is noted while another transaction changes the row.
+    It serves stops, which are answered at once. While another transaction changes the row, nothing is noted.
     """
     try:
         with transaction.atomic():
@@ -188,13 +193,13 @@ def note_act(robot: Robot, user: Any, now: datetime) -> None:
 
 
 def others_wait_since(turn: Turn) -> datetime | None:
-    """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
+    """Return since when another person waits for the robot, in the queue or for a job; None if nobody does."""
     if turn.ticket is None:  # its person's account was deleted
         return None
     people = _FIRST_QUEUED.first(queue=turn.ticket.queue_id)
     asked = _FIRST_ASKED.first(robot=turn.robot_id, user=turn.user_id)
-    link = QueueRobot.objects.filter(robot=turn.robot_id).first() if asked is not None else None
-    if asked is not None and suspended(turn.robot, link):
+    link = link_of(turn.robot) if asked is not None else None
+    if asked is not None and is_suspended(turn.robot, link):
         asked = None  # it waits for staff
     elif asked is not None and link is not None and link.resumed_at is not None:
         asked = max(asked, link.resumed_at)  # before, it waited for staff
@@ -204,7 +209,7 @@ def others_wait_since(turn: Turn) -> datetime | None:
 def _last_act(turn: Turn, now: datetime) -> datetime:
     """Return when the operator last did something; now, while a command of theirs runs.
 
-    Settings by staff under the grant are no acts of the operator.
+    Settings that staff change under the grant do not count.
     """
     theirs = {"grant": turn.grant_id, "robot": turn.robot_id, "user": turn.user_id}
     if _UNDER_WAY(**theirs):

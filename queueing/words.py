@@ -10,7 +10,7 @@ UNKNOWN = "the wait is not known now"
 
 
 def wait_words(wait: tuple[int, int] | None) -> str:
-    """Return the least and greatest wait (s) in words; None where nobody knows."""
+    """Return the least and greatest wait (s) in words; None stands for an unknown wait."""
     if wait is None:
         return UNKNOWN
     low, high = wait
@@ -35,14 +35,14 @@ def _rounded(seconds: int) -> str:
 
 
 def length_words(seconds: float) -> str:
-    """Return a length of time as it is charged, as "2 min 5 s"."""
+    """Return a length of time in words, such as "2 min 5 s"."""
     minutes, rest = divmod(round(max(0.0, seconds)), 60)
     return f"{minutes} min {rest} s" if minutes and rest else f"{minutes} min" if minutes else f"{rest} s"
 
 
 @dataclass(frozen=True)
 class End:
-    """The words of one kind of end. `{used}`, `{idle}`: lengths of time; credit is what `charging` does."""
+    """The words of one kind of end; `{used}`, `{idle}` and others stand for lengths of time."""
 
     why: str
     credited: str
@@ -85,4 +85,4 @@ PLACE_ENDS: dict[PlaceEnd, End] = {
     PlaceEnd.UNCLEARED: End("Your clearance for this robot was withdrawn.", FREE, ASK),
     PlaceEnd.DELETED: End("Your account was deleted.", FREE, ASK),
 }
-OWN_WISH = (GrantEnd.HOLDER, PlaceEnd.LEFT)  # the person wanted it, and need not be told
+OWN_WISH = (GrantEnd.HOLDER, PlaceEnd.LEFT)  # the person chose this end, so no page explains it

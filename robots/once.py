@@ -1,7 +1,7 @@
-"""A form with a token (`{% once %}`) that is sent twice makes one thing: the second press leads to what the first made.
+"""Makes forms with a token (`{% once %}`) idempotent: a second press creates nothing and gets the first one's answer.
 
-Without Redis each web process knows only what was sent to itself. Jobs, entries, answers and programs, which must never
-be made twice, are told apart in the database.
+Without Redis each web process knows only the forms that it received itself. Jobs, entries, answers and programs, which
+must never be created twice, have unique keys in the database.
 """
 
 import hashlib
@@ -17,12 +17,12 @@ from django.template.response import TemplateResponse
 
 from robots.kit.clock import SYSTEM
 
-FIELD, FIELD_OF_JOBS = "once", "press"  # whoever asks for a job is also told who they are: a guest gets a cookie
+FIELD, FIELD_OF_JOBS = "once", "press"  # jobs have their own: their answer also sets a guest's cookie
 TOKEN = re.compile(r"[\w-]{20,64}\Z", re.ASCII)
 KNOWN_S = 3_600
-WAIT_S, POLL_S = 5, 0.1  # for the first press, which is still being answered
+WAIT_S, POLL_S = 5, 0.1  # how long, and how often, a second press looks for the answer to the first one
 BEING_ANSWERED = ""
-PAGE = "<"  # how a page begins, and no address
+PAGE = "<"  # a page begins with it, an address does not
 
 
 def token_of(request: HttpRequest, name: str = FIELD) -> str:
@@ -32,7 +32,7 @@ def token_of(request: HttpRequest, name: str = FIELD) -> str:
 
 
 def press_of(request: HttpRequest, name: str = FIELD) -> str:
-    """Return what a second press repeats, and a form that was filled in anew does not; empty without a token."""
+    """Return a digest of the form with its token, which only a second press repeats; empty without a token."""
     if not token_of(request, name):
         return ""
     sent = sorted((key, values) for key, values in request.POST.lists() if key != "csrfmiddlewaretoken")
@@ -40,10 +40,10 @@ def press_of(request: HttpRequest, name: str = FIELD) -> str:
 
 
 def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
-    """Make a view carry such a form out once for each person, and again if it was refused.
+    """Return the view so that it handles each form with a token once for each person; a refused form may come again.
 
-    Only what was made may be answered with a redirection, or with the page by which the admin's small window closes:
-    the check of who is signed in stands around this, and a refusal that redirects too is raised through it.
+    The view may answer with a redirection, or with the page that closes the admin's popup, only after a success.
+    Therefore the check of the sign-in wraps this decorator, and a refusal that redirects passes it as an exception.
     """
 
     @wraps(view)
@@ -52,30 +52,30 @@ def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
         if not press:
             return view(request, *args, **kwargs)
         key = f"once:{request.user.pk}:{press}"
-        told = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
-        if told:
-            return HttpResponse(told) if told.startswith(PAGE) else HttpResponseRedirect(told)
+        stored = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
+        if stored:
+            return HttpResponse(stored) if stored.startswith(PAGE) else HttpResponseRedirect(stored)
         try:
             answer = view(request, *args, **kwargs)
-            told = answer.get("Location") or _page_that_closes(answer)
+            stored = answer.get("Location") or _page_that_closes(answer)
         finally:
-            cache.set(key, told, KNOWN_S) if told else cache.delete(key)
+            cache.set(key, stored, KNOWN_S) if stored else cache.delete(key)
         return answer
 
     return checked
 
 
 def _page_that_closes(answer: HttpResponse) -> str | None:
-    """Return the page that tells the form behind the admin's small window what was made; None for any other."""
+    """Return the page that closes the admin's popup and gives the form behind it the new row; None for any other."""
     if isinstance(answer, TemplateResponse) and "popup_response_data" in (answer.context_data or {}):
         return str(answer.render().content.decode())
     return None
 
 
 def _made(request: HttpRequest, key: str) -> str | None:
-    """Return where the first press was led to, or the page; nothing if it was refused, or is not answered in time."""
+    """Return the address or page that answered the first press; None if it was refused or is not answered in time."""
     getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/edge/pages.py)
     until = SYSTEM.awake() + WAIT_S
-    while (told := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
+    while (stored := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
         SYSTEM.sleep(POLL_S)
-    return str(told) if told else None
+    return str(stored) if stored else None

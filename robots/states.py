@@ -31,7 +31,7 @@ COMMAND_NEXT: dict[str, frozenset[str]] = {
 
 
 class Lane(models.TextChoices):
-    """The lane in which a command runs: `motion`, one at a time, or `config`, beside a motion."""
+    """The lane in which a command runs: `motion`, one at a time, or `config`, in parallel to a motion."""
 
     MOTION = "motion", "Motion"
     CONFIG = "config", "Beside a motion"
@@ -62,13 +62,13 @@ class GrantKind(models.TextChoices):
     REST = "rest", "Comes to rest"
 
 
-# What holds for the grants of a kind:
+# Properties of grants by their kind:
 G = GrantKind
-ASKED_FOR = frozenset({G.TURN, G.JOB})  # by a visitor; it is recorded
-ONE_COMMAND = frozenset({G.JOB, G.IDLE, G.UPKEEP})  # opened for one command, and ended with it
+ASKED_FOR = frozenset({G.TURN, G.JOB})  # a visitor asked for it; it is recorded
+ONE_COMMAND = frozenset({G.JOB, G.IDLE, G.UPKEEP})  # it is opened for one command, and ends with it
 IN_ORDER = frozenset({G.HANDOVER, G.SETTINGS})  # the owner puts the robot in order, or a part of it
-GIVES_WAY_TO_QUEUE = frozenset({G.JOB, G.IDLE})  # ended for what comes next in the queue, or for a need of the robot
-GIVES_WAY_TO_STAFF = frozenset({G.IDLE, G.REST})  # ended for a command of staff
+GIVES_WAY_TO_QUEUE = frozenset({G.JOB, G.IDLE})  # preempted by the next request in the queue, or a need of the robot
+GIVES_WAY_TO_STAFF = frozenset({G.IDLE, G.REST})  # preempted by a command of staff
 
 
 class GrantEnd(models.TextChoices):

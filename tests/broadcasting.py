@@ -74,7 +74,7 @@ class Air:
         arrived = [one for one in self._flying if one[0] <= self.now_ns]
         self._flying = [one for one in self._flying if one[0] > self.now_ns]
         for _, edge, movie, gap, answer in arrived:
-            taken = repairs.checked(KEY, movie, gap, answer)
+            taken = repairs.verify(KEY, movie, gap, answer)
             if taken is not None:
                 self.asked += len(taken[0])
                 edge.repair(movie, gap, *taken)

@@ -112,7 +112,7 @@ MUTANTS = (
     Mutant(8, "the latch is not written to disk", "workers/authority/memory.py",
            '                    os.write(descriptor, b"1")\n', '                    self._path.unlink()\n',
            f"{WORLD}/test_promises.py::test_promise_07_the_latch_survives_a_death_of_everything[seed1-mercury]"),
-    Mutant(9, "the sand's edge is not checked", "robots/kit/drivers/mercury/limits.py",
+    Mutant(9, "the sand's edge is not checked", "robots/kit/drivers/mercury/checks.py",
            'near, far = description["sand"][axis]', "near, far = -9.0, 9.0",
            "tests/faults/test_promises_wire.py::test_promise_09_nothing_outside_the_envelope_gets_through"),
     Mutant(9, "the server does not look at values", "robots/services/commands.py",

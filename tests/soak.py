@@ -1,4 +1,4 @@
-"""`make soak HOURS=n`: simulated people drive and watch all robots while faults are sprinkled in; prints slopes.
+"""`make soak HOURS=n`: simulated people drive and watch both arms while faults are injected; prints slopes.
 
 Memory, descriptors and threads of each process and unfinished commands, each fitted with a
 straight line, an hour's slope a line; and the records that are stuck in the end. Processes are
@@ -380,7 +380,7 @@ class Soak:
         lines = [
             "# Soak", "",
             f"Written by `make soak HOURS={seconds / 3600:g}` on {SYSTEM.now():%Y-%m-%d}; {machine()}. Simulated people "
-            "drove and watched all robots while something was broken every half minute; processes were killed in the first half.", "",
+            "drove and watched both arms while something was broken every half minute; processes were killed in the first half.", "",
             f"Killed and started again: {kills}. Stuck in the end: "
             + ", ".join(f"{what} {number}" for what, number in stuck.items()) + ".", "",
             "| | " + " | ".join(robots) + " |", "|---" * (len(robots) + 1) + "|",

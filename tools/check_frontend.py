@@ -9,36 +9,15 @@ from setup import FRONTEND, ROOT, find_node  # type: ignore[attr-defined]
 
 MODULES = FRONTEND / "node_modules"
 CONSOLES = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("robots/**/console") if path.is_dir())
-FILES = [
-    "frontend/src",
-    "frontend/tests",
-    *(f"frontend/{n}" for n in ("eslint.config.js", "vite.config.ts")),
-    *CONSOLES,
-]
+FILES = ["frontend/src", "frontend/tests", "frontend/eslint.config.js", "frontend/vite.config.ts", *CONSOLES]
 SCRIPTS = [f"{name}/**/*.{{ts,js}}" if "." not in name else name for name in FILES]
+LENIENT = "--no-error-on-unmatched-pattern"
 COMMANDS = (
     (MODULES / "@typescript/native/bin/tsc", "--noEmit", "--project", FRONTEND),
-    (
-        MODULES / "eslint/bin/eslint.js",
-        "--no-error-on-unmatched-pattern",
-        "--config",
-        FRONTEND / "eslint.config.js",
-        *FILES,
-    ),
-    (
-        MODULES / "prettier/bin/prettier.cjs",
-        "--check",
-        "--no-error-on-unmatched-pattern",
-        "--log-level",
-        "warn",
-        *SCRIPTS,
-    ),
+    (MODULES / "eslint/bin/eslint.js", LENIENT, "--config", FRONTEND / "eslint.config.js", *FILES),
+    (MODULES / "prettier/bin/prettier.cjs", "--check", LENIENT, "--log-level", "warn", *SCRIPTS),
 )
 
 node = find_node() / "node"
-failed = [
-    command
-    for command in COMMANDS
-    if subprocess.run([str(c) for c in (node, *command)], cwd=ROOT, check=False).returncode
-]
-sys.exit(1 if failed else 0)
+results = [subprocess.run([str(c) for c in (node, *command)], cwd=ROOT, check=False) for command in COMMANDS]
+sys.exit(any(result.returncode for result in results))

@@ -1,6 +1,7 @@
-"""`make quick`: for 25 s, run the tests nearest to what changed since main's merge base, uncommitted too.
+"""`make quick`: for 25 s, run the tests nearest to the files changed since main's merge base, uncommitted ones too.
 
-It prints which and why. Nearest: the fewest imports lie between. What it leaves out it counts; `make test` runs all.
+The nearest tests have the fewest imports between them and a changed file. The tool prints which tests it chose and why,
+and counts the others; `make test` runs all.
 """
 
 import os
@@ -16,11 +17,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("accounts", "benchmarks", "operatorlog", "portal", "queueing", "robots", "simulators", "tests", "tools", "workers")  # fmt: skip
-LIMIT, SECONDS, END = 24, 25.0, "FARHAND_QUICK_END"  # files at most; later tests are left out, so no machine fails
+LIMIT, SECONDS, END = 24, 25.0, "FARHAND_QUICK_END"  # files at most; a test that has not begun by then is skipped
 EVERY = ["tests/unit/test_generic_words.py", "tests/unit/test_sizes.py"]  # they judge the text of every file
 OTHERS = ("tests/drivers/", "tests/e2e/", "tests/faults/", "tests/services/test_movies_arrive.py")  # take long
 WEB = re.compile(r"\b(client|admin|Client)\b")  # asks for pages, so it uses what answers by address alone
-RULES = (  # what no import leads to, and the modules that stand for it
+RULES = (  # files to which no import leads, and the modules that stand for them
     (re.compile(r"templates/"), "portal.urls"),
     (re.compile(r"frontend/"), "portal.web.consoles.console"),
     (re.compile(r"(robots/kit/drivers|simulators)/(\w+)/"), r"\1.\2"),
@@ -30,7 +31,7 @@ Found = dict[str, tuple[int, str]]  # of each test: how many imports lie between
 
 
 def changed(root: Path = ROOT) -> list[str]:
-    """Return the files that differ from the commit in which this branch left main; deleted ones, too."""
+    """Return the files that differ from the commit at which this branch left main, also deleted ones."""
 
     def git(*words: str, check: bool = True) -> list[str]:
         return subprocess.run(["git", *words], cwd=root, check=check, stdout=-1, text=True).stdout.splitlines()
@@ -40,7 +41,7 @@ def changed(root: Path = ROOT) -> list[str]:
 
 
 def graph_of_imports(tests: dict[str, str]) -> grimp.ImportGraph:
-    """Return who imports whom; without `tests.conftest`, which would lead from everywhere to everywhere."""
+    """Return the graph of imports without `tests.conftest`, which connects every test with every module."""
     graph = grimp.build_graph(*ROOMS, cache_dir=None)
     graph.remove_module("tests.conftest")
     for test, text in tests.items():
@@ -67,7 +68,7 @@ def importers(graph: grimp.ImportGraph, begin: set[str], tests: dict[str, str]) 
 
 
 def tests_of(path: str, graph: grimp.ImportGraph, tests: dict[str, str]) -> Found:
-    """Return the tests that a changed file asks for; where nothing leads from it to a test, those of its folder."""
+    """Return the tests of a changed file; if no import leads from it to a test, those of its folder."""
     folder, _, name = path.rpartition("/")
     if name == "conftest.py":
         return {test: (1, f"in the folder of {path}") for test in tests if test.startswith(f"{folder}/")}
@@ -83,7 +84,7 @@ def tests_of(path: str, graph: grimp.ImportGraph, tests: dict[str, str]) -> Foun
 
 
 def chosen(paths: list[str]) -> list[tuple[str, str]]:
-    """Return all tests that these files ask for with the reason, the nearest first."""
+    """Return all tests of these files, each with the reason, the nearest first."""
     tests = {str(file.relative_to(ROOT)): file.read_text() for file in sorted(ROOT.glob("tests/*/test_*.py"))}
     graph, found = graph_of_imports(tests), {}
     for path in paths:
@@ -93,24 +94,20 @@ def chosen(paths: list[str]) -> list[tuple[str, str]]:
     words = {word for path in paths for word in re.findall(r"[a-z0-9]+", Path(path).stem)}
 
     def rank(test: str) -> tuple[int, bool, int, int]:  # equally near: the quick, the names, a fixed mixture
-        return (
-            found[test][0],
-            test.startswith(OTHERS),
-            -len(words & set(Path(test).stem.split("_"))),
-            crc32(test.encode()),
-        )
+        named = len(words & set(Path(test).stem.split("_")))
+        return found[test][0], test.startswith(OTHERS), -named, crc32(test.encode())
 
     return [(test, found[test][1]) for test in sorted(found, key=rank)]
 
 
 def pytest_runtest_setup() -> None:
-    """Leave out what has not begun in time, where this file is a plug-in of pytest's."""
+    """Skip a test that has not begun in time; pytest calls this because the file is its plug-in."""
     if time.monotonic() > float(os.environ.get(END, "inf")):
         pytest.skip(f"not begun within {SECONDS:.0f} s: make test")
 
 
 def main() -> None:
-    """Choose, tell and run; what stands on the command line goes to pytest."""
+    """Choose, print and run the tests; the command line's arguments go to pytest."""
     paths = changed()
     tests = chosen(paths)
     near = dict(tests[:LIMIT])

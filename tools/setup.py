@@ -5,7 +5,7 @@
     python3 tools/setup.py all      that, and what the tests need that take long
     python3 tools/setup.py lerobot  what `run` needs, and LeRobot beside it (an optional extra)
 
-Each step leaves a stamp with a digest of what it was made from, so a second call is quick.
+Each step writes a stamp with a digest of its inputs, and is skipped while the digest is the same.
 It installs into `.venv`, `frontend/node_modules` and `var/`; with apt only as root.
 """
 
@@ -25,6 +25,7 @@ NODE_NEEDED = (22, 18)
 SPARTICUZ = "153.0.0"
 SHELL = "chromium-headless-shell"  # Chromium without the parts that draw a window; a page costs it a fifth less
 TORCH = "2.13.0"  # LeRobot imports it; its wheel differs from machine to machine, so no lock holds it
+QUIETLY = ("--loglevel=error", "--no-audit", "--no-fund")  # npm
 
 
 def main() -> None:
@@ -66,31 +67,29 @@ def run(*command: object, cwd: Path = ROOT, env: dict[str, str] | None = None) -
 
 
 def digest(*paths: Path) -> str:
-    """Return a digest of files and folders."""
+    """Return a digest of files and folders. Raises FileNotFoundError for a path that does not exist."""
     total = hashlib.sha256(sys.version.encode())
     for path in paths:
-        for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            if file.is_file() and file.suffix not in (".pyc", ".nbi", ".nbc"):
+        for file in [f for f in sorted(path.rglob("*")) if f.is_file()] if path.is_dir() else [path]:
+            if file.suffix not in (".pyc", ".nbi", ".nbc"):
                 total.update(file.name.encode() + file.read_bytes())
     return total.hexdigest()
 
 
 def done_before(stamp: Path, mark: str) -> bool:
-    """Tell whether the step was done for the same inputs."""
+    """Return whether the step was done for the same inputs."""
     return stamp.exists() and stamp.read_text() == mark
 
 
 def apt(*packages: str) -> bool:
-    """Install Debian packages where we may; tell whether it worked."""
+    """Install Debian packages if this runs as root. Return whether they are installed."""
     if os.geteuid() != 0 or shutil.which("apt-get") is None:
         return False
     say(f"installing {', '.join(packages)} with apt")
     env = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     impatient = ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=20", "-o", "Acquire::https::Timeout=20"]
-    for command in (
-        ["apt-get", "-qq", *impatient, "update"],
-        ["apt-get", "-qq", *impatient, "-y", "install", *packages],
-    ):
+    for verb in (["update"], ["-y", "install", *packages]):
+        command = ["apt-get", "-qq", *impatient, *verb]
         if subprocess.run(command, env=env, stdout=subprocess.DEVNULL, check=False).returncode:
             return False
     return True
@@ -112,23 +111,12 @@ def make_venv() -> None:
 
 
 def pip_install(lock: Path) -> None:
-    """Install a lock file with uv; with pip, which knows this machine's own settings, if uv cannot."""
-    uv = [
-        BIN / "uv",
-        "pip",
-        "install",
-        "-q",
-        "--system-certs",
-        "--python",
-        BIN / "python",
-        "--no-deps",  # a lock names everything
-        "--compile-bytecode",  # once, not in each of the processes that start side by side
-        "--require-hashes",
-        "-r",
-        lock,
-    ]
+    """Install a lock file with uv; if that fails, with pip, which knows this machine's own settings."""
+    flags = ("-q", "--no-deps", "--require-hashes", "-r", lock)  # no dependencies: a lock names all packages
+    # bytecode is compiled once here, not in each of the processes that start side by side
+    uv = (BIN / "uv", "pip", "install", "--system-certs", "--compile-bytecode", "--python", BIN / "python", *flags)
     if subprocess.run([str(c) for c in uv], cwd=ROOT, capture_output=True, check=False).returncode:
-        run(BIN / "python", "-m", "pip", "install", "-q", "--no-deps", "--require-hashes", "-r", lock)
+        run(BIN / "python", "-m", "pip", "install", *flags)
 
 
 def install(name: str) -> None:
@@ -136,7 +124,7 @@ def install(name: str) -> None:
     lock = ROOT / "requirements" / f"{name}.lock"
     mark = digest(lock)
     stamp, full = VENV / f".{name}.stamp", VENV / ".test.stamp"
-    if done_before(stamp, mark) or (name == "base" and full.exists() and done_before(VENV / ".base.in", digest(lock))):
+    if done_before(stamp, mark) or (name == "base" and full.exists() and done_before(VENV / ".base.in", mark)):
         return
     say(f"installing Python packages ({name})")
     pip_install(lock)
@@ -146,18 +134,18 @@ def install(name: str) -> None:
 
 
 def compile_loops() -> None:
-    """Compile the loops whose machine code is kept beside their sources, so that no first start waits for them.
+    """Compile the loops whose machine code is kept beside their sources, so that no first start waits for it.
 
-    What has such loops, a driver or a simulator, compiles them in its `prepare.py`.
+    A driver or simulator with such loops compiles them in its `prepare.py`.
     """
-    doors = prepared()
+    scripts = prepared()
     stamp = VENV / ".loops.stamp"
-    sources = (ROOT / "robots" / "autonomy", ROOT / "simulators" / "common", ROOT / "requirements" / "base.lock")
-    mark = digest(*sources, *doors)
+    sources = ("robots/kit/compiled.py", "robots/kit/slam", "simulators/common", "requirements/base.lock")
+    mark = digest(*(ROOT / name for name in sources), *scripts)
     if not done_before(stamp, mark):
         say("compiling loops")
-        for door in doors:
-            run(BIN / "python", "-m", ".".join(door.relative_to(ROOT).with_suffix("").parts))
+        for script in scripts:
+            run(BIN / "python", "-m", ".".join(script.relative_to(ROOT).with_suffix("").parts))
         stamp.write_text(mark)
 
 
@@ -221,24 +209,24 @@ def find_node() -> Path:
 
 def npm(node: Path, *arguments: str, cwd: Path) -> None:
     """Run npm with that Node."""
-    script = next((p for p in (node.parent / "lib/node_modules/npm/bin/npm-cli.js",) if p.exists()), None)
-    command = [node / "node", script] if script is not None and script.suffix == ".js" else [node / "npm"]
+    script = node.parent / "lib/node_modules/npm/bin/npm-cli.js"
+    command = [node / "node", script] if script.exists() else [node / "npm"]
     env = {"PATH": f"{node}{os.pathsep}{os.environ['PATH']}", "NODE_USE_SYSTEM_CA": "1"}
     run(*command, *arguments, cwd=cwd, env=env)
 
 
 def build_frontend(node: Path, tests: bool) -> None:
-    """Install the front end's tools, those for its checks and tests only where they are wanted, and build it."""
+    """Install the front end's packages, those for its checks only if `tests`, and build it."""
     stamp = FRONTEND / "node_modules" / ".farhand.stamp"
     mark = digest(FRONTEND / "package-lock.json", FRONTEND / "package.json")
     kinds = ("test",) if tests else ("test", "run")
     if not any(done_before(stamp, mark + kind) for kind in kinds):
         say("installing the front end's packages")
         less = () if tests else ("--omit=dev",)
-        npm(node, "ci", *less, "--loglevel=error", "--no-audit", "--no-fund", cwd=FRONTEND)
+        npm(node, "ci", *less, *QUIETLY, cwd=FRONTEND)
         stamp.write_text(mark + kinds[-1])
     stamp = FRONTEND / "dist" / ".farhand.stamp"
-    consoles = (ROOT / "robots" / "drivers").glob("*/console")
+    consoles = ROOT.glob("robots/kit/drivers/*/console")
     mark = digest(FRONTEND / "src", *sorted(consoles), FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark
     if not done_before(stamp, mark):
         say("building the front end")
@@ -247,7 +235,7 @@ def build_frontend(node: Path, tests: bool) -> None:
 
 
 def find_chromium(node: Path) -> None:
-    """Write down which Chromium the browser tests use."""
+    """Find or install a Chromium, and write its path for the browser tests to `var/browser.env`."""
     note = ROOT / "var" / "browser.env"
     note.parent.mkdir(exist_ok=True)
     if shutil.which(SHELL) is None and not note.exists():  # asked for once: a machine without a network waits for apt
@@ -264,7 +252,7 @@ def find_chromium(node: Path) -> None:
 
 
 def find_libfaketime() -> None:
-    """Install what sets the time of day for some processes; without it the test that needs it is skipped."""
+    """Install libfaketime, which sets the time of day for single processes; without it one test is skipped."""
     if next(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None) is None and not apt("libfaketime"):
         say("libfaketime is not installed: tests/faults/test_clock_set.py will be skipped")
 
@@ -276,15 +264,7 @@ def sparticuz(node: Path) -> list[str]:
         say("unpacking a Chromium from npm")
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "package.json").write_text('{"private": true, "type": "module"}\n')
-        npm(
-            node,
-            "install",
-            "--loglevel=error",
-            "--no-audit",
-            "--no-fund",
-            f"@sparticuz/chromium@{SPARTICUZ}",
-            cwd=folder,
-        )
+        npm(node, "install", *QUIETLY, f"@sparticuz/chromium@{SPARTICUZ}", cwd=folder)
         script = folder / "unpack.mjs"
         script.write_text(UNPACK)
         run(node / "node", script, cwd=folder)

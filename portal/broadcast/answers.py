@@ -25,22 +25,22 @@ Application = Callable[
 
 
 def text(body: str, kind: str, cache: str) -> Answer:
-    """Return an answer of this media type, to be kept as `Cache-Control` says."""
+    """Return an answer of the media type `kind` with the header `Cache-Control: <cache>`."""
     return Answer(200, body.encode(), {"content-type": kind, "cache-control": cache})
 
 
 def later(seconds: int) -> Answer:
-    """Return that it is too early, or too much, and when to ask again."""
+    """Return that it is too early or asked too often (503), and after how many seconds to ask again."""
     return Answer(503, b"", {"retry-after": str(seconds), "cache-control": "no-store"})
 
 
 def as_json(value: object) -> Answer:
-    """Return an answer of JSON that is never kept."""
+    """Return an answer of JSON that no cache keeps."""
     return text(json.dumps(value), "application/json", "no-store")
 
 
 def nothing() -> Answer:
-    """Return that there is nothing at this address; not kept for long, for it may come."""
+    """Return that there is nothing at this address (404); caches keep it for a second, because something may come."""
     return Answer(404, b"", {"cache-control": "max-age=1"})
 
 

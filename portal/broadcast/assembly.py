@@ -142,7 +142,7 @@ class Assembly:
 
     @property
     def playable(self) -> int:
-        """Return how many of the segments 1, 2 and so on are there without a gap; players are told of these."""
+        """Return how many of the segments 1, 2 and so on are there without a gap; the playlist names these."""
         return min(self._shown, self.count)
 
     def due_ns(self, number: int) -> int | None:
@@ -169,7 +169,7 @@ class Assembly:
         return sorted(found, key=lambda gap: (gap.due_ns, gap.segment, gap.begin))
 
     def _due_soon(self, until_ns: int) -> set[int]:
-        """Return which segments are needed until then, which is in the order of their numbers, and are not whole."""
+        """Return the segments that are needed until then and are not whole; they are needed in ascending order."""
         soon = {0} & self._open
         for number in range(self._shown + 1, max(1, self.count) + 1):
             due = self.due_ns(number)

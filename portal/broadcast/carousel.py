@@ -38,11 +38,11 @@ class Carousel:
 
     @property
     def next_ns(self) -> int:
-        """When the next packet is due."""
+        """Return when the next packet is due (ns)."""
         return self._began + self._next[0][0]
 
     def due(self, now_ns: int, most: int) -> list[bytes]:
-        """Return the packets that are due now, at most so many."""
+        """Return the packets that are due now, at most `most`."""
         self.late_ns = max(self.late_ns, now_ns - self.next_ns)
         if now_ns - self.next_ns > STALLED_NS:
             self.skipped += 1

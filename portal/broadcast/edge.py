@@ -9,7 +9,7 @@ from portal.broadcast.assembly import MOST, Assembly, Gap
 from portal.broadcast.timetable import SECOND
 
 log = logging.getLogger(__name__)
-BEFORE_NS = SECOND // 20  # bytes needed so soon that are not there were lost, or are late: half the origin's guard
+BEFORE_NS = SECOND // 20  # bytes that are missing so soon before they are needed count as lost: half the guard
 PAUSE_NS = SECOND // 20  # after a loss, at least: packets may overtake one another
 SPREAD_NS = SECOND  # edges that lose the same packet do not ask all at once
 AGAIN_NS = SECOND // 2  # a request without an answer is repeated after it
@@ -18,7 +18,7 @@ LONGEST = 256 * 1024  # bytes of a request
 SILENCE_NS = 10 * SECOND  # after that, an origin whose clock was set back is believed
 GONE_NS = 60 * SECOND  # after that silence a movie is forgotten: it may have been withdrawn
 LATER_NS = 60 * SECOND  # viewers may have begun late, or paused
-RESTART = 100_000  # numbers that are skipped: another start of the origin, no loss
+RESTART = 100_000  # so many skipped numbers mean another start of the origin, no loss
 
 
 class Edge:

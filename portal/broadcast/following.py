@@ -1,4 +1,4 @@
-"""Has an origin show the chosen movie while it runs: another one, none, or silence after one that was withdrawn."""
+"""Changes the movie of an origin while it runs: to another one, or to silence after a movie that was withdrawn."""
 
 import asyncio
 import logging

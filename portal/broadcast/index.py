@@ -43,7 +43,7 @@ def encode(index: Index) -> bytes:
 
 
 def decode(data: bytes) -> Index:
-    """Return the index. Raises ValueError where it is none: too long, no times in order, or times that do not fit."""
+    """Return the index. Raises ValueError if it is too long or its times are out of order or do not fit."""
     if len(data) > LARGEST:
         raise ValueError("An index of a movie is not that long.")
     index = msgspec.msgpack.decode(data, type=Index)  # its errors are ValueErrors

@@ -25,7 +25,7 @@ NO_MOVIE = "It is no movie that can be broadcast: "
 
 
 class NoMovie(ValueError):
-    """A file that cannot be broadcast, and why."""
+    """The file cannot be broadcast; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Movie:
 
     @property
     def rate(self) -> float:
-        """The b of the papers: bytes a second while it is shown."""
+        """Return the bytes a second while it is shown, the b of the papers."""
         return sum(map(len, self.contents[1:])) / self.seconds
 
 
@@ -105,7 +105,7 @@ def _slots(file: Any, stream: Any, slot_ms: int) -> list[list[Any]]:
 
 
 def cut(path: Path, slot_ms: int, title: str = "") -> Movie:
-    """Return the movie of a file, cut into slots of so many milliseconds. Raises NoMovie, OSError."""
+    """Return the movie of a file, cut into slots of `slot_ms` milliseconds. Raises NoMovie, OSError."""
     from av import FFmpegError  # noqa: PLC0415 - only here
     from av import open as opened  # noqa: PLC0415
 

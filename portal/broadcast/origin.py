@@ -15,7 +15,7 @@ HEADERS = packets.DATAGRAM - packets.PAYLOAD + packets.UDP_IP
 
 
 class Origin:
-    """Sends a movie for as long as `run` runs. `number` gives the first packet's number, which only grows."""
+    """Sends a movie while `run` runs. `number` returns the number of a movie's first packet, greater at each call."""
 
     def __init__(self, key: bytes, line: Line, wait_ds: int, number: Callable[[], int]) -> None:
         self._key, self._wait_ds, self._number = key, wait_ds, number
@@ -45,7 +45,7 @@ class Origin:
 
 
 def words(movie: Movie, sent: Carousel) -> str:
-    """Return what it takes to send a movie."""
+    """Return in words how long a movie is and what rate it takes to send it."""
     rate = float(bytes_a_second(sent.channels, HEADERS))
     return (
         f"{movie.seconds:.0f} s in {len(movie.contents) - 1} segments, {movie.rate / 1000:.0f} kB/s; "

@@ -10,8 +10,8 @@
 | 3, 3 | where in the segment the bytes begin; how many bytes the segment has |
 | 8 | tag: keyed BLAKE2s of the bytes before it and of those of the segment |
 
-Big-endian. Every host of the network can send to the group, in anybody's name; so a packet is read only if its tag fits
-the key that origin and edges share. The tag also shows changes on the way.
+Big-endian. Every host of the network can send to the group, in anybody's name. So a packet is read only if its tag fits
+the key that origin and edges share; the tag also shows changes on the way.
 """
 
 import hashlib
@@ -77,7 +77,7 @@ def encode(key: bytes, packet: Packet) -> bytes:
 
 
 def decode(key: bytes, datagram: bytes) -> Packet | None:
-    """Return the packet of a datagram; None where it is none, or not of an origin with this key."""
+    """Return the packet of a datagram; None if it is no packet, or not of an origin with this key."""
     begin = HEAD.size + TAG
     if not begin < len(datagram) <= DATAGRAM:
         return None

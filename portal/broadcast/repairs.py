@@ -1,4 +1,4 @@
-"""Repairs by HTTP: the origin answers ranges of segments, an edge fetches them and looks at their tag."""
+"""Repairs by HTTP: the origin answers ranges of segments, an edge fetches them and checks their tag."""
 
 import asyncio
 import hmac
@@ -22,7 +22,7 @@ STATUS, LENGTH = re.compile(rb"HTTP/1\.[01] ([1-5][0-9]{2})\b"), re.compile("[0-
 HEAD = 16 * 1024  # bytes of an answer's headers
 TAG = "farhand-tag"
 TIMEOUT_S = 2.0
-SAVED_S = 5  # a pause of so long may be made good at once
+SAVED_S = 5  # the token bucket holds what comes in so long
 
 
 class Repairs:
@@ -74,8 +74,8 @@ class Repairs:
         return True
 
 
-def checked(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, int] | None:
-    """Return the bytes of an answer and the size of its segment; None where it is not what was asked for."""
+def verify(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, int] | None:
+    """Return the bytes of an answer and the size of its segment; None if the answer does not fit the gap or its tag."""
     place = CONTENT_RANGE.fullmatch(answer.headers.get("content-range", ""))
     if answer.status != 206 or place is None:
         return None
@@ -88,17 +88,17 @@ def checked(key: bytes, movie: int, gap: Gap, answer: Answer) -> tuple[bytes, in
 
 
 def path_of(movie: int, gap: Gap) -> str:
-    """Return where a gap is asked for, after the origin's address."""
+    """Return the path at the origin of the segment that has a gap."""
     return f"/{movie:08x}/{gap.segment}"
 
 
 def range_of(gap: Gap) -> str:
-    """Return the header `Range` that asks for a gap."""
+    """Return the value of the header `Range` that asks for a gap."""
     return f"bytes={gap.begin}-{(gap.begin + LONGEST if gap.all else gap.end) - 1}"
 
 
 async def fetch(origin: str, movie: int, gap: Gap) -> Answer | None:
-    """Ask the origin (`http://host:port`) for a gap. None where no answer came in time."""
+    """Ask the origin (`http://host:port`) for a gap. Return its answer; None if none came in time."""
     try:
         address = urlsplit(origin)
         tls = address.scheme == "https"
@@ -113,7 +113,7 @@ async def fetch(origin: str, movie: int, gap: Gap) -> Answer | None:
                 )
                 return await _read(reader)
             finally:
-                writer.transport.abort()  # nothing waits for a good end
+                writer.transport.abort()  # nobody waits for an orderly close
     except (OSError, EOFError, TimeoutError, ValueError, asyncio.LimitOverrunError, http.client.HTTPException):
         return None
 

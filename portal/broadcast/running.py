@@ -16,15 +16,15 @@ from portal.broadcast.timetable import SECOND
 
 log = logging.getLogger(__name__)
 LEAST, PAUSE_S = 4, 0.001  # packets without a pause, and the pause: sockets of edges have room for few
-FASTER = 4  # after a pause packets are sent that much faster than they are due
+FASTER = 4  # after a pause packets are sent at most so many times faster than they are due
 LOOK_S = 0.02  # an edge reads packets and looks for gaps so often: cheaper than to wake for each packet
 AT_ONCE = 4  # requests of an edge to the origin
-IDLE_S = 0.5  # while there is nothing to send, it is looked so often whether there is
+IDLE_S = 0.5  # between two looks for a carousel while there is none
 READ = 1000  # datagrams at a look; more of them wait in the socket
 
 
 def now_ns() -> int:
-    """Return the time of the event loop."""
+    """Return the time of the event loop (ns)."""
     return round(asyncio.get_running_loop().time() * SECOND)
 
 
@@ -108,6 +108,6 @@ class Receiving:
 
     async def _repair(self, movie: int, gap: Gap) -> None:
         answer = await repairs.fetch(self._origin, movie, gap)
-        taken = None if answer is None else repairs.checked(self._edge.key, movie, gap, answer)
+        taken = None if answer is None else repairs.verify(self._edge.key, movie, gap, answer)
         if taken is not None:
             self._edge.repair(movie, gap, *taken)

@@ -6,7 +6,7 @@ bandwidth is in units of the rate b at which the movie is shown. All are exact (
 evenly in k slots needs b / k, and a joiner who listens for k slots, from whichever moment, has all of it.
 
 Three schemes: harmonic (Juhn and Tseng 1997), which some joiners get late; cautious harmonic and polyharmonic (Paris,
-Carter and Long 1998), which nobody does. No I/O and no clock.
+Carter and Long 1998), which nobody gets late. No I/O and no clock.
 """
 
 import math
@@ -117,9 +117,9 @@ def polyharmonic(segments: int, wait: int = 4) -> Scheme:
 def lateness(scheme: Scheme, joined: Exact) -> Fraction:
     """Return how late the latest place of the movie comes to a viewer who joins now (slots; least upper bound).
 
-    Not above 0: everything is there when it is shown. Within a segment a place is sent `slots` times as slowly as it is
-    shown, but for one jump, at the place that is sent at the moment of joining; so the latest places are the ends of
-    both pieces.
+    If it is not above 0, everything is there when it is shown. Within a segment a place is sent `slots` times as slowly
+    as it is shown, but for one jump, at the place that is sent at the moment of joining; so the latest places are the
+    ends of both pieces.
     """
     begin, latest = scheme.begin(joined), []
     for channel in scheme.channels:

@@ -45,7 +45,7 @@ class Channel:
 
     @property
     def bandwidth(self) -> Fraction:
-        """Bytes of the segment a second."""
+        """Return how many bytes of the segment are sent a second."""
         return Fraction(self.size * SECOND, self.period_ns)
 
 

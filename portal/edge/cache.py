@@ -16,8 +16,8 @@ from redis.exceptions import RedisError
 from robots.kit.clock import SYSTEM
 
 AGAIN_S = 2.0  # between two attempts while Redis is away
-OWED = 10_000
-OWED_S = 10.0  # the longest life of a lock that a counting request sets and deletes
+TOMBSTONES = 10_000  # at most
+TOMBSTONE_S = 10.0  # the longest life of a lock that a counting request sets and deletes
 
 
 class Plain:
@@ -35,11 +35,11 @@ class Plain:
 class SharedCache(BaseCache):
     """Django's cache in Redis, which uses memory while Redis is away and returns by itself.
 
-    Keys that were to be deleted meanwhile are deleted first when Redis is back: a lock that stayed would refuse
-    everybody who is counted under it.
+    A key that was deleted meanwhile leaves a tombstone, and is deleted in Redis as soon as Redis is back: a lock that
+    stayed would refuse everybody who is counted under it.
     """
 
-    _owed: ClassVar[dict[tuple[str, int | None], float]] = {}  # keys to delete, and since when
+    _tombstones: ClassVar[dict[tuple[str, int | None], float]] = {}  # by key and version: since when
 
     def __init__(self, location: str, params: dict[str, Any]) -> None:
         super().__init__(params)
@@ -55,23 +55,23 @@ class SharedCache(BaseCache):
                 return call(*args, **kwargs)
             except (RedisError, OSError):
                 self._away_until = SYSTEM.awake() + AGAIN_S
-        if verb == "delete" and len(self._owed) < OWED:
-            self._owed[args] = SYSTEM.awake()  # (key, version)
+        if verb == "delete" and len(self._tombstones) < TOMBSTONES:
+            self._tombstones[args] = SYSTEM.awake()  # (key, version)
         return getattr(self._own, verb)(*args, **kwargs)
 
     def _settle(self) -> None:
-        """Delete what was to be deleted while Redis was away. Raises RedisError, OSError; the rest is owed on."""
-        for (key, version), since in list(self._owed.items()):
-            if SYSTEM.awake() - since < OWED_S:
+        """Delete the keys of tombstones in Redis. Raises RedisError, OSError; the other tombstones stay."""
+        for (key, version), since in list(self._tombstones.items()):
+            if SYSTEM.awake() - since < TOMBSTONE_S:
                 self._shared.delete(key, version=version)
-            self._owed.pop((key, version), None)
+            self._tombstones.pop((key, version), None)
 
     def add(self, key: str, value: Any, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> bool:
         """Set a value if there is none. Return whether it was set."""
         return bool(self._do("add", key, value, timeout, version))
 
     def get(self, key: str, default: Any = None, version: int | None = None) -> Any:
-        """Return the value of a key, `default` where none is kept."""
+        """Return the value of a key, or `default`."""
         return self._do("get", key, default, version)
 
     def set(self, key: str, value: Any, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> None:

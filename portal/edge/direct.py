@@ -32,16 +32,16 @@ class Connection(Protocol):
         """Return whether nothing can be written any more."""
 
     def keep(self, waits: bool) -> None:
-        """Not be `ready` from now on, because something waits that comes before any frame; or nothing does."""
+        """Note whether something waits that comes before any frame; while it does, the connection is not `ready`."""
 
     def write(self, frame: bytes) -> None:
         """Write a whole frame."""
 
     def when_ready(self, call: Callable[[], None] | None) -> None:
-        """Have this called whenever `ready` has changed."""
+        """Call this function whenever `ready` has changed."""
 
     def when_free(self, call: Callable[[], None] | None) -> None:
-        """Have this called whenever the connection becomes free again, and when it is gone."""
+        """Call this function whenever the connection becomes free again, and when it is gone."""
 
 
 def connection_of(scope: dict[str, Any]) -> Connection | None:

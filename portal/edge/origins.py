@@ -1,4 +1,4 @@
-"""The check which pages may open a socket: those of this site, with the same scheme and port."""
+"""The check of a socket's origin: only pages of this site, with the same scheme and port, may open sockets."""
 
 import re
 from typing import Any
@@ -43,17 +43,17 @@ def _matches(asked: Place, allowed: str) -> bool:
 
 
 class Refused:
-    """Answers the handshake of a socket with a status instead of opening it."""
+    """Answers the handshake of a socket with a status instead of opening it; `headers`: further ones."""
 
-    def __init__(self, status: int, text: str) -> None:
-        self.status, self.text = status, text
+    def __init__(self, status: int, text: str, *headers: tuple[bytes, bytes]) -> None:
+        self.status, self.text, self.headers = status, text, headers
 
     async def __call__(self, scope: dict[str, Any], receive: Any, send: Any) -> None:
         """Refuse."""
         if "websocket.http.response" not in (scope.get("extensions") or {}):
             await send({"type": "websocket.close"})
             return
-        headers = [(b"content-type", b"text/plain; charset=utf-8")]
+        headers = [(b"content-type", b"text/plain; charset=utf-8"), *self.headers]
         await send({"type": "websocket.http.response.start", "status": self.status, "headers": headers})
         await send({"type": "websocket.http.response.body", "body": self.text.encode()})
 

@@ -47,7 +47,7 @@ class FairSemaphore:
         self._waiting: OrderedDict[str, deque[asyncio.Future[None]]] = OrderedDict()  # the next network is first
 
     async def acquire(self, address: str) -> "Room":
-        """Wait for room and return it; the caller leaves it."""
+        """Wait for room and return it; the caller has to leave it."""
         if self._free:
             self._free -= 1
             return Room(self)
@@ -56,13 +56,13 @@ class FairSemaphore:
         try:
             await entry
         except asyncio.CancelledError:
-            if not entry.cancelled():  # it was let in at the same moment
+            if not entry.cancelled():  # it was given room at the same moment
                 self.release()
             raise
         return Room(self)
 
     def release(self) -> None:
-        """Let the next one in."""
+        """Give the room to the page that is next."""
         while self._waiting:
             network, entries = self._waiting.popitem(last=False)
             entry = entries.popleft()
@@ -75,13 +75,13 @@ class FairSemaphore:
 
 
 class Room:
-    """The room of one page."""
+    """The room of one page that is being rendered."""
 
     def __init__(self, semaphore: FairSemaphore) -> None:
         self._semaphore: FairSemaphore | None = semaphore
 
     def leave(self) -> None:
-        """Leave it to the next page; a second time does nothing."""
+        """Give the room to the next page; a second call does nothing."""
         if self._semaphore is not None:
             self._semaphore.release()
             self._semaphore = None

@@ -1,9 +1,9 @@
 """uvicorn's HTTP protocol with limits that it has no setting for: slow headers, floods, peers that do not read.
 
-Bounded are the bytes of a request that are not its body (line, headers, the frame of each chunk, trailers), the number
-of its headers and chunks, the requests that wait on one connection, and how much the system reads ahead. A reverse
-proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that passes
-everything on.
+The limits bound the bytes of a request that are not its body (line, headers, the frame of each chunk, trailers), the
+number of its headers and chunks, the requests that wait on one connection, and how much the system reads ahead. A
+reverse proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that
+passes everything on.
 """
 
 import asyncio
@@ -85,7 +85,7 @@ class Http(HttpToolsProtocol):
         self._await_head()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Remove it from the count, and tell the request that is served; uvicorn tells the newest one alone."""
+        """Remove the connection from the count, and tell all its requests; uvicorn tells only the newest one."""
         for cycle in self._cycles:
             if not cycle.response_complete:
                 cycle.disconnected = True
@@ -102,7 +102,7 @@ class Http(HttpToolsProtocol):
             self._counted = ""
 
     def data_received(self, data: bytes) -> None:
-        """Refuse what is no request, or is too long; nothing is read after a refusal."""
+        """Refuse data that is no request, or is too long; nothing is read after a refusal."""
         if self.transport.is_closing():
             return
         self._unset_keepalive_if_required()
@@ -146,7 +146,7 @@ class Http(HttpToolsProtocol):
             super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
-        """The headers are complete; the application limits the time of the body."""
+        """Stop the timer of the headers; the application limits the time of the body."""
         self._heading = False
         if self._late is not None:
             self._late.cancel()
@@ -157,7 +157,7 @@ class Http(HttpToolsProtocol):
             self._cycles.append(self.cycle)
 
     def on_body(self, body: bytes) -> None:
-        """Take a part of the body, which the application bounds."""
+        """Take a part of the body; the application limits its size."""
         self._head -= len(body)
         super().on_body(body)
 
@@ -168,7 +168,7 @@ class Http(HttpToolsProtocol):
             raise _TooMany(400)
 
     def on_message_complete(self) -> None:
-        """The request is complete; the next bytes belong to the next one."""
+        """Note that the request is complete; the next bytes belong to the next one."""
         self._complete = True
         super().on_message_complete()
 
@@ -199,7 +199,7 @@ class Http(HttpToolsProtocol):
         self._unread = Unread(self.loop, self.transport)
 
     def resume_writing(self) -> None:
-        """The peer reads again."""
+        """Note that the peer reads again."""
         super().resume_writing()
         if self._unread is not None:
             self._unread.cancel()

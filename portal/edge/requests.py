@@ -7,10 +7,12 @@ from django.conf import settings
 
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount
+from portal.edge.origins import Refused
 
 TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."
 TOO_MANY = "Too many requests from your network address at once; wait a moment."
+TOO_MANY_SOCKETS = "Too many sockets from your network address.\n"
 STAFF_PATH = "/admin/"
 OPERATORS_PATH = "/ws/operators/"  # counted apart: a viewer takes no place from an operator
 
@@ -47,6 +49,7 @@ class Bounded:
         self._requests = AddressCount(settings.LIMITS["REQUESTS"])
         self._sockets = AddressCount(settings.LIMITS["SOCKETS"])
         self._operators = AddressCount(settings.LIMITS["OPERATORS"])
+        self._refused = Refused(429, TOO_MANY_SOCKETS, (b"retry-after", b"30"))
 
     async def __call__(self, scope: dict[str, Any], receive: Any, send: Any) -> None:
         """Pass on requests within the limits."""
@@ -58,7 +61,7 @@ class Bounded:
                     await self.app(scope, receive, send)
                 else:
                     drop("of an address that has enough")
-                    await _refuse_socket(send)
+                    await self._refused(scope, receive, send)
         elif scope["type"] == "http":
             with self._requests.one(address) as entered:
                 if entered:
@@ -110,9 +113,3 @@ class _Body:
             raise _Refused(413, TOO_LARGE)
         self._whole = not message.get("more_body", False)
         return message
-
-
-async def _refuse_socket(send: Any) -> None:
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"retry-after", b"30")]
-    await send({"type": "websocket.http.response.start", "status": 429, "headers": headers})
-    await send({"type": "websocket.http.response.body", "body": b"Too many sockets from your network address.\n"})

@@ -22,7 +22,7 @@ FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at 
 FLUSH_S = 5.0  # for sending the last bytes before a close
 NO_TEXT, POLICY = 1007, 1008
 BEFORE = 64 * 1024  # bytes that may wait before an ordinary message has to
-AHEAD = 8 * 1024  # bytes that the system may hold unsent; more would only be old pictures on a slow line
+AHEAD = 8 * 1024  # bytes that the system may hold unsent; on a slow line more would only be old pictures
 
 
 @cache
@@ -40,7 +40,7 @@ class Ws(WebSocketsSansIOProtocol):
 
     counted = ""
     deflates = _ready = False
-    _kept = False  # by the application
+    _kept = False  # the application lets nothing be written at once
     _taken = True  # nothing waits to be written
     _closed = False  # a close was sent, or the connection is lost
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
@@ -49,7 +49,7 @@ class Ws(WebSocketsSansIOProtocol):
     _call_ready: Callable[[], None] | None = None
 
     def connection_made(self, transport: Any) -> None:
-        """Let little wait on the way to a slow peer."""
+        """Bound the bytes that wait on the way to a slow peer."""
         super().connection_made(transport)
         self._frames = Bucket(FRAMES_S, FRAMES)
         self.write = transport.write
@@ -77,7 +77,7 @@ class Ws(WebSocketsSansIOProtocol):
         return self.close_sent or self.transport.is_closing()
 
     def keep(self, waits: bool) -> None:
-        """Not be `ready` from now on, because something waits that comes before any frame; or nothing does."""
+        """Note whether something waits that comes before any frame; while it does, the connection is not `ready`."""
         self._kept = waits
         self._judge()
 
@@ -94,7 +94,7 @@ class Ws(WebSocketsSansIOProtocol):
                 self._call_ready()
 
     def when_ready(self, call: Callable[[], None] | None) -> None:
-        """Have this called whenever `ready` has changed."""
+        """Call this function whenever `ready` has changed."""
         self._call_ready = call
 
     def _judge(self) -> None:
@@ -112,16 +112,16 @@ class Ws(WebSocketsSansIOProtocol):
             self.ready = False
 
     def when_free(self, call: Callable[[], None] | None) -> None:
-        """Have this called whenever the connection becomes free again, and when it is gone."""
+        """Call this function whenever the connection becomes free again, and when it is gone."""
         self._call = call
 
     def pause_writing(self) -> None:
-        """Something waits; give a peer that takes nothing a limited time."""
+        """Note that bytes wait, and give a peer that takes nothing a limited time."""
         self._taken = self.ready = False
         self._unread = Unread(self.loop, self.transport, lambda: drop("took nothing"))
 
     def resume_writing(self) -> None:
-        """The peer has taken everything."""
+        """Note that the peer has taken everything."""
         super().resume_writing()
         self._taken = True
         self._judge()
@@ -150,7 +150,7 @@ class Ws(WebSocketsSansIOProtocol):
             raise ClientDisconnected
         await super().send(message)
         if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
-            self.handshake_complete = True  # by a refusal; uvicorn would log an error, as if nothing had been answered
+            self.handshake_complete = True  # by this refusal; else uvicorn would log that there was no answer
         if not self._taken and self.transport.get_write_buffer_size() > BEFORE:
             self.writable.clear()
 

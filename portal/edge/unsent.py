@@ -25,7 +25,7 @@ def unsent(transport: Any) -> int:
 
 
 class Unread:
-    """Bytes wait for a peer: the connection ends if it took nothing for READ_S; a peer that reads slowly goes on.
+    """Bytes that wait for a peer; its connection ends if it takes nothing for READ_S, and goes on if it reads slowly.
 
     `dropped` is called before the connection ends.
     """
@@ -49,5 +49,5 @@ class Unread:
             self._timer = self._later()
 
     def cancel(self) -> None:
-        """The peer has taken enough, or is gone."""
+        """Stop looking: the peer has taken enough, or is gone."""
         self._timer.cancel()

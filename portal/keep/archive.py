@@ -55,7 +55,7 @@ def media_hashes(folder: Path) -> dict[str, str]:
 
 @contextmanager
 def _one_moment() -> Iterator[None]:
-    """Read everything as it was at one moment, while others go on writing."""
+    """Let all queries in the body read the rows of one moment, while others go on writing."""
     if connection.vendor == "sqlite":
         connection.ensure_connection()
         connection.cursor().execute("BEGIN DEFERRED")  # Django's own statement would take the write lock

@@ -178,7 +178,7 @@ def _move_settings(path: Path) -> None:
 def _close_what_was_open() -> None:
     """End everything that was open: robots are stopped and verified again, epochs start far ahead.
 
-    Stopped, because the backup does not know of a stop or a lock-out that came after it.
+    They are stopped because the backup does not know of a stop or a lock-out that came after it.
     """
     now = SYSTEM.now()
     Command.objects.filter(state__in=[*COMMAND_RUNNING, CommandState.QUEUED]).update(

@@ -1,6 +1,6 @@
-"""Who may open a socket at a robot: anybody as long as there is room, and whoever drives with a one-time code.
+"""The admission of sockets at a robot: everybody while there is room, and the operator with a one-time code.
 
-An access is what differs between everybody's socket and the operator's stream; the socket is given one.
+An access has the rules in which everybody's socket and the operator's stream differ; each socket has one.
 """
 
 from contextlib import ExitStack
@@ -14,8 +14,7 @@ from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount
 from portal.live import codes
 from portal.live.hub import Hub
-from portal.live.people import current_user
-from portal.live.role import Role
+from portal.live.people import Role, current_user
 from portal.live.sessions import Ending
 from portal.live.threads import DRIVERS, Pool
 from queueing.services import Place
@@ -27,7 +26,7 @@ FULL_TEXT = "As many people watch this robot as the portal can serve. This page 
 ENOUGH_TEXT = "You watch robots in as many pages as one account may. Close one of them."
 PROTOCOL = "farhand.operator"  # offered by the operator's page, with the code behind it
 TURN_OVER = Ending(OVER, codes.TURN_OVER, "", Place.KEPT)
-CODES = Pool("codes", 2)  # whoever tries codes keeps nobody else waiting
+CODES = Pool("codes", 2)  # so that attempts with wrong codes delay nobody else
 
 
 @cache
@@ -47,17 +46,17 @@ class AccessRefused(Exception):
 class Access:
     """Access to everybody's socket, without a code."""
 
-    protocol: str | None = None  # of WebSocket, that is spoken; None: any
+    protocol: str | None = None  # the WebSocket subprotocol that is spoken; None: it has none
     pool: Pool | None = None  # the threads for its queries; None: those for the person's role
 
     def __init__(self, slug: str, scope: dict[str, Any], hub: Hub) -> None:
         self._slug, self._scope, self._hub = slug, scope, hub
 
     async def admit(self) -> None:
-        """Check what the socket was opened with. Raises AccessRefused."""
+        """Check whether the socket may be opened. Raises AccessRefused."""
 
     def enter(self, person: int, stranger: bool, leave: ExitStack) -> None:
-        """Take a place among strangers, or of the account, which `leave` gives back. Raises AccessRefused."""
+        """Take a place among strangers or of the account; `leave` gives it back. Raises AccessRefused."""
         if stranger and self._hub.strangers(self._slug) >= settings.LIMITS["VIEWERS"]:
             drop("found the robot's places taken")
             raise AccessRefused(FULL, FULL_TEXT)
@@ -70,11 +69,11 @@ class Access:
         leave.callback(accounts().leave, account)
 
     def shares_snapshots(self, role: Role) -> bool:
-        """Return whether the public part of snapshots is read for many at once; whoever drives waits for nobody."""
+        """Return whether the public part of snapshots is read for many at once; an operator waits for nobody."""
         return not role.grant
 
     def ending(self, role: Role) -> Ending | None:
-        """Return why the socket ends with the snapshot that was sent for this role."""
+        """Return why the socket ends after the snapshot that was sent for this role; None if it goes on."""
         return None
 
     def judge(self) -> Ending | None:
@@ -87,15 +86,16 @@ class Access:
 
 
 class OperatorAccess(Access):
-    """Access to the operator's stream: opened with a one-time code, it ends with the grant; the page goes on without.
+    """Access to the operator's stream, which is opened with a one-time code and ends with the grant.
 
-    Whoever drives can always open it; codes and the network address are limited. It is the stream of one person.
+    The operator can always open it: it takes no place, only codes and the sockets of a network address are limited.
+    After its end the page goes on without it.
     """
 
     protocol: str | None = PROTOCOL
     pool: Pool | None = DRIVERS
 
-    _grant = 0  # for which it was opened
+    _grant = 0  # the key of the grant for which it was opened
 
     async def admit(self) -> None:
         """Spend the code. Raises AccessRefused."""
@@ -118,11 +118,11 @@ class OperatorAccess(Access):
         return False
 
     def ending(self, role: Role) -> Ending | None:
-        """Return whether the turn is over; a session that has ended is dealt with by the check of sessions."""
+        """Return `TURN_OVER` if the person has the grant no more; the check of sessions deals with an ended session."""
         return None if role.grant == self._grant or role.anonymous else TURN_OVER
 
     def judge(self) -> Ending | None:
-        """Return whether the turn is over; so the stream ends though nobody was told of it."""
+        """Return `TURN_OVER` if the grant has ended; so the stream ends though no message said so."""
         return None if Grant.objects.filter(pk=self._grant, ended_at=None).exists() else TURN_OVER
 
     def continues_elsewhere(self, person: int) -> bool:

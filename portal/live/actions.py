@@ -36,7 +36,7 @@ SIGN_IN = Answer(False, "Sign in first.", "signed_out")
 def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = False) -> Answer:
     """Carry out one message, with person, session and turn checked again.
 
-    `sent`: the stop went over the bus already.
+    `sent`: the stop was sent over the bus already.
     """
     user = current_user(scope)
     if not user.is_authenticated:

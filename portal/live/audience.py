@@ -1,6 +1,6 @@
 """The watchers of each robot and the bytes sent to them: counted in memory, added to the database each minute.
 
-Nobody is named. What a process has counted in its last minute is lost when it is killed.
+Nobody is named. A process that is killed loses the counts of its last minute.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ class Audience:
         self._here: dict[str, set[Seat]] = {}  # by robot
         self._most = Counter[str]()  # since the last time that it was written
         self._sent = Counter[str]()  # to those who have gone, and to several at once
-        self._told = Counter[str]()  # most watchers that the counters of these five minutes have already
+        self._told = Counter[str]()  # the most watchers that the counters of these five minutes have already
         self._slot: datetime | None = None
         self._task: asyncio.Task[None] | None = None
 

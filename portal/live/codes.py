@@ -1,7 +1,7 @@
 """One-time codes: each opens the operator's stream once, for one person, robot and grant, within half a minute.
 
-Redis keeps a code's digest and for whom it is, and gives it out and forgets it in one step (GETDEL), so that of two
-who use the same code at the same time one is refused, in whichever web processes they are.
+Redis keeps a code's digest with its bearer. GETDEL reads and deletes both in one step: if the same code is used twice
+at the same time, in whichever web processes, one use is refused.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from robots.models import Grant, Robot
 from robots.states import GrantKind
 
 CODE_S = 30  # from asking to opening, over a slow line too
-OPENED_S = 10  # so long the end of a page's other socket is no absence
+OPENED_S = 10  # so long after it was opened the end of the page's other socket is no absence
 FORM = re.compile(r"[\w-]{43}", re.ASCII)
 SPENT = "This code was used before, or is too old. The page asks for another one."
 ANOTHERS = "This code is for somebody else."
@@ -35,7 +35,7 @@ class CodeRefused(Exception):
 
 
 class Bearer(msgspec.Struct, frozen=True):
-    """For whom a code is: keys of the person and of the grant, and the robot's slug."""
+    """The bearer of a code: the keys of the person and of the grant, and the robot's slug."""
 
     user: int
     grant: int
@@ -58,8 +58,11 @@ def give(robot: Robot, user: Any, now: datetime) -> str:
 
 
 def use(code: str, slug: str, user: Any, now: datetime) -> int:
-    """Spend a code, whoever brings it; return the grant under which the person drives. Raises CodeRefused."""
-    meant = _taken(code) if FORM.fullmatch(code) else None
+    """Spend a code; return the key of the grant under which its bearer drives. Raises CodeRefused.
+
+    A code that somebody else brings is spent, too.
+    """
+    meant = _take(code) if FORM.fullmatch(code) else None
     if meant is None:
         raise CodeRefused(SPENT)
     if user.pk != meant.user:
@@ -89,10 +92,10 @@ def _key(code: str) -> str:
     return bus.code_key(hashlib.sha256(code.encode()).hexdigest())
 
 
-def _taken(code: str) -> Bearer | None:
-    """Return for whom the code is, once."""
+def _take(code: str) -> Bearer | None:
+    """Return the bearer of a code and delete it; None if Redis has no such code. Raises CodeRefused."""
     try:
-        kept: Any = bus.connection().getdel(_key(code))
+        stored: Any = bus.connection().getdel(_key(code))
     except (RedisError, OSError) as error:
         raise CodeRefused(UNKNOWN) from error
-    return msgspec.json.decode(kept, type=Bearer) if kept is not None else None
+    return msgspec.json.decode(stored, type=Bearer) if stored is not None else None

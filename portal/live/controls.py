@@ -1,4 +1,4 @@
-"""The controls of a held motion on one page: pressed, held, released; they go to the owner without the database."""
+"""The controls of a held motion on one page: pressed, held, released; they reach the owner without the database."""
 
 from math import inf
 
@@ -7,17 +7,17 @@ from portal.live.threads import URGENT
 from robots import bus
 from robots.kit.clock import SYSTEM
 
-HEARD_S = 0.1  # a page that holds its controls says so more often
+HEARD_S = 0.1  # a page reports more often than this that its controls are held
 
 
 class HeldControls:
-    """The controls of one page; it keeps the motion that it began itself, whatever the numbers of other pages are."""
+    """The controls of one page, which belong to the motion that this page began, whatever other pages do."""
 
     def __init__(self, slug: str) -> None:
         self._slug = slug
         self.kinds: frozenset[str] | None = None  # the kinds of held motions; None: not known, so each may be one
         self._pressed = self._command = 0  # the number of the motion that is pressed; its command, once written
-        self._heard_at = -inf  # when the page said last that it holds, or has let go
+        self._heard_at = -inf  # when the page reported last that its controls are held or released
 
     def is_held(self, command: Command) -> bool:
         """Return whether a command lasts while its controls are held."""
@@ -32,7 +32,7 @@ class HeldControls:
             self._pressed, self._command, self._heard_at = command.seq, 0, SYSTEM.monotonic()
 
     async def hear(self, message: Keep | Released) -> None:
-        """Pass on that this page holds its command, or has let go; before it is written, note it for `assign`."""
+        """Pass on that the controls are held or were released; before the command is written, note it for `assign`."""
         if message.seq != self._pressed:
             return
         command, held = self._command, isinstance(message, Keep)
@@ -43,7 +43,7 @@ class HeldControls:
             await self._send(command, held, message.args if isinstance(message, Keep) else {})
 
     async def assign(self, message: Command, command: int) -> None:
-        """Keep the motion that this page began, whose command (0: none was written) is known only now."""
+        """Hold the motion that this page began, whose command (0: none was written) is known only now."""
         if not self.is_held(message):
             return
         pressed = message.seq == self._pressed
@@ -53,7 +53,7 @@ class HeldControls:
             await self._send(command, held=pressed)
 
     async def release(self) -> None:
-        """Let go because the page is gone."""
+        """Release the controls because the page is gone."""
         if self._command:
             await self._send(self._command, held=False)
 

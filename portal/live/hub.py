@@ -31,9 +31,9 @@ from robots.kit.contract.streams import MOST
 from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
-MARK_S = 2.0  # between two marks of the demand, which count for `bus.WATCH_S`
+MARK_S = 2.0  # between two marks of the demand in Redis, each of which is valid for `bus.WATCH_S`
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
-HEARD_S = 1.0  # that a new viewer waits for the subscription
+HEARD_S = 1.0  # the longest wait of a new viewer for the subscription
 
 
 class Hub:
@@ -72,7 +72,7 @@ class Hub:
             self._hold(self._follow(viewer.slug))
 
     async def wait_until_subscribed(self, slug: str, within_s: float | None = HEARD_S) -> bool:
-        """Wait until nothing told of a robot can be missed; not while Redis is away. Return False if it took longer."""
+        """Wait until a robot's events are subscribed; not while Redis is away. Return False if that took longer."""
         room = self._rooms.get(slug)
         if room is None or self._away:
             return True
@@ -113,7 +113,7 @@ class Hub:
 
     @contextlib.contextmanager
     def _changing(self, viewer: Viewer) -> Iterator[None]:
-        """Change a viewer's wish or visitor during the body of a `with` statement."""
+        """Change a viewer's wish or visitor during the body of a `with` statement; its groups and counts follow."""
         room = self._rooms.get(viewer.slug)
         here = room is not None and viewer in room.viewers
         if room is not None and here:
@@ -125,11 +125,11 @@ class Hub:
                 room.add(viewer)
 
     def news(self, viewer: Viewer) -> list[bytes]:
-        """Return packets of byte streams that a viewer was not given yet, and note that it is."""
+        """Return the packets of byte streams that a viewer does not have yet, and note that it has them now."""
         return self.streams.news(viewer.slug, viewer.stream_cursors)
 
     def video(self, viewer: Viewer) -> list[bytes]:
-        """Return packets of video that a viewer was not given yet, and note that it is."""
+        """Return the packets of video that a viewer does not have yet, and note that it has them now."""
         room = self._rooms.get(viewer.slug)
         return room.take_missing(viewer) if room is not None else []
 
@@ -170,7 +170,7 @@ class Hub:
                 if self._reader.pubsub is None:
                     return
                 room = self._rooms.get(slug)
-                async with asyncio.timeout(SILENT_S):  # a connection that died without a word
+                async with asyncio.timeout(SILENT_S):  # the connection may have ended silently
                     listened = self._listened.setdefault(slug, set())
                     if room is None:
                         del self._listened[slug]
@@ -178,7 +178,7 @@ class Hub:
                             await self._reader.pubsub.unsubscribe(*listened)
                         return
                     new = room.channels() - listened
-                    if not room.requested:  # again where it was heard for a room before: the answer tells that it is
+                    if not room.requested:  # also where an earlier room has subscribed: the answer confirms it
                         new.add(bus.events_channel(slug))
                         self._awaited[slug] += 1
                         room.requested = True
@@ -208,7 +208,7 @@ class Hub:
                     await self._reader.pubsub.unsubscribe(*gone)
 
     async def _restore(self, slug: str) -> None:
-        """Read a robot's byte streams as Redis keeps them, where their beginning was not heard."""
+        """Read a robot's byte streams from Redis, because their beginning was not received."""
         if slug in self._restoring or self._reader.connection is None:
             return
         self._restoring.add(slug)
@@ -254,7 +254,7 @@ class Hub:
                         room.confirmation.set()
 
     def _confirmed(self, channel: str) -> None:
-        """Redis sends everything of this channel from now on."""
+        """Note that Redis sends everything of this channel from now on."""
         slug = channel.split(":")[1]
         if channel != bus.events_channel(slug):
             return

@@ -1,7 +1,9 @@
-"""What the sockets of one event loop share: one object of each kind, made when the first socket is served."""
+"""The objects that the sockets of one event loop share; they are made when the first socket is served."""
 
 import asyncio
+from collections.abc import Callable
 from functools import cache
+from typing import TypeVar
 
 from portal.live.audience import Audience
 from portal.live.hub import Hub
@@ -9,6 +11,18 @@ from portal.live.previews import Previewer
 from portal.live.sessions import SessionWatch
 from portal.live.shared import Snapshots
 from portal.live.subscriptions import Subscriptions
+
+T = TypeVar("T")
+
+
+def once_per_loop(make: Callable[[], T]) -> Callable[[], T]:
+    """Return a function that returns what `make` returns, in each event loop always the same object."""
+
+    @cache
+    def made(loop: asyncio.AbstractEventLoop) -> T:
+        return make()
+
+    return lambda: made(asyncio.get_running_loop())
 
 
 class LoopState:
@@ -20,11 +34,4 @@ class LoopState:
         self.snapshots, self.previews, self.people = Snapshots(), Previewer(), Subscriptions()
 
 
-@cache
-def _made(loop: asyncio.AbstractEventLoop) -> LoopState:
-    return LoopState()
-
-
-def of_loop() -> LoopState:
-    """Return the shared objects of the running event loop."""
-    return _made(asyncio.get_running_loop())
+of_loop = once_per_loop(LoopState)  # returns the shared objects of the running event loop

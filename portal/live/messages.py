@@ -21,8 +21,6 @@ Text = Annotated[str, Meta(max_length=LONGEST, pattern=r"^[^\x00]*\Z")]
 Slug = Annotated[str, Meta(max_length=50, pattern=r"^[-a-zA-Z0-9_]*\Z")]
 Integer = Annotated[int, Meta(ge=-GREATEST, le=GREATEST)]
 Arguments = Annotated[dict[Name, bool | Integer | float | Text | None], Meta(max_length=32)]
-
-
 Numbers = Annotated[dict[Name, Integer | float], Meta(max_length=8)]
 
 
@@ -65,7 +63,7 @@ class Accept(Message, frozen=True, tag="accept"):
 
 
 class Ping(Message, frozen=True, tag="ping"):
-    """Presence; `n` is returned in the pong."""
+    """Report presence; `n` is returned in the pong."""
 
     n: Number = 0
 
@@ -90,10 +88,11 @@ class Trace(Message, frozen=True, tag="trace"):
 
 
 class Watch(Message, frozen=True, tag="watch"):
-    """Choose the cameras whose pictures this page wants, how often at most (s), and states in few bytes.
+    """Choose the cameras whose pictures this page wants.
 
-    Where it wants each: `video` says which coding of the robot's video it decodes, empty: only JPEG; `coarse`: in
-    few bytes, at most five a second. `sound`: the person listens.
+    `every_s`: the least time between two pictures of a camera (s); 0: each picture. If the page wants each, `video` is
+    the coding of video that it decodes (empty: only JPEG), and `coarse` asks for few bytes, at most five pictures a
+    second. `compact`: states in few bytes. `sound`: the person listens.
     """
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]
@@ -105,7 +104,7 @@ class Watch(Message, frozen=True, tag="watch"):
 
 
 class Plan(Message, frozen=True, tag="plan"):
-    """Ask where a command would lead from these joints (rad, m); a robot without any answers in its own frame."""
+    """Ask where a command would lead from these joints (rad, m); a robot without joints answers in its own frame."""
 
     kind: Name
     joints: Annotated[list[float], Meta(max_length=JOINTS)] = msgspec.field(name="from", default_factory=list)
@@ -114,15 +113,15 @@ class Plan(Message, frozen=True, tag="plan"):
 
 
 class Here(Message, frozen=True, tag="here"):
-    """The person's page is open and answers."""
+    """Report that the person's page is open."""
 
 
 class Look(Message, frozen=True, tag="look"):
-    """Send the person's places again."""
+    """Ask for the person's places again."""
 
 
 class Do(Message, frozen=True, tag="do"):
-    """Join, leave, accept or stay at a robot, or dismiss the note of what has ended, from any page."""
+    """Join, leave, accept or stay at a robot, or dismiss the note about an end, from any page."""
 
     what: Literal["join", "leave", "accept", "stay", "dismiss"]
     robot: Slug = ""
@@ -135,7 +134,7 @@ M = TypeVar("M")
 
 
 class NotUnderstood(Exception):
-    """The message is not valid; `to` and `seq` say, if they can be read, what it was meant to be.
+    """The message is not valid; `to` and `seq` are its type and number, if they can be read.
 
     `hopeless`: none of our pages sends this, because it is not a JSON object or is too long.
     """

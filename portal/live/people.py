@@ -1,5 +1,6 @@
-"""The person behind a socket, read again for every command."""
+"""The person behind a socket: the role in the last snapshot, and the account, which every command reads again."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,17 +11,47 @@ from django.contrib.sessions.models import Session
 from django.db.models import BigAutoField, CharField, DateTimeField, Subquery
 from django.utils.crypto import constant_time_compare
 
-from accounts.session_store import SessionStore
+from accounts.sessions import SessionStore
+from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
 from robots.kit.clock import SYSTEM
 from robots.prepared import Prepared, Slot
 
-LAST = "farhand.person"  # in a socket's scope: the id of the person whom Django found last
+LAST = "farhand.person"  # in a socket's scope: the id of the person whom Django returned last
 ID, KEY, NOW = Slot("id", BigAutoField()), Slot("key", CharField()), Slot("now", DateTimeField())
 _PERSON: Prepared[Any] = Prepared(
     lambda: auth.get_user_model()._default_manager.filter(pk=ID).annotate(
         session=Subquery(Session.objects.filter(session_key=KEY, expire_date__gt=NOW).values("session_data"))
     )
 )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Role:
+    """The person of a socket and their rights there, as of the last snapshot.
+
+    It decides about messages that do not wait for the database; a command is judged by the database.
+    """
+
+    person: int = 0  # their key; 0: nobody, or not known yet
+    anonymous: bool = False  # nobody is signed in
+    grant: int = 0  # the key of the open grant under which they drive the robot; 0: they do not drive
+    staff: bool = False
+    queued: bool = False  # they have a place in a queue
+
+    @property
+    def may_stop(self) -> bool:
+        """Return whether a Stop goes to the robot at once."""
+        return self.staff or self.grant > 0
+
+    @property
+    def stop_grant(self) -> int:
+        """Return the grant that a Stop names, so that it counts for no later one; staff name none (0)."""
+        return 0 if self.staff else self.grant
+
+    @property
+    def pool(self) -> Pool:
+        """Return the threads for queries of this person."""
+        return DRIVERS if self.grant else KNOWN if self.staff or self.queued else ANYBODY
 
 
 def session_key(scope: dict[str, Any]) -> str:
@@ -41,7 +72,7 @@ def current_user(scope: dict[str, Any]) -> Any:
 
 
 def _same(person: int, key: str) -> Any:
-    """Return this person, read with the session in one statement, if Django would find the same; None if it might not.
+    """Return this person if Django would return the same, else None; person and session are read in one statement.
 
     It checks what `auth.get_user` does: the session is there and not over, its signature is right, it is this person's,
     by a backend in use, and made with the present password; and the account is active.

@@ -13,8 +13,7 @@ from typing import Any
 from django.db import Error
 
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
-from portal.live.people import current_user, session_key
-from portal.live.role import Role
+from portal.live.people import Role, current_user, session_key
 from portal.live.sessions import sign_in_of
 from portal.live.socket import Socket
 from portal.live.standing import act, places
@@ -26,7 +25,7 @@ from robots.kit.clock import SYSTEM
 PULSE_S = 20.0
 UNLINKED_S = 2.0  # between two queries while Redis is away
 SEEN_S = 10.0  # between two notes of presence
-LEAST_S = 0.2  # between two queries, however often something changed
+LEAST_S = 0.2  # the least pause between two queries, however often something changes
 MOMENTS_S = (60, 20, 10, 0)
 SIGNED_OUT = 4401
 
@@ -71,7 +70,7 @@ class PersonSocket(Socket):
             case Here():
                 if self._waits and SYSTEM.awake() - self._seen > SEEN_S:
                     self._seen = SYSTEM.awake()
-                    with contextlib.suppress(Error):  # it is told again with the next answer
+                    with contextlib.suppress(Error):  # the next answer of the page notes it again
                         await self.orm(self._present)
             case Look():
                 subscriber.changed.set()
@@ -153,7 +152,7 @@ class PersonSocket(Socket):
 
 
 def next_look_s(shown: dict[str, Any], now_ms: float) -> float:
-    """Return in how many seconds the page is told again: after a pulse, or at the next moment before an end."""
+    """Return how long the page waits for a message (s): until the next pulse, or the next moment before an end."""
     ends = [end for one in shown["places"] for end in (one["kept_until_ms"] or one["until_ms"], one["idle_ms"])]
     moments: list[float] = [(end - now_ms) / 1000 - before for end in ends if end for before in MOMENTS_S]
     return min([PULSE_S, *(m + 0.05 for m in moments if m > 0)])

@@ -26,7 +26,7 @@ class Presence:
         self._socket, self._slug, self._access = socket, slug, access
         self._noting = self._unseen = False
         self._reported_at = SYSTEM.now()
-        self._lock = SYSTEM.lock()  # what a thread has begun cannot be cancelled
+        self._lock = SYSTEM.lock()  # a write that a thread has begun cannot be cancelled
 
     def note(self) -> None:
         """Note in the database that the person is present; beside requests, which must not wait for it."""

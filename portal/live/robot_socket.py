@@ -1,7 +1,7 @@
 """The robot's socket: pictures, states and events out; commands, stop and presence in.
 
-A stop and the keep-alives of a held motion do not wait for the database: they go to the bus at once, by what the last
-snapshot said. Everything else is carried out in order.
+A stop and the keep-alives of a held motion do not wait for the database: they are sent to the bus at once, if the role
+in the last snapshot allows it. Everything else is carried out in order.
 """
 
 import asyncio
@@ -30,10 +30,9 @@ from portal.live.messages import (
     Stop,
     Watch,
 )
-from portal.live.people import current_user
-from portal.live.plans import PlanSender
+from portal.live.people import Role, current_user
 from portal.live.presence import Presence
-from portal.live.role import Role
+from portal.live.previews import Question
 from portal.live.sessions import NOT_STAFF, UNCLEARED, Ending
 from portal.live.snapshot_sender import NOT_FOUND, SnapshotSender
 from portal.live.socket import Socket
@@ -153,7 +152,7 @@ class RobotSocket(Socket):
             await self.presence.leave()
 
     async def take(self, message: RobotMessage) -> None:
-        """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""
+        """Carry out urgent messages at once; queue the others. Strangers are answered without a thread."""
         sent = False
         if not self.role.person and self.stranger and not isinstance(message, Ping | Plan | Watch):
             await self.requests.answer(message, SIGN_IN)
@@ -187,7 +186,7 @@ class RobotSocket(Socket):
         self.presence.note()
 
     def judge(self, user: Any) -> Ending | None:
-        """Return whether a clearance, a permission or the turn that the socket needs is gone; runs in a thread."""
+        """Return why the socket ends: a clearance, a permission or the turn is gone; runs in a thread."""
         if self.viewer.trace and not user.has_perm("robots.change_robot"):
             return NOT_STAFF
         if self.role.queued and not cleared(user, Robot.objects.get(slug=self.slug)):
@@ -212,7 +211,7 @@ class Requests:
     async def put(self, message: RobotMessage, sent: bool) -> None:
         """Queue a request, or refuse it if too many wait; the first one starts the task that carries them out.
 
-        `sent`: the stop went over the bus already.
+        `sent`: the stop was sent over the bus already.
         """
         try:
             self._queue.put_nowait((message, sent))
@@ -255,3 +254,35 @@ class Requests:
 
     async def _send(self, to: str, seq: int, answer: Answer) -> None:
         await self._socket.send(json.dumps({"t": "answer", "to": to, "seq": seq or None, **answer.fields()}))
+
+
+class PlanSender:
+    """Asks for the previews of one page, and sends the newest answer; an older one that waits is dropped."""
+
+    def __init__(self, socket: Socket, slug: str) -> None:
+        self._socket, self._slug = socket, slug
+        self._text = ""  # the newest answer, while it waits
+        self._sending = False
+
+    @property
+    def closed(self) -> bool:
+        """Return whether nobody waits for an answer any more."""
+        return self._socket.closed
+
+    def ask(self, message: Plan) -> None:
+        """Ask for a preview."""
+        question = Question(self, self._socket.scope, self._slug, message)
+        self._socket.shared.previews.ask(self._socket.role.person, question)
+
+    def answer(self, text: str) -> None:
+        """Send an answer soon."""
+        self._text = text
+        if not self._sending:
+            self._sending = True
+            self._socket.begin(self._send())
+
+    async def _send(self) -> None:
+        while self._text:
+            text, self._text = self._text, ""
+            await self._socket.send(text)
+        self._sending = False

@@ -1,4 +1,4 @@
-"""The viewers of one robot: they are written to at once where the connection is free, else by their mailbox."""
+"""The viewers of one robot: a message is written to a free connection at once, else it waits in the mailbox."""
 
 import asyncio
 from collections import Counter, defaultdict
@@ -55,7 +55,7 @@ class Room:
         viewer.enter(self._groups(viewer))
 
     def remove(self, viewer: Viewer) -> None:
-        """Give a viewer nothing more; one that is not here is no error."""
+        """Remove a viewer; one that is not here is no error."""
         if viewer in self.viewers:
             del self.viewers[viewer]
             self._seat(viewer, -1)
@@ -104,8 +104,8 @@ class Room:
     def _write(self, group: Group, frame: bytes) -> list[Viewer]:
         """Write a frame to each connection that is ready for it; return the viewers to whom it was not written.
 
-        This is what every picture costs for every viewer, so it looks at nothing but the group: with a thousand
-        viewers, each further object of a viewer has to come from the machine's memory.
+        It runs for every picture and every viewer, so it reads nothing but the group: with a thousand viewers, each
+        further object of a viewer would have to be fetched from main memory.
         """
         left = []
         for viewer, write in group.items():
@@ -118,7 +118,7 @@ class Room:
         return left
 
     def _write_some(self, viewers: Iterable[Viewer], frame: bytes) -> list[Viewer]:
-        """Write a frame as `_write` does, to viewers who are no group."""
+        """Write a frame as `_write` does, to viewers that are not one group."""
         return self._write({viewer: viewer.writer() for viewer in viewers}, frame)
 
     def _write_text(self, viewers: Iterable[Viewer], text: str) -> list[Viewer]:
@@ -171,7 +171,7 @@ class Room:
 
     def give_newest(self, viewer: Viewer) -> None:
         """Give a viewer the newest JPEG of each camera that it wants, where its video cannot begin at once."""
-        if not viewer.wish.coarse:  # what is kept is whole
+        if not viewer.wish.coarse:  # the newest pictures are not coarse
             kept = self.newest.items()
             viewer.put_newest({c: data for c, data in kept if c in viewer.wish.cameras and not self.flows(viewer, c)})
 
@@ -200,7 +200,7 @@ class Room:
     def give_event(self, event: Event, trace: bool) -> None:
         """Give everybody an event; a line of the trace only to those who want it."""
         if event == TAKEN_DOWN:
-            self.newest.clear()  # it may be among them
+            self.newest.clear()  # the picture may be among them
         viewers: Iterable[Viewer] = [v for v in self.viewers if v.trace] if trace else self.viewers
         if not isinstance(event, Changed):
             viewers = self._write_text(viewers, msgspec.json.encode(event).decode())
@@ -225,6 +225,6 @@ class Room:
             viewer.ask_count()
 
     def wake(self) -> None:
-        """Have everybody look into the mailbox."""
+        """Ask all writers to empty the mailboxes."""
         for viewer in self.viewers:
             viewer.wake()

@@ -25,7 +25,7 @@ from robots.kit.clock import SYSTEM
 log = logging.getLogger(__name__)
 CHECK_S = 0.8
 APART_S = 0.2  # between two checks, however many messages arrive
-RAN_OUT_S = 5.0  # until then sessions have followed a time of day that was set ahead
+RAN_OUT_S = 5.0  # within this time sessions are moved along with a time of day that was set ahead
 SESSIONS = Pool("sessions", 2)
 
 
@@ -128,7 +128,7 @@ class SessionWatch:
                 socket.check_in()
 
     def _lasting(self, ended: list[tuple[Signed, Ending]]) -> list[tuple[Signed, Ending]]:
-        """Leave out those whose session has run out lately: the time of day may have been set a moment ago."""
+        """Return the endings without sessions that ran out just now: the time of day may have been set a moment ago."""
         now = self._clock()
         keys = {socket.sign_in.key for socket, ending in ended if ending is RAN_OUT and socket.sign_in is not None}
         self._ran_out = {key: self._ran_out.get(key, now) for key in keys}

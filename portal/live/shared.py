@@ -30,7 +30,7 @@ def with_person(public: str, me: dict[str, Any]) -> str:
 
 
 class Shared(Generic[T]):
-    """An answer that is worked out for many at once, and never from before they asked."""
+    """The result of a work that is shared by all who ask while it waits to begin."""
 
     def __init__(self, work: Callable[[], Awaitable[T]]) -> None:
         self._work = work

@@ -3,15 +3,19 @@
 from datetime import datetime
 from typing import Any
 
+from django.db.models import QuerySet
+
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of, may_see_picture
-from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.models import Turn
 from queueing.services import (
+    Forecast,
     end_of_turn,
+    forecast,
     is_news,
+    job_kinds,
     kinds_for,
     last_turn,
     offers_turns,
@@ -28,7 +32,7 @@ from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
 
-RECENT = 8
+RECENT, JOBS, ENTRIES = 8, 50, 5  # commands, open jobs and log entries that are listed
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 STAFF_COMMAND = (
     "handover", "Staff command running", "Staff run a command now; the robot is offered again after that.",
@@ -78,7 +82,7 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
 def command_info(command: Command) -> dict[str, Any]:
     """Return the fields of a command for the page's list, which everybody sees.
 
-    Only whoever has the grant is named: who asks for a job chooses the name that its page shows.
+    Only the holder of the grant is named: a person who asks for a job chooses the name that its page shows.
     """
     holder = command.issued_by if command.issued_by_id == command.grant.holder_id else None
     return {
@@ -96,6 +100,28 @@ def entry_info(entry: Entry) -> dict[str, Any]:
         "id": entry.pk, "author": entry.author_name, "text": entry.text, "at_ms": ms_of(entry.written_at),
         "picture": entry.frame.url if entry.frame else None, "featured": entry.visibility == Visibility.FEATURED,
     }  # fmt: skip
+
+
+def jobs_shown(robot: Robot, now: datetime) -> list[dict[str, Any]]:
+    """Return the open jobs in the order in which they will be served; none if the robot takes no jobs."""
+    if not job_kinds(robot):
+        return []
+    return [job_info(one) for one in forecast(robot, now)[:JOBS]]
+
+
+def job_info(one: Forecast) -> dict[str, Any]:
+    """Return the fields of an open job that everybody may see; of its values only the numbers."""
+    job = one.job
+    return {
+        "id": job.pk, "kind": job.kind, "state": job.state, "ahead": one.ahead, "wait_s": one.wait_s,
+        "args": {name: value for name, value in job.args.items() if isinstance(value, int | float)},
+    }  # fmt: skip
+
+
+def newest_entries(robot: Robot) -> QuerySet[Entry]:
+    """Return the newest log entries about a robot that everybody may see, with author and picture."""
+    shown = Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN)
+    return shown.select_related("author", "frame")[:ENTRIES]
 
 
 def visible_frame(frame: Frame | None, user: Any) -> Frame | None:
@@ -148,17 +174,12 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             command_info(c)
             for c in Command.objects.filter(robot=robot).select_related("issued_by", "grant").order_by("-id")[:RECENT]
         ],
-        "log": [
-            entry_info(e)
-            for e in Entry.objects.filter(robot=robot)
-            .exclude(visibility=Visibility.HIDDEN)
-            .select_related("author", "frame")[:5]
-        ],
+        "log": [entry_info(e) for e in newest_entries(robot)],
     }
 
 
 def of_person(slug: str, user: Any, now: datetime) -> dict[str, Any] | None:
-    """Return what is only this person's of a snapshot; None if they drive, for then more of it is theirs."""
+    """Return the part of a snapshot that is only this person's; None if they drive: then other parts differ, too."""
     robot = Robot.objects.get(slug=slug)
     return None if _mine(open_grant(robot), user) else {**_me(robot, user, now, False), "grant": 0}
 
@@ -192,7 +213,7 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
 
 
 def _end(turn: Turn) -> dict[str, Any]:
-    """Return what is told of a turn that has ended."""
+    """Return the fields of a turn that has ended."""
     end = end_of_turn(turn)
     return {
         "turn": turn.pk, "ended_ms": ms_of(turn.ended_at), "why": end.why, "credited": end.credited, "next": end.next,

@@ -6,8 +6,7 @@ import json
 from django.db import Error
 
 from portal.live.access import Access
-from portal.live.people import current_user
-from portal.live.role import Role
+from portal.live.people import Role, current_user
 from portal.live.sessions import SignIn, sign_in_of
 from portal.live.shared import with_person
 from portal.live.snapshot import of_person, snapshot
@@ -24,7 +23,7 @@ NOT_FOUND = 4404
 
 
 class SnapshotSender:
-    """The snapshots of one socket; changes while one is read or sent are told by the next. `outdated` asks for one."""
+    """Sends the snapshots of one socket; `outdated` asks for one. Changes while one is read or sent are in the next."""
 
     def __init__(self, socket: Socket, viewer: Viewer, access: Access, writer: Writer, outdated: asyncio.Event) -> None:
         self._socket, self._viewer, self._access, self._writer = socket, viewer, access, writer
@@ -36,10 +35,10 @@ class SnapshotSender:
         """Send a new snapshot when the last one is out of date; pictures and states do not wait for it."""
         while True:
             await self._outdated.wait()
-            await self._writer.wait_until_free()  # on a slow line one snapshot tells all that changed meanwhile
+            await self._writer.wait_until_free()  # on a slow line one snapshot has all changes meanwhile
             self._outdated.clear()
             await self.send()
-            if not (self._socket.role.grant or self._socket.stranger):  # of strangers' there is one for all
+            if not (self._socket.role.grant or self._socket.stranger):  # strangers share one
                 await asyncio.sleep(LEAST_S)
 
     async def send(self) -> None:

@@ -14,15 +14,14 @@ from portal.edge.limits import AddressRate, Bucket
 from portal.live.audience import Seat
 from portal.live.loop import LoopState, of_loop
 from portal.live.messages import NotUnderstood, Wire
-from portal.live.people import session_key
-from portal.live.role import Role
+from portal.live.people import Role, session_key
 from portal.live.sessions import Ending, SignIn
 from portal.live.threads import Pool
 from robots.kit.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
-CALM, CALM_BURST = 3.0, 30.0  # the same of a socket that stays open though others of its network address send more
+CALM, CALM_BURST = 3.0, 30.0  # a socket within this rate stays open though others of its network address send too many
 OF_ADDRESS = AddressRate(rate=500.0, burst=3000.0)  # of all sockets of a network address; a page sends one in 5 s
 BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
 CLOSE_S = 1.0  # for sending a close
@@ -35,7 +34,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
 
     wire: ClassVar[Wire[Any]]
     shared: LoopState
-    protocol: str | None = None  # of WebSocket, that is spoken with a peer that offers it
+    protocol: str | None = None  # the WebSocket subprotocol that is spoken with a peer that offers it
     pool: Pool | None = None  # the threads for its queries; None: those for the person's role
     sign_in: SignIn | None = None
     role = Role()

@@ -16,18 +16,18 @@ from robots.kit.clock import SYSTEM
 log = logging.getLogger(__name__)
 AGAIN_S = 0.3  # between two attempts to open a connection
 
-_given: list[Callable[[], aioredis.Redis]] = []  # opens connections instead of the server, if there is one
+_openers: list[Callable[[], aioredis.Redis]] = []  # one that replaces the server, or none
 
 
-def speak_through(opened: Callable[[], aioredis.Redis] | None) -> None:
-    """Have connections opened by this from now on; None: to the server again."""
-    _given[:] = [] if opened is None else [opened]
+def speak_through(opener: Callable[[], aioredis.Redis] | None) -> None:
+    """Open connections by this function from now on; None: to the server again."""
+    _openers[:] = [] if opener is None else [opener]
 
 
 def listener() -> aioredis.Redis:
-    """Return a new connection without a time limit; pings tell whether it is still there."""
-    if _given:
-        return _given[0]()
+    """Return a new connection without a time limit; pings show whether it is still there."""
+    if _openers:
+        return _openers[0]()
     return aioredis.Redis.from_url(settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None)
 
 

@@ -34,7 +34,7 @@ class Streams:
                 chains.setdefault(index, PacketChain(unpack)).restore(packets, heard)
 
     def news(self, slug: str, cursors: dict[int, Cursor]) -> list[bytes]:
-        """Return what a viewer was not given yet, and move its cursors; a slow one skips to the newest key packet."""
+        """Return the packets that a viewer does not have, and move its cursors; a slow one skips to the key packet."""
         new: list[bytes] = []
         for index, chain in self._chains.get(slug, {}).items():
             new += chain.packets[chain.position(cursors.get(index, START)) :]

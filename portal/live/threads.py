@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, ParamSpec, TypeVar
+from weakref import WeakValueDictionary
 
 from channels.db import database_sync_to_async
 
@@ -22,7 +23,7 @@ class Pool:
 
     def __init__(self, name: str, threads: int) -> None:
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix=name)
-        self._people: dict[tuple[int, int], tuple[asyncio.Semaphore, int]] = {}
+        self._people = WeakValueDictionary[tuple[int, int], asyncio.Semaphore]()  # of those with calls under way
 
     def orm(self, function: Callable[P, R], person: int = 0) -> Callable[P, Coroutine[Any, Any, R]]:
         """Return `function` as a coroutine function that runs in a thread with a database connection."""
@@ -34,17 +35,8 @@ class Pool:
             if not person:
                 return await made(*args, **kwargs)
             key = (id(asyncio.get_running_loop()), person)
-            room, users = self._people.get(key) or (asyncio.Semaphore(EACH), 0)
-            self._people[key] = (room, users + 1)
-            try:
-                async with room:
-                    return await made(*args, **kwargs)
-            finally:
-                users = self._people[key][1] - 1
-                if users:
-                    self._people[key] = (room, users)
-                else:
-                    del self._people[key]
+            async with self._people.setdefault(key, asyncio.Semaphore(EACH)):
+                return await made(*args, **kwargs)
 
         return run
 

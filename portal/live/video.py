@@ -11,7 +11,7 @@ from portal.edge.direct import binary_frame
 from robots.kit.contract.packet_chain import START, Cursor, PacketChain
 from robots.kit.contract.video import GROUP_S, unpack
 
-LATE_MS = 500  # missed packets may cover so long, however many bytes they are
+LATE_MS = 500  # missed packets that cover no more than this are sent, however many bytes they are
 SILENT_S = GROUP_S + 0.5  # after such a silence the next packet follows none of those that are kept
 JOIN_S = 1.0  # between two times that a viewer is given all since the last key frame, at least
 NEXT = Cursor([], -1)  # the viewer has to wait for the next key frame
@@ -26,7 +26,7 @@ class VideoCursors(dict[int, Cursor]):
     def restart(self, cameras: Iterable[int], video: bool, now: float) -> None:
         """Begin anew because the viewer wants something else, these cameras as `video` or not.
 
-        A viewer that asks again and again does not get whole groups again and again.
+        A viewer that asks again and again is not sent a whole group each time.
         """
         self.clear()
         if now < self.joins_from:
@@ -36,7 +36,7 @@ class VideoCursors(dict[int, Cursor]):
 
 
 class Watcher(Protocol):
-    """A viewer as far as it matters here."""
+    """The methods of a viewer that are used here."""
 
     video_cursors: VideoCursors
 
@@ -50,7 +50,7 @@ class Watcher(Protocol):
         """Write a frame."""
 
     def wake(self) -> None:
-        """Have it look soon for packets that it was not given yet; nothing is written before them."""
+        """Ask it to fetch the packets that it does not have yet; nothing is written before them."""
 
 
 class Videos:

@@ -1,4 +1,4 @@
-"""One viewer of one robot: what it wants, and the mailbox in which waits what its connection cannot take at once."""
+"""One viewer of one robot: its wish, and a mailbox for messages that its connection cannot take at once."""
 
 import asyncio
 import contextlib
@@ -19,7 +19,7 @@ from robots.kit.packets import Event
 
 EVENTS = 100
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
-NEWEST_S = 1.0  # a viewer that wishes again and again is not given the same pictures again and again
+NEWEST_S = 1.0  # between two times that a viewer which changes its wish is given the newest pictures
 STRANGER = -1  # as a visitor: a page of somebody who is not signed in
 Write = Callable[[bytes], None]
 Group = dict["Viewer", Write | None]  # viewers that want the same; how to write at once to those that are ready for it
@@ -34,9 +34,9 @@ class Cameras(NamedTuple):
 
 @dataclass(frozen=True)
 class Wish:
-    """What a viewer wants: pictures of which cameras, each or one in `every_s` seconds; the form of states; sound.
+    """The wish of a viewer: pictures of which cameras, each or one in `every_s` seconds; the form of states; sound.
 
-    Where it wants each picture: `video` is the coding in which it wants them, empty for JPEG; `coarse`: in few bytes.
+    If it wants each picture, `video` is the coding in which it wants them (empty: JPEG); `coarse`: in few bytes.
     """
 
     cameras: frozenset[int] = frozenset({0})
@@ -60,7 +60,7 @@ class Wish:
 
     @property
     def demands(self) -> list[str]:
-        """Return the names of what has to be made for it."""
+        """Return the names of its demands."""
         pictures = (bus.demand_for(camera, self.every_s, bool(self.video), self.coarse) for camera in self.cameras)
         return [*(demand.name for demand in pictures), *["compact"] * self.compact, *[bus.SOUND] * self.sound]
 
@@ -68,11 +68,11 @@ class Wish:
 class Viewer:
     """A viewer with its mailbox: each camera's newest picture, the newest state, a few events and packets of sound.
 
-    With a `connection`, whatever finds the mailbox empty and the connection free is written at once; not before the
-    mailbox was `set_empty` for the first time. Without one, whoever made it takes everything from the mailbox.
+    With a `connection`, a message is written at once if the mailbox is empty and the connection is free, but not before
+    the first `set_empty`. Without one, the owner of the viewer takes everything from the mailbox.
 
-    `visitor`: as whom it is counted among those who watch: the key of a person, STRANGER, or 0 for nobody.
-    `trace`: it is shown the wire trace. `seat` counts what is sent to it alone.
+    `visitor`: as whom it is counted among the watchers: the key of a person, STRANGER, or 0 for nobody.
+    `trace`: it shows the wire trace. `seat` counts the bytes that are sent to it alone.
     """
 
     __slots__ = (
@@ -86,22 +86,22 @@ class Viewer:
         self.video_cursors = VideoCursors()  # by camera
         self.stream_cursors: dict[int, Cursor] = {}  # by byte stream
         self._groups: tuple[Group, ...] = ()  # in which it is
-        self._due: dict[int, float] = {}  # from when on it wants a camera's next picture, if not each
-        self._newest_from = 0.0  # when it may be given the pictures that are kept
+        self._due: dict[int, float] = {}  # when a camera's next picture is due, if it does not want each
+        self._newest_from = 0.0  # when it may be given the newest pictures again
         self._pictures: dict[int, bytes] = {}
         self._state: bytes | None = None
         self._sounds: deque[bytes] = deque(maxlen=SOUNDS)
         self._events: deque[Event] = deque()
-        self._snapshot = self._count = False  # it needs a new snapshot; it was not told yet how many watch
+        self._snapshot = self._count = False  # it needs a new snapshot; it needs the number of watchers
         self._mail = asyncio.Event()  # set when something waits in the mailbox
         if connection is not None:
             connection.when_ready(self._update_groups)
             connection.keep(True)
 
-    # what it wants
+    # its wish
 
     def choose(self, wish: Wish) -> None:
-        """Change what it wants; pictures that wait and are wanted no more are dropped."""
+        """Change its wish; pictures that wait and are wanted no more are dropped."""
         self.wish = wish
         self.video_cursors.restart(wish.cameras, bool(wish.video), SYSTEM.awake())
         self._due.clear()
@@ -115,14 +115,14 @@ class Viewer:
         return bool(self.wish.video) and camera in self.wish.cameras
 
     def wants(self, camera: int) -> bool:
-        """Return whether the next picture of a camera is due, of which it wants one now and then; taken as given."""
+        """Return whether a picture of a camera is due, one in `every_s`; if it is, it counts as sent."""
         now = SYSTEM.awake()
         if now < self._due.get(camera, 0.0):
             return False
         self._due[camera] = now + self.wish.every_s
         return True
 
-    # what is written at once
+    # messages that are written at once
 
     def enter(self, groups: Iterable[Group]) -> None:
         """Be in these groups from now on, and in no others."""
@@ -159,10 +159,10 @@ class Viewer:
         plain, compressed = text_frames(text)
         self.write(compressed if self.deflates else plain)
 
-    # what is put into the mailbox
+    # messages that are put into the mailbox
 
     def wake(self) -> None:
-        """Have the mailbox looked into; nothing is written before what waits there."""
+        """Ask the writer to empty the mailbox; nothing is written before its messages."""
         if self.connection is not None:
             self.connection.keep(True)
         self._mail.set()
@@ -173,7 +173,7 @@ class Viewer:
         self.wake()
 
     def put_newest(self, pictures: dict[int, bytes]) -> None:
-        """Put pictures that are kept, by camera; they may be old, so the next one is not kept back for them."""
+        """Put the newest pictures, by camera; they may be old, so they do not delay the next ones."""
         now = SYSTEM.awake()
         if pictures and now >= self._newest_from:
             self._newest_from = now + NEWEST_S
@@ -186,7 +186,7 @@ class Viewer:
         self.wake()
 
     def put_sound(self, data: bytes) -> None:
-        """Queue a packet of sound; the oldest gives way."""
+        """Queue a packet of sound; the oldest is dropped if too many wait."""
         self._sounds.append(data)
         self.wake()
 
@@ -204,11 +204,11 @@ class Viewer:
         self.wake()
 
     def ask_count(self) -> None:
-        """Note that it has to be told how many watch."""
+        """Note that it needs the number of watchers."""
         self._count = True
         self.wake()
 
-    # what is taken from the mailbox
+    # messages that are taken from the mailbox
 
     async def wait_for_mail(self, within_s: float) -> None:
         """Wait until something has come into the mailbox, or for so long."""
@@ -254,6 +254,6 @@ class Viewer:
         self._events.clear()
 
     def take_requests(self) -> tuple[bool, bool]:
-        """Return whether it needs a new snapshot, and whether it has to be told how many watch."""
+        """Return whether it needs a new snapshot, and whether it needs the number of watchers."""
         asked, self._snapshot, self._count = (self._snapshot, self._count), False, False
         return asked

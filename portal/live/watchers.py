@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 
 class Watchers(NamedTuple):
-    """The watchers of one web process: pages of strangers, people who are signed in (keys), and when that was (s)."""
+    """The watchers of one web process: pages of strangers, keys of people who are signed in, time of the count (s)."""
 
     strangers: int
     people: frozenset[int]
     at: int = 0
 
     def text(self) -> str:
-        """Return it as one text, for other processes."""
+        """Return the watchers as one text, for other processes."""
         return " ".join(map(str, (self.strangers, self.at, *sorted(self.people))))
 
 

@@ -1,4 +1,4 @@
-"""Writes to one viewer's connection: what waits in the mailbox, each message when all before it were taken."""
+"""Writes the messages in a viewer's mailbox to its connection, each when all before it were taken."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -12,7 +12,7 @@ from portal.live.watchers import watchers_text
 from robots.kit.packets import Changed
 
 UNLINKED_S = 1.0  # between two snapshots while Redis is away
-IDLE_S = 15.0  # a mailbox in which nothing waits is looked into all the same
+IDLE_S = 15.0  # between two looks into a mailbox that nobody has filled
 
 
 class Writer:
@@ -30,7 +30,7 @@ class Writer:
         self._one_by_one = asyncio.Lock()
 
     async def run(self) -> None:
-        """Send what waits in the mailbox; while Redis is away, read the database every second."""
+        """Send the messages in the mailbox; while Redis is away, ask for a snapshot every second."""
         while True:
             await self._viewer.wait_for_mail(IDLE_S if self._hub.link else UNLINKED_S)
             if not self._hub.link:
@@ -70,9 +70,9 @@ class Writer:
         viewer.set_empty()
 
     async def wait_until_free(self) -> None:
-        """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits.
+        """Wait until the connection has taken everything, or is gone; newer messages replace older ones meanwhile.
 
-        Who asks first is first, so that on a slow line pictures do not keep snapshots waiting for ever.
+        Callers are served in order, so that on a slow line pictures do not delay snapshots for ever.
         """
         connection = self._connection
         if connection is None or (connection.free() and not self._one_by_one.locked()):
@@ -99,7 +99,7 @@ class Writer:
             self._viewer.write_text(text)
 
     async def _send_together(self, packets: list[bytes]) -> None:
-        """Send several messages, over a connection in one go: what comes meanwhile waits behind them."""
+        """Send several messages, over a connection in one go: later messages wait behind them."""
         if self._connection is None:
             for packet in packets:
                 await self._send(bytes_data=packet)

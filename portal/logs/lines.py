@@ -1,6 +1,6 @@
 """The format of log lines: time (UTC), level, source, message.
 
-They are bounded, and have no control characters and no passwords of addresses, which libraries put into their errors.
+Lines are bounded, and have no control characters and no passwords, which addresses in the errors of libraries contain.
 """
 
 import copy
@@ -23,7 +23,7 @@ ExcInfo = tuple[type[BaseException], BaseException, TracebackType | None] | tupl
 class Line(logging.Formatter):
     """Formats a record as one line of at most `MESSAGE` bytes, a traceback as lines of at most `TRACE` bytes together.
 
-    What strangers wrote begins no line; lines of a traceback begin with two spaces.
+    Text of strangers begins no line; lines of a traceback begin with two spaces.
     """
 
     converter = time.gmtime  # type: ignore[assignment]

@@ -1,4 +1,4 @@
-"""Where log lines go: a thread writes them, so that neither a full nor a slow log delays who writes them."""
+"""The outlet of log lines: a thread writes them, so that neither a full nor a slow log delays the program."""
 
 import contextlib
 import logging
@@ -7,7 +7,7 @@ import select
 import threading
 from collections import deque
 
-ROOM = 500_000  # bytes that wait; what comes beyond them is left out and counted
+ROOM = 500_000  # bytes that may wait; further lines are left out and counted
 FLUSH_S = 1.0  # the longest wait for them when a process ends
 
 
@@ -66,11 +66,11 @@ class Outlet:
                     self._lost += lost + left.count(b"\n") - bool(lost)
 
     def _put(self, data: bytes) -> bytes:
-        """Write; return what could not be written, because nobody reads it any more or the disk is full."""
+        """Write. Return the bytes that could not be written, because nobody reads them any more or the disk is full."""
         while data:
             try:
                 data = data[os.write(self._descriptor, data) :]
-            except BlockingIOError:  # another process that shares it has it so
+            except BlockingIOError:  # another process that shares the descriptor made it non-blocking
                 with contextlib.suppress(OSError):
                     select.select((), (self._descriptor,), ())
             except OSError:

@@ -21,6 +21,6 @@ def bounded(text: str, size: int, end: int = 0) -> str:
 
 def tidy(text: str, size: int) -> str:
     """Return one line of at most about `size` bytes, escaped."""
-    cut = text[:size]  # first: what a stranger wrote may have megabytes
+    cut = text[:size]  # first, because a text of strangers may have megabytes
     more = f" ... ({len(text) - size} characters left out)" if len(text) > size else ""
     return bounded(escaped(cut), size) + more

@@ -1,8 +1,9 @@
 """Starts processes as forks of one process that has loaded their modules, so that memory holds these once.
 
 Our processes import 90 MB of modules; forks share that memory as long as no process writes to it. The supervisor loads
-all of it and reads the settings, then forks a process that only forks. What a process's environment has beyond the
-supervisor's is read after the fork (`PER_PROCESS`); with any other difference it is started in the ordinary way.
+all of it and reads the settings, then forks a process that only forks. A process whose environment differs from the
+supervisor's in `PER_PROCESS` reads these variables after the fork; with any other difference it is started in the
+ordinary way.
 Linux only: the kernel gives each fork to the supervisor, which waits for it as for any child. On other systems, or if
 the forking process has ended, processes are started in the ordinary way.
 """
@@ -43,7 +44,7 @@ OURS = (  # not those that are run: `python -m` loads these again
     "portal.edge.cache", "portal.management.commands.demo", "portal.keep.seeding", "queueing.tasks",
     "workers.process.tasks",
     "workers.process.bootstep", "workers.process.wiring", "workers.recorder.recorder", "portal.broadcast.following",
-    "portal.broadcast.serving", "portal.web.recordings.broadcast_key",
+    "portal.broadcast.serving", "portal.management.broadcasting",
 )  # fmt: skip
 PER_PROCESS = frozenset(
     {"FARHAND_ROLE", "FARHAND_ROBOT", "FARHAND_SCHEDULE", "PYTHONWARNINGS", "CELERY_SKIP_CHECKS"}
@@ -136,7 +137,7 @@ def _fork_child(line: socket.socket, supervisor: int, asked: bytes, out: int) ->
         become(json.loads(asked), out, supervisor)
     try:
         line.send(b"%d" % made)
-    except OSError:  # the supervisor waits no longer, and starts it in the ordinary way
+    except OSError:  # the supervisor has given up waiting, and starts it in the ordinary way
         os.kill(made, signal.SIGKILL)
     os._exit(0)
 
@@ -209,7 +210,7 @@ async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Pa
     asked = json.dumps({"name": name, "argv": argv[2:], "env": env, "folder": str(folder)}).encode()
     try:
         return Forked(await asyncio.to_thread(_ask, _line, asked, out))
-    except TimeoutError:  # it stands still; with the line, what it has begun ends
+    except TimeoutError:  # it hangs; a fork that it has begun ends with the line
         if _line is not None:
             _line.close()
             _line = None

@@ -1,6 +1,7 @@
 """The processes of one machine that the supervisor runs."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from django.conf import settings
@@ -11,11 +12,11 @@ from robots.kit.installed import simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable
-# the demo may run as root in a container, and nothing here unpickles; the supervisor has made Django's checks, and
-# their modules are not needed afterwards
+# The demo may run as root in a container, and nothing here unpickles. The supervisor has run Django's checks, and their
+# modules are not needed afterwards.
 QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser", "CELERY_SKIP_CHECKS": "1"}
 
-EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - to listen at, not to ask at
+EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - addresses at which one listens, but to which one does not connect
 
 
 def redis_process() -> ProcessSpec:
@@ -36,23 +37,24 @@ def redis_process() -> ProcessSpec:
 
 def web_process(host: str, port: int, name: str = "web") -> ProcessSpec:
     """Return how to start a process that serves pages and sockets; any number may run on ports of their own."""
-    return ProcessSpec(
-        name,
-        (PYTHON, "-m", "portal.run.serve", "--host", host, "--port", str(port)),
-        {"FARHAND_ROLE": "web"},
-        rank=0,
-    )
+    argv = (PYTHON, "-m", "portal.run.serve", "--host", host, "--port", str(port))
+    return ProcessSpec(name, argv, {"FARHAND_ROLE": "web"}, rank=0)
+
+
+def _celery_worker(name: str, queues: Sequence[str]) -> tuple[str, ...]:
+    """Return the command of a Celery worker with a thread for each of its queues."""
+    return (
+        PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", str(len(queues)),
+        "-Q", ",".join(queues), "-n", f"{name}@%h", "--without-gossip", "--without-mingle", "--without-heartbeat",
+        "-l", "INFO",
+    )  # fmt: skip
 
 
 def housekeeping_process() -> ProcessSpec:
     """Return the housekeeping worker, with the scheduler and a thread for each of its queues."""
     return ProcessSpec(
         "housekeeping",
-        (
-            PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "3", "-Q",
-            f"{bus.TICKS},{bus.PROBES},{bus.HOUSEKEEPING}", "-n", "housekeeping@%h",
-            "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
-        ),
+        _celery_worker("housekeeping", (bus.TICKS, bus.PROBES, bus.HOUSEKEEPING)),
         {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", "FARHAND_SCHEDULE": str(settings.VAR / "beat-schedule"),
          **QUIET},
         rank=1,
@@ -70,19 +72,14 @@ def broadcast_processes(host: str) -> list[ProcessSpec]:
     if not port:
         return []
     origin = "127.0.0.1" if settings.BROADCAST_HOST in EVERYWHERE else settings.BROADCAST_HOST
-    specs = [ProcessSpec("broadcast", (PYTHON, "-m", "django", "broadcast"), {"FARHAND_ROLE": "broadcast"})]
-    for number in settings.BROADCAST_EDGES:
-        specs.append(
-            ProcessSpec(
-                f"edge {number}",
-                (
-                    PYTHON, "-m", "django", "edge", "--host", host, "--port", str(number),
-                    "--origin", f"http://{origin}:{port}",
-                ),
-                {"FARHAND_ROLE": "edge"},
-            )
-        )  # fmt: skip
-    return specs
+    edge = (PYTHON, "-m", "django", "edge", "--host", host, "--origin", f"http://{origin}:{port}")
+    return [
+        ProcessSpec("broadcast", (PYTHON, "-m", "django", "broadcast"), {"FARHAND_ROLE": "broadcast"}),
+        *(
+            ProcessSpec(f"edge {number}", (*edge, "--port", str(number)), {"FARHAND_ROLE": "edge"})
+            for number in settings.BROADCAST_EDGES
+        ),
+    ]
 
 
 def robot_processes(robot: Robot) -> list[ProcessSpec]:
@@ -90,26 +87,17 @@ def robot_processes(robot: Robot) -> list[ProcessSpec]:
     kind, _, name = robot.address.partition(":")
     specs = []
     if kind == "sim":
-        specs.append(
-            ProcessSpec(
-                f"{robot.slug} robot",
-                (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir)),
-                rank=3,
-            )
-        )
+        simulator = (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir))
+        specs.append(ProcessSpec(f"{robot.slug} robot", simulator, rank=3))
     specs.append(
         ProcessSpec(
             f"{robot.slug} worker",
-            (
-                PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
-                "-Q", f"idle.{robot.slug}", "-n", f"owner-{robot.slug}@%h",
-                "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
-            ),
+            _celery_worker(f"owner-{robot.slug}", (f"idle.{robot.slug}",)),
             {"FARHAND_ROLE": "owner", "FARHAND_ROBOT": robot.slug, **QUIET},
             rank=2,
             heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",
         )
-    )  # fmt: skip
+    )
     return specs
 
 

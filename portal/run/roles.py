@@ -13,9 +13,9 @@ CONSUMERS = ("owner", "housekeeping")
 def database_options(engine: str, role: str) -> dict[str, Any]:
     """Return the options of the database that depend on the role; an owner has to renew a lease of three seconds.
 
-    SQLite's log is written back into the database by whoever commits when it has grown to that many pages of 4 KiB,
-    which takes as long as the disk needs. So housekeeping does it early, and whoever is on a command's path only where
-    housekeeping did not.
+    A commit that finds SQLite's log grown to `wal_autocheckpoint` pages of 4 KiB writes the log back into the database
+    (a checkpoint), which takes as long as the disk needs. So housekeeping does it early, and a process on a command's
+    path only where housekeeping did not.
     """
     if engine.endswith("sqlite3"):
         pages = 1000 if role == "housekeeping" else 8000
@@ -27,7 +27,7 @@ def database_options(engine: str, role: str) -> dict[str, Any]:
 
 
 def broker_options(role: str) -> dict[str, Any]:
-    """Return the options of Celery's broker: who consumes waits for it, everybody else goes on without it."""
+    """Return the options of Celery's broker: consumers wait for it, all other processes go on without it."""
     if role in CONSUMERS:
         return {"socket_timeout": 30, "socket_connect_timeout": 3, "socket_keepalive": True, "health_check_interval": 5}
     return {"socket_timeout": REDIS_TIMEOUT_S, "socket_connect_timeout": REDIS_TIMEOUT_S, "max_retries": 0}

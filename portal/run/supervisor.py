@@ -24,7 +24,7 @@ HEARTBEAT_S = 10.0
 GRACE_S = 25.0
 STOP_S = 15.0
 BACKOFF_S = (0.3, 1.0, 2.0, 5.0)
-REST_S = 1.0  # after a child's end, for what is left of its output; a process that it left behind may hold the pipe
+REST_S = 1.0  # after a child's end, for the rest of its output; a process that it left behind may hold the pipe open
 CHUNK = 65_536  # bytes that are read at once
 PR_SET_PDEATHSIG = 1
 Print = Callable[[str, str], None]
@@ -149,7 +149,7 @@ class Child:
                 os.killpg(self._process.pid, number)
 
     def stop(self) -> asyncio.Task[None]:
-        """Stop the child: SIGTERM, and SIGKILL after `STOP_S`. Return what ends with it, the same one each time."""
+        """Stop the child: SIGTERM, and SIGKILL after `STOP_S`. Return the task that does it, the same at each call."""
         if self._stopping is None:
             self._stopping = asyncio.create_task(self._stop())
         return self._stopping
@@ -208,7 +208,7 @@ class Supervisor:
         forks.reap({child.pid for child in self.children.values()})
 
     async def _follow(self, end: asyncio.Future[Any]) -> None:
-        """Start and stop what the database asks for. One that does not answer delays no check and no stop."""
+        """Start and stop processes as the database says. If it does not answer, no check and no stop is delayed."""
         if self._reading is None:
             self._reading = asyncio.ensure_future(self._wanted())
         await asyncio.wait({self._reading, end}, timeout=self.LOOK_S, return_when=asyncio.FIRST_COMPLETED)
@@ -291,7 +291,7 @@ async def chunks(pipe: int) -> AsyncIterator[bytes]:
         line.close()
 
 
-_shown = Outlet(1)  # a terminal that stands still, or a pipe that nobody reads, does not stop the supervisor
+_shown = Outlet(1)  # a terminal that is stopped, or a pipe that nobody reads, does not block the supervisor
 
 
 def tidy_line(name: str, text: str) -> None:

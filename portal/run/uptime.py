@@ -1,4 +1,4 @@
-"""Tells the queues again and again that people can reach this web process, and what it needs to note them."""
+"""Tells the queues again and again that people can reach this web process and that it reaches the database."""
 
 import asyncio
 import logging
@@ -13,7 +13,7 @@ log = logging.getLogger(__name__)
 
 
 def tell() -> None:
-    """Tell it once, unless the database is away: then nobody can be noted as present."""
+    """Tell it once, but not while the database is away: then nobody's presence can be noted."""
     try:
         with connection.cursor() as cursor:
             cursor.execute("SELECT 1")
@@ -28,7 +28,7 @@ def _look() -> None:
 
 
 async def tell_on() -> None:
-    """Tell it until the process ends; an event loop that stands still tells nothing."""
+    """Tell it until the process ends; an event loop that is blocked tells nothing."""
     thread = ThreadPoolExecutor(1, "uptime")  # with a connection of its own
     while True:
         try:

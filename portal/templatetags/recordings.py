@@ -5,7 +5,7 @@ from typing import Any
 
 from django import template
 
-from portal.web.recordings import access, figures, films
+from portal.web.recordings import access, exports, figures
 from robots.kit.clock import SYSTEM
 from robots.models import Finding, Movie, Recording, Robot
 from robots.models.recordings import keep_days
@@ -23,19 +23,19 @@ def recordings_of(context: Any, grant: int) -> list[Recording]:
 
 
 @register.simple_tag
-def films_of(recordings: list[Recording]) -> list[films.Film]:
+def films_of(recordings: list[Recording]) -> list[exports.Film]:
     """Return these recordings with the movie of each."""
-    return [films.film_of(recording) for recording in recordings]
+    return [exports.film_of(recording) for recording in recordings]
 
 
 @register.simple_tag
-def figures_of(robot: Robot, findings: Sequence[Finding], shown: list[films.Film]) -> list[figures.Figure]:
+def figures_of(robot: Robot, findings: Sequence[Finding], shown: list[exports.Film]) -> list[figures.Figure]:
     """Return a drawing of the path of each run that is known."""
     return figures.figures_of(robot, findings, [film.recording for film in shown])
 
 
 @register.filter
-def arriving(shown: list[films.Film]) -> bool:
+def arriving(shown: list[exports.Film]) -> bool:
     """Return whether the page has to look again for a movie."""
     return any(film.arriving for film in shown)
 

@@ -35,7 +35,7 @@ def _ended_jobs(request: HttpRequest) -> list[Job]:
 def site(request: HttpRequest) -> dict[str, object]:
     """Return the robots for the menu and the person's places.
 
-    The places are read only on pages that show them, and not again after a slow query.
+    They are read when a template uses them first, and once for a page.
     """
     user = getattr(request, "user", None)
     return {

@@ -9,9 +9,9 @@ from django.db import IntegrityError, transaction
 from accounts.handles import claims_role, is_taken
 from queueing.charging import account_of, account_of_guests, tag_next
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
-from queueing.jobs.kinds import job_kinds, link_of, may_ask
+from queueing.jobs.kinds import job_kinds, may_ask
 from queueing.models import OPEN_JOB, Account, Job, Queue
-from queueing.rows import announce, lock, queue_of, suspended
+from queueing.rows import announce, is_suspended, link_of, lock, queue_of
 from queueing.turns import start_countdown
 from robots.bus.streams import kept_stream
 from robots.grants import lease_of
@@ -24,7 +24,6 @@ from robots.kit.plain import one_line
 from robots.models import Robot
 from robots.services.clicks import with_program
 from robots.services.commands import picture_time
-from robots.services.present import present_state
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
@@ -50,13 +49,13 @@ def ask(
 ) -> Job:  # fmt: skip
     """Create a job that waits for its turn, or return the one that the same `form` has made.
 
-    A job that names a saved program runs the text that it has now. `seen_ms`: when the picture was taken that the
-    person saw (ms since 1970); 0 where they say nothing.
+    A job that names a saved program runs that program's present text. `seen_ms`: when the picture that the person saw
+    was taken (ms since 1970); 0 if that is not known.
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense at the robot's place
-            or by its stream, or a name of a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that do not fit the robot's present
+            state or its stream, or a name of a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -74,7 +73,8 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     args = with_program(robot, user, kind, args)
-    check(robot.driver, kind, args, robot.driver_settings(), present_state(robot, lease_of(robot), now))
+    lease = lease_of(robot)
+    check(robot.driver, kind, args, robot.driver_settings(), lease.present_state(robot.spec(), now) if lease else None)
     _refuse_by_stream(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():
@@ -94,34 +94,34 @@ def ask(
             raise TooManyJobs(ONE_A_GUEST) from error
         tag_next(queue)
         job.refresh_from_db()
-        if job.start_tag is not None and not suspended(robot, link):
+        if job.start_tag is not None and not is_suspended(robot, link):
             start_countdown(queue, now, job)
         announce(queue, user)
         return job
 
 
 def job_of_form(robot: Robot, asker: Asker, form: str) -> Job | None:
-    """Return the asker's job that this form has made; `form` is empty for a request without one."""
+    """Return the asker's job that this form has created; `form` is empty for a request without a form."""
     if not form:
         return None
     return Job.objects.filter(robot=robot, user=asker.user, guest="" if asker.user else asker.guest, form=form).first()
 
 
 def _refuse_by_stream(robot: Robot, kind: str, args: dict[str, Any]) -> None:
-    """Let the robot's own check refuse a job that makes no sense by its stream, so that nobody waits for nothing."""
+    """Let the robot's own check refuse a job that its stream shows to be impossible, before anybody waits for it."""
     for own in spec_of(robot.driver).all_of(JobCheck):
         if packets := packets_of(robot, own.stream):
             function(own.function)(kind, args, packets)
 
 
 def packets_of(robot: Robot, stream: str) -> list[tuple[bytes, bool]]:
-    """Return the packets since the stream's newest key packet, and whether they are one; none while not known."""
+    """Return the packets since the stream's newest key packet, each with whether it is one; empty if none is known."""
     kept = kept_stream(robot.slug, [one.name for one in spec_of(robot.driver).streams].index(stream))
     return [(packet.data, packet.key) for packet in map(unpack, kept or ())]
 
 
 def _shown_name(user: Any, name: str) -> str:
-    """Return the name for the page; none of a guest. Raises BadRequest."""
+    """Return the name for the page; empty for a guest. Raises BadRequest."""
     shown = one_line(name)[:LONGEST_NAME].strip() if user is not None else ""
     if shown and (claims_role(shown) or is_taken(shown, but=user.pk)):
         raise BadRequest(

@@ -1,4 +1,4 @@
-"""The order in which open jobs will probably be served, and how long each may wait. Reads only."""
+"""The order in which open jobs will probably be served, and how long each may wait. It changes no row."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -8,18 +8,19 @@ from datetime import datetime
 from django.conf import settings
 from django.db.models import QuerySet
 
-from queueing.jobs.kinds import link_of
-from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket, Turn
-from queueing.rows import QUEUE, links_of, suspended
+from queueing.fairshare import turn_range
+from queueing.jobs.kinds import limit_of
+from queueing.models import NOT_YET, OPEN_JOB, Job, JobRun, JobState, QueueRobot, Ticket, Turn
+from queueing.rows import QUEUE, is_suspended, link_of, links_of
+from queueing.turns import length_of_turn
 from robots.grants import ROBOT, open_grant
-from robots.kit.contract.find import spec_or_none
 from robots.models import Robot
 from robots.prepared import Prepared
 from robots.states import Cycle, GrantKind
 
-LATEST = 20  # ended jobs from which the time of one is judged
+LATEST = 20  # ended jobs from which the duration of a job is estimated
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
-HANDOVER_S, ANSWER_S, LEAST_LEFT_S = 12.0, 30.0, 5.0
+HANDOVER_S, LEAST_LEFT_S = 12.0, 5.0
 Range = tuple[float, float]
 _TURN: Prepared[Turn] = Prepared(lambda: Turn.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
 _WAITING: Prepared[Job] = Prepared(lambda: Job.objects.filter(queue=QUEUE, state=JobState.WAITING).only("pk")[:1])
@@ -33,7 +34,7 @@ def _of(*states: str) -> QuerySet[Job]:
 
 @dataclass(frozen=True)
 class Forecast:
-    """A job, the number of requests before it, and its least and greatest wait in s; None where nobody knows."""
+    """A job, the number of requests before it, and its least and greatest wait in s; None if it is not known."""
 
     job: Job
     ahead: int
@@ -53,7 +54,7 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     if not jobs:
         return []
     each = durations(robot, jobs[0].kind)
-    turns = _turns(jobs[0].queue_id)
+    turns, turn = _turns(jobs[0].queue_id), turn_range(length_of_turn(robot), HANDOVER_S)
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     turn_left = left_of_turn(robot, now)
@@ -63,7 +64,6 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
         before = 0 if running else sum(tag <= tags[job] for tag in turns)
-        turn = _turn(robot)
         wait = (round(low + before * turn[0]), round(high + before * turn[1]))
         found.append(Forecast(job, number + before, (0, 0) if running else wait if known else None))
         if not running:
@@ -87,12 +87,12 @@ def left_of_turn(robot: Robot, now: datetime) -> float | None:
 
 
 def jobs_before(ticket: Ticket) -> list[Job]:
-    """Return the waiting jobs of the ticket's queue that are served before it. Jobs that wait for staff are not."""
+    """Return the waiting jobs of the ticket's queue that are served before it, without jobs that wait for staff."""
     if not any_waits(ticket.queue_id):
         return []
     found: list[Job] = []
     for link in links_of(ticket.queue):
-        if suspended(link.robot, link):
+        if is_suspended(link.robot, link):
             continue
         tags = _tagged(link.robot, link)
         found += [job for job, tag in tags.items() if _precedes(job, tag, ticket)]
@@ -118,26 +118,19 @@ def jobs_take(robot: Robot, jobs: Sequence[Job], now: datetime) -> Range:
 
 
 def durations(robot: Robot, kind: str) -> Range:
-    """Return from when to when most of the robot's jobs end (s); from 0 to the kind's limit if none has ended."""
+    """Return the range in which most jobs of the robot last (s); from 0 to the kind's limit if none has ended."""
     runs = JobRun.objects.filter(
         job__robot=robot, job__state__in=(JobState.DONE, JobState.FAILED), grant__ended_at__isnull=False
     )
     times = [(r.grant.ended_at, r.grant.opened_at) for r in runs.select_related("grant").order_by("-id")[:LATEST]]
     took = sorted((end - begin).total_seconds() for end, begin in times if end is not None)
     if not took:
-        return 0.0, _limit_s(robot, kind)
+        return 0.0, limit_of(robot, kind)
     return took[len(took) // 4], took[(9 * len(took)) // 10]
 
 
-def _limit_s(robot: Robot, kind: str) -> float:
-    spec = spec_or_none(robot.driver)
-    told = spec.command(kind) if spec else None
-    return told.limit_s if told else 60.0
-
-
 def _cost(robot: Robot, link: QueueRobot | None, kind: str) -> float:
-    charged_in_jobs = link is not None and link.charged_in == Charge.JOBS and not link.offers_turns
-    return 1.0 if charged_in_jobs else sum(durations(robot, kind)) / 2
+    return 1.0 if link is not None and link.charges_jobs else sum(durations(robot, kind)) / 2
 
 
 def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
@@ -151,7 +144,7 @@ def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
 
 
 def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
-    """Return the start tag of each job; of one that has none yet the tag that it will probably get."""
+    """Return the start tag of each job; for a job without a tag the one that it will probably get."""
     newest: dict[int, float] = {
         j.account_id: j.start_tag + cost / j.account.weighs(j.queue) for j in jobs if j.start_tag is not None
     }
@@ -171,14 +164,9 @@ def _turns(queue: int) -> list[float]:
     return list(waiting.values_list("start_tag", flat=True))
 
 
-def _turn(robot: Robot) -> Range:
-    turn_s = float(robot.turn_s or settings.FARHAND["TURN_S"])
-    return turn_s / 4 + HANDOVER_S, turn_s + ANSWER_S + HANDOVER_S
-
-
 def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:
-    """Return whether the wait can be judged: the robot is in order, and does not look after itself first."""
-    if robot.cycle in OUT or jobs[0].queue.paused or suspended(robot, link):
+    """Return whether the wait can be estimated: the robot is in order, and no upkeep runs."""
+    if robot.cycle in OUT or jobs[0].queue.paused or is_suspended(robot, link):
         return False
     grant = open_grant(robot)
     return grant is None or grant.kind != GrantKind.UPKEEP
@@ -188,12 +176,12 @@ def _left(first: Job, each: Range, now: datetime) -> Range:
     """Return how long the job that runs may still take; (0, 0) if none runs."""
     if first.state != JobState.RUNNING:
         return 0.0, 0.0
-    run = first.runs.select_related("grant").order_by("-id").first()
+    run = first.last_run()
     if run is None:
         return each
     spent = (now - run.grant.opened_at).total_seconds()
     low, high = max(0.0, each[0] - spent), max(LEAST_LEFT_S, each[1] - spent)
     share = (run.grant.commands.values_list("progress", flat=True).first() or {}).get("share")
-    if isinstance(share, int | float) and 0 < share <= 1:  # the robot's own word
+    if isinstance(share, int | float) and 0 < share <= 1:  # the robot reports its progress
         high = max(LEAST_LEFT_S, min(high, spent / share - spent))
     return min(low, high), high

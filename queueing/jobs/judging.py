@@ -1,9 +1,11 @@
-"""Judges whether waiting jobs may start, and finds the next one.
+"""Judges whether waiting jobs may still start, and finds the next one.
 
-Jobs are judged again while they wait: by the rule of asking (`kinds.may_ask`), and by the robot's present state.
+A waiting job is judged by the rule for requests (`kinds.may_ask`) and by the robot's present state.
 """
 
 from datetime import datetime, timedelta
+from functools import reduce
+from operator import or_
 
 from django.db.models import Q, QuerySet
 
@@ -18,14 +20,14 @@ from robots.kit.contract.capabilities import GoodWhile
 from robots.kit.contract.find import spec_or_none
 from robots.kit.contract.spec import CommandKind
 from robots.models import Robot
+from robots.models.robot import FRESH
 
 SWITCHED_OFF = "The account of the person who asked for it is switched off."
 NO_SUCH_KIND = "This robot no longer takes this kind of job."
 NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
-NOTHING_KNOWN = Q(pk=None)  # of no job
-FRESH = timedelta(seconds=60)  # an older value of a channel is not used
-LATER = timedelta(seconds=2)  # a state must be so much newer than the job: clocks of hosts differ
+NO_JOB = Q(pk=None)
+LATER = timedelta(seconds=2)  # a state must be newer than the job by this: clocks of hosts differ
 
 
 def judge_waiting(queue: Queue, now: datetime) -> None:
@@ -39,17 +41,12 @@ def judge_waiting(queue: Queue, now: datetime) -> None:
         for job in list(of_robot.filter(_any(rules))):
             why = next(reason for rule, reason in rules if Job.objects.filter(rule, pk=job.pk).exists())
             end(queue, job, JobState.CANCELLED, why, 0.0, now)
-        for job, good in outdated(link.robot, of_robot, now):
+        for job, good in outdated_jobs(link.robot, of_robot, now):
             end(queue, job, JobState.FAILED, good.text, 0.0, now, good.code)
 
 
-def unfit(robot: Robot, guests_ask: bool) -> Q:
-    """Return the filter of waiting jobs that may not start, because their asker may no longer ask for them."""
-    return _any(refusals(robot, guests_ask))
-
-
 def refusals(robot: Robot, guests_ask: bool) -> tuple[tuple[Q, str], ...]:
-    """Return the filters of jobs that may no longer be asked for, each with the reason as a sentence.
+    """Return filters of jobs that nobody may ask for any more, each with the reason as a sentence.
 
     Kinds and clearances are not checked while the robot's package is not installed.
     """
@@ -69,13 +66,10 @@ def _not_cleared(robot: Robot, kind: CommandKind) -> Q:
 
 
 def _any(rules: tuple[tuple[Q, str], ...]) -> Q:
-    both = NOTHING_KNOWN
-    for rule, _ in rules:
-        both |= rule
-    return both
+    return reduce(or_, (rule for rule, _ in rules), NO_JOB)
 
 
-def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[Job, GoodWhile]]:
+def outdated_jobs(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[Job, GoodWhile]]:
     """Return the robot's waiting jobs with an argument that its state no longer matches, each with the spec's rule.
 
     A state that is old, or was reported before the job was asked for, is not used: the asker may have seen a newer one.
@@ -88,20 +82,20 @@ def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[
     values = lease.state.get("values") or {}
     found: list[tuple[Job, GoodWhile]] = []
     for good in declared:
-        told = values.get(good.channel)
-        if isinstance(told, int | float):
+        value = values.get(good.channel)
+        if isinstance(value, int | float):
             asked = waiting.filter(kind=good.kind, asked_at__lt=lease.state_at - LATER)
-            found += [(job, good) for job in asked if job.args.get(good.argument, told) != told]
+            found += [(job, good) for job in asked if job.args.get(good.argument, value) != value]
     return found
 
 
 def head_of(robot: Robot, link: QueueRobot) -> Job | None:
     """Return the robot's waiting job with the least start tag whose asker may still ask for it.
 
-    None while the robot's package is not installed, which alone knows how a job is begun.
+    None while the robot's package, which alone knows how to begin a job, is not installed.
     """
     waiting = Job.objects.filter(robot=robot, state=JobState.WAITING, start_tag__isnull=False)
     if not waiting.exists() or not job_kinds(robot):
         return None
-    there = waiting.exclude(unfit(robot, link.guests_ask))
+    there = waiting.exclude(_any(refusals(robot, link.guests_ask)))
     return there.select_related("robot", "account", "user").order_by("start_tag", "id").first()

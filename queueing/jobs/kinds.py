@@ -3,19 +3,11 @@
 from typing import Any
 
 from accounts.services import cleared
-from queueing.models import QueueRobot
-from robots.grants import ROBOT
+from queueing.rows import link_of
 from robots.kit.contract.find import spec_or_none
 from robots.kit.contract.spec import ANYONE, CommandKind
 from robots.models import Robot
-from robots.prepared import Prepared
-
-_LINK: Prepared[QueueRobot] = Prepared(lambda: QueueRobot.objects.select_related("queue").filter(robot=ROBOT))
-
-
-def link_of(robot: Robot) -> QueueRobot | None:
-    """Return the robot's settings in its queue."""
-    return _LINK.first(robot=robot.pk)
+from robots.services.commands import LIMIT_S
 
 
 def offers_turns(robot: Robot) -> bool:
@@ -30,7 +22,7 @@ def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
 
 
 def job_kinds_or_none(robot: Robot) -> tuple[CommandKind, ...] | None:
-    """Return the same, but None if the robot's package is not installed, so that nobody knows."""
+    """Return the same, but None if the robot's package is not installed."""
     spec = spec_or_none(robot.driver)
     return None if spec is None else tuple(c for c in spec.commands if c.open_to(ANYONE) and not c.held)
 
@@ -54,7 +46,17 @@ def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
 
 
 def label_of(robot: Robot, kind: str) -> str:
-    """Return the robot's label of this kind of command; its plain name where the robot no longer knows it."""
-    spec = spec_or_none(robot.driver)
-    found = spec.command(kind) if spec else None
+    """Return the robot's label of this kind of command; the kind's name if the robot no longer has it."""
+    found = _kind_of(robot, kind)
     return found.label if found else kind.capitalize()
+
+
+def limit_of(robot: Robot, kind: str) -> float:
+    """Return how long a command of this kind may take (s)."""
+    found = _kind_of(robot, kind)
+    return found.limit_s if found else LIMIT_S
+
+
+def _kind_of(robot: Robot, kind: str) -> CommandKind | None:
+    spec = spec_or_none(robot.driver)
+    return spec.command(kind) if spec else None

@@ -1,6 +1,6 @@
 """Starts jobs, and settles them when their grant ends."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 
 from django.conf import settings
 from django.core.mail import EmailMessage
@@ -9,14 +9,13 @@ from django.db import transaction
 from accounts.adapter import send_in_background
 from queueing.charging import charge, follow_charge, serve
 from queueing.charging import settle as settle_clock
-from queueing.jobs.kinds import label_of
-from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
-from queueing.rows import QUEUE, announce
+from queueing.jobs.kinds import label_of, limit_of
+from queueing.models import Job, JobRun, JobState, Queue
+from queueing.rows import QUEUE, announce, link_of
 from robots.grants import interruption, start_grant
-from robots.kit.contract.find import spec_of
 from robots.models import Command, Grant, Robot
 from robots.prepared import Prepared
-from robots.services.commands import AFTER_S, START_S, put
+from robots.services.commands import over_by, put
 from robots.services.programs import is_program
 from robots.states import CommandState, GrantEnd, GrantKind
 
@@ -34,10 +33,8 @@ PLACE_STAYS = "It keeps its place, has cost nothing so far, and goes on as soon 
 def promote(queue: Queue, job: Job, now: datetime) -> None:
     """Start the job: write grant, run and command in the caller's transaction; the owner is woken after it."""
     robot = job.robot
-    kind = spec_of(robot.driver).command(job.kind)
-    limit_s = kind.limit_s if kind else 60.0
-    until = now + timedelta(seconds=START_S + limit_s + AFTER_S)
-    grant = start_grant(robot, GrantKind.JOB, now, until=until)
+    limit_s = limit_of(robot, job.kind)
+    grant = start_grant(robot, GrantKind.JOB, now, until=over_by(now, limit_s))
     JobRun.objects.create(job=job, grant=grant)
     Job.objects.filter(pk=job.pk).update(state=JobState.RUNNING, reason="")
     serve(queue, job.start_tag or 0.0)
@@ -48,7 +45,7 @@ def promote(queue: Queue, job: Job, now: datetime) -> None:
 def settle(queue: Queue, now: datetime) -> None:
     """End each job whose grant has ended, or put it back into the queue."""
     for job in _RUNNING(queue=queue.pk):
-        run = job.runs.select_related("grant").order_by("-id").first()
+        run = job.last_run()
         if run is None:  # the grant was deleted
             end(queue, job, JobState.UNKNOWN, "Whether it was carried out is not known.", 0.0, now)
         elif run.grant.ended_at is not None:
@@ -70,20 +67,20 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
         end(queue, job, JobState.CANCELLED, "Cancelled.", used, now)
     elif stopped:
         end(queue, job, JobState.CANCELLED, "The robot was stopped.", used, now)
-    elif command is not None and command.result.get("code"):  # the robot's own word: again would end alike
+    elif command is not None and command.result.get("code"):  # the robot's own reason: a second run would end alike
         end(queue, job, JobState.FAILED, reason, used if state == CommandState.FAILED else 0.0, now)
     elif grant.end_code == GrantEnd.TIME_UP and state != CommandState.EXPIRED:
         reason = f"{TOO_LONG} {reason}".strip() if is_program(job.robot, job.kind) else TOO_LONG
         end(queue, job, JobState.FAILED, reason, used, now)
     elif command is not None and command.sent_at is not None and is_program(job.robot, job.kind):
-        told = f"{reason} {ONCE}".strip()
-        end(queue, job, JobState.FAILED, told if len(told) <= LONGEST else reason, 0.0, now)
+        text = f"{reason} {ONCE}".strip()
+        end(queue, job, JobState.FAILED, text if len(text) <= LONGEST else reason, 0.0, now)
     else:
         _wait_again(queue, job, grant, reason, now)
 
 
 def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime) -> None:
-    """Put a job back that the robot's own needs or faults cut short: it keeps its tag and costs nothing."""
+    """Put a job back that the robot's need or fault interrupted: it keeps its tag and costs nothing."""
     preempted = grant.end_code == GrantEnd.PREEMPTED
     faults = job.faults + (not preempted)
     if faults >= FAULTS:
@@ -96,8 +93,8 @@ def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime
 
 def _used(grant: Grant, robot: Robot) -> float:
     """Return the cost of the run in the unit of the robot's queue."""
-    link = QueueRobot.objects.filter(robot=robot).first()
-    if link is not None and link.charged_in == Charge.JOBS and not link.offers_turns:
+    link = link_of(robot)
+    if link is not None and link.charges_jobs:
         return 1.0
     ended = min(grant.ended_at or grant.opened_at, grant.until or datetime.max.replace(tzinfo=UTC))
     return max(0.0, (ended - grant.opened_at).total_seconds())
@@ -106,7 +103,7 @@ def _used(grant: Grant, robot: Robot) -> float:
 def end(
     queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime, code: str = ""
 ) -> None:  # fmt: skip
-    """End a job for good, charge it, and notify its asker. `code`: the robot's own word for why it never began."""
+    """End a job, charge it, and notify its asker. `code`: the robot's own reason why the job never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
     if not open_one.update(state=state, reason=reason[:LONGEST], code=code, ended_at=now, charged=cost):
         return

@@ -5,7 +5,7 @@ from typing import Any
 
 from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
-from queueing.rows import announce, queue_of, suspended
+from queueing.rows import announce, is_suspended, link_of, queue_of
 from robots.kit.contract.capabilities import Idle, Need
 from robots.kit.contract.errors import NotPermitted
 from robots.kit.contract.find import spec_or_none
@@ -16,10 +16,10 @@ RESUMED = "Jobs and the robot's own behaviour go on."
 
 
 def waits_for_staff(robot: Robot) -> bool:
-    """Return whether a robot that takes jobs, or does anything by itself, does not until staff resume it."""
-    if not robot.stop_latched and robot.stopped_at is None:  # the usual case, without a question to the database
+    """Return whether a robot that takes jobs, or moves by itself, waits until staff resume it after a stop."""
+    if not robot.stop_latched and robot.stopped_at is None:  # the usual case, without a query
         return False
-    return _works_alone(robot) and suspended(robot, QueueRobot.objects.filter(robot=robot).first())
+    return _works_alone(robot) and is_suspended(robot, link_of(robot))
 
 
 def _works_alone(robot: Robot) -> bool:

@@ -52,7 +52,7 @@ class Job(models.Model):
     shown_name = models.CharField(max_length=40, blank=True)
     mail = models.BooleanField(default=False, help_text="Its asker wants a mail at its end.")
     asked_at = models.DateTimeField()
-    # the time of the picture that its asker saw, as the page said; handed to the command
+    # when the picture that its asker saw was taken, as the page reported; the command gets the same
     seen_picture_at = models.DateTimeField(null=True, blank=True)
     cancel_asked_at = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
@@ -84,6 +84,10 @@ class Job(models.Model):
     def get_absolute_url(self) -> str:
         """Return the address of the job's page."""
         return f"/jobs/{self.key}/"
+
+    def last_run(self) -> "JobRun | None":
+        """Return the job's newest run, with its grant."""
+        return self.runs.select_related("grant").order_by("-id").first()
 
 
 class JobRun(models.Model):

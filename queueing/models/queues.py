@@ -81,6 +81,11 @@ class QueueRobot(models.Model):
     def __str__(self) -> str:
         return f"{self.robot} in {self.queue}"
 
+    @property
+    def charges_jobs(self) -> bool:
+        """Return whether a job costs 1, and not the seconds that it took."""
+        return self.charged_in == Charge.JOBS and not self.offers_turns
+
 
 class Account(models.Model):
     """The use of a queue by a person, or by all guests of one network address: finish tag and weight."""

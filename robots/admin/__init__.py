@@ -1,11 +1,5 @@
-"""The admin of robots."""
+"""The admin of robots: Django imports this package, and each module registers its pages."""
 
-from robots.admin.catalogue import RobotAdmin
-from robots.admin.forms import RobotForm
-from robots.admin.recordings import MovieAdmin, RecordingAdmin
-from robots.admin.records import CommandAdmin, FrameAdmin, GrantAdmin, IncidentAdmin, ProgramAdmin
+from robots.admin import catalogue, records
 
-__all__ = (
-    "CommandAdmin", "FrameAdmin", "GrantAdmin", "IncidentAdmin", "MovieAdmin", "ProgramAdmin", "RecordingAdmin",
-    "RobotAdmin", "RobotForm",
-)  # fmt: skip
+__all__ = ("catalogue", "records")

@@ -17,7 +17,7 @@ from robots.models import Frame
 
 
 class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
-    """A list whose actions answer 403 to people without the permission; Django would ignore them silently."""
+    """A list whose actions answer 403 to people without the permission; Django would ignore the action silently."""
 
     def changelist_view(self, request: HttpRequest, extra_context: dict[str, Any] | None = None) -> HttpResponse:
         """Show the list, or carry out an action on it."""
@@ -30,9 +30,10 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     def act_on(
         self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: str, rest: str
     ) -> None:
-        """Carry out a verb on each chosen row, note it in the row's history, and say on how many.
+        """Carry out a verb on each chosen row, note it in the row's history, and show how many rows changed.
 
-        `verb` returns whether it did anything; `rest` says why it had nothing to do. A refusal is told by row.
+        `verb` returns whether it changed the row; `rest` is the text for rows that it did not change. A refusal is
+        shown with its row.
         """
         done = others = 0
         for one in chosen:
@@ -45,41 +46,34 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
                 self.log_change(request, one, word)
             done, others = done + changed, others + (not changed)
         counts = [(count, text) for count, text in ((done, word), (others, rest)) if count]
-        told = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
-        if told:
-            messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(told))
+        sentences = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
+        if sentences:
+            messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(sentences))
 
 
 class ReadOnlyAdmin(GuardedAdmin):
-    """A record that is only read in the admin."""
+    """A record that the admin only shows."""
 
     def has_act_permission(self, request: HttpRequest) -> bool:
-        """Return whether the person may act on robots and turns; to look at them a lower permission is enough."""
+        """Return whether the person may act on robots and turns; a lower permission is enough to see them."""
         return request.user.has_perm("robots.change_robot")
 
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """Return False: history is not added by hand."""
+    def _never(self, request: HttpRequest, obj: Any = None) -> bool:
         return False
 
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return False: history does not change."""
-        return False
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Return False: history is not deleted."""
-        return False
+    has_add_permission = has_change_permission = has_delete_permission = _never
 
 
 class FormFieldsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
-    """A page that writes only the fields of its form when a row is changed.
+    """A page that writes only the fields of its form when it changes a row.
 
-    Django writes the whole row, as it was read: a stop that came between reading and writing would be undone.
+    Django writes the whole row as it was read, which would undo a stop between reading and writing.
     """
 
-    also_saved: tuple[str, ...] = ()  # fields that follow from the form without being shown
+    also_saved: tuple[str, ...] = ()  # fields that follow from the form and are not in it
 
     def save_model(self, request: HttpRequest, obj: Any, form: Any, change: bool) -> None:
-        """Save a new row whole, a changed one as far as the form goes."""
+        """Save a new row completely, and of a changed row only the fields of the form."""
         if not change:
             super().save_model(request, obj, form, change)
             return
@@ -88,7 +82,7 @@ class FormFieldsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         obj.save(update_fields=columns & shown | {*self.also_saved})
 
 
-# Django's tables have only column headings, which screen readers do not read with a field.
+# Django's tables have only column headings, which screen readers do not read together with a field.
 def _name(form: "forms.BaseForm") -> None:
     for field in form.fields.values():
         widget: Any = getattr(field.widget, "widget", field.widget)  # the widget of a foreign key is wrapped
@@ -100,7 +94,7 @@ class NamedRows(BaseInlineFormSet):  # type: ignore[type-arg]
     """Rows below a form."""
 
     def add_fields(self, form: "forms.ModelForm[Any]", index: int | None) -> None:
-        """Name each field of the row, also the one that deletes it."""
+        """Name each field of the row, also the check box that deletes it."""
         super().add_fields(form, index)
         _name(form)
 
@@ -130,7 +124,7 @@ class NamedInline(admin.TabularInline):  # type: ignore[type-arg]
 
 
 class NamedValues(admin.AllValuesFieldListFilter):
-    """A filter by the values of a text, in which the empty one has a name too."""
+    """A filter by the values of a text field that also names the empty value."""
 
     def choices(self, changelist: Any) -> Any:
         """Return the choices with their words."""
@@ -138,7 +132,7 @@ class NamedValues(admin.AllValuesFieldListFilter):
 
 
 def thumbnail(frame: Frame | None, words: str) -> SafeString | str:
-    """Return a small picture that leads to the whole one, loaded when it is scrolled to; a dash without one."""
+    """Return a small, lazily loaded picture that links to the full one; a dash if there is none."""
     if frame is None:
         return "-"
     return format_html(

@@ -13,8 +13,7 @@ from django.utils.safestring import SafeString
 from robots import bus, grants, services
 from robots.admin.bases import FormFieldsAdmin
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
-from robots.admin.hooks import AFTER_ADDING
-from robots.admin.verbs import VERBS
+from robots.admin.verbs import AFTER_ADDING, VERBS
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures
@@ -50,7 +49,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description="Simulated", boolean=True)
     def simulated(self, robot: Robot) -> bool:
-        """Return whether a program answers in the robot's place."""
+        """Return whether a simulator answers in place of the robot."""
         return robot.simulated
 
     @admin.display(description="State")
@@ -67,7 +66,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description="Stop", ordering="stop_latched")
     def stop(self, robot: Robot) -> SafeString | str:
-        """Return whether somebody stopped it; told in red, for nothing moves until staff release it."""
+        """Return whether a stop is latched, in red, because the robot does not move until it is released."""
         return format_html('<b class="farhand-bad">{}</b>', "stopped") if robot.stop_latched else "not stopped"
 
     def get_urls(self) -> list[URLPattern]:
@@ -96,7 +95,7 @@ class RobotAdmin(FormFieldsAdmin):
             "stop": services.stop_shown(robot, SYSTEM.now()),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
             "commands": commands[:8] if user.has_perm("robots.view_command") else None,
-            "probe_lost": probes.lost(robot, SYSTEM.now()),
+            "probe_lost": probes.is_lost(robot, SYSTEM.now()),
             "readings": robot.readings(lease.state) if lease else (),
             **self._offered(robot),
         }  # fmt: skip
@@ -127,7 +126,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.action(description="Load what the packages bring: programs, questions", permissions=["change"])
     def load_brought(self, request: HttpRequest, queryset: Any) -> None:
-        """Load what the chosen robots' packages bring, for robots that were added before their packages brought it."""
+        """Load what the packages of the chosen robots bring now, for robots that were added before."""
         for robot in queryset:
             try:
                 for told in self._load(robot):

@@ -15,15 +15,15 @@ from robots.kit.contract.spec import TURN
 from robots.kit.installed import simulators
 from robots.models import Robot
 
-PREFIX = "setting_"  # so that no setting can take the place of a field of every robot
+PREFIX = "setting_"  # so that no setting can replace a field that all robots have
 TURNS = ("turn_s",)
 RECORDING = ("records", "recordings_keep_days", "recordings_limit_mb")
 
 
 class ListField(forms.JSONField):
-    """A setting that is a list: JSON, checked by the robot's own function.
+    """A setting that is a list: JSON, which the robot's own function checks.
 
-    It also refuses JSON that is nested too deep or has numbers of thousands of digits.
+    It also refuses JSON that is nested too deeply or has numbers of thousands of digits.
     """
 
     def __init__(self, setting: Setting, **kwargs: Any) -> None:
@@ -38,20 +38,20 @@ class ListField(forms.JSONField):
             raise forms.ValidationError("Write a list as JSON.") from error
 
     def clean(self, value: Any) -> Any:
-        """Return the value as it is kept. Raises ValidationError."""
+        """Return the value to be stored. Raises ValidationError."""
         found = super().clean(value)
-        return checked(self._setting, found) if found else None
+        return check_list(self._setting, found) if found else None
 
     def bound_data(self, data: Any, initial: Any) -> Any:
-        """Return the text that the form shows again."""
+        """Return the value that the form shows again."""
         try:
             return super().bound_data(data, initial)
         except (ValueError, RecursionError):
             return InvalidJSONInput(data)
 
 
-def checked(setting: Setting, value: Any) -> Any:
-    """Return a list as the robot's own check leaves it. Raises ValidationError."""
+def check_list(setting: Setting, value: Any) -> Any:
+    """Return a list as the robot's own check returns it. Raises ValidationError."""
     try:
         return function(setting.check)(value)
     except RobotError as error:
@@ -59,9 +59,9 @@ def checked(setting: Setting, value: Any) -> Any:
 
 
 def _accepted(setting: Setting, value: Any) -> Any:
-    """Return a kept list as the check leaves it, None if it is refused."""
+    """Return a stored list as the check returns it; None if the check refuses it."""
     try:
-        return checked(setting, value)
+        return check_list(setting, value)
     except forms.ValidationError:
         return None
 
@@ -89,7 +89,7 @@ def settings_of(driver: str) -> tuple[Setting, ...]:
 
 
 def turns_of(driver: str) -> tuple[str, ...]:
-    """Return the names of the fields for turns; none where the robot has no command for whoever has a turn."""
+    """Return the names of the fields for turns; empty if the robot has no command for people with a turn."""
     spec = spec_or_none(driver)
     return () if spec and not any(command.open_to(TURN) for command in spec.commands) else TURNS
 
@@ -118,7 +118,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
             self.initial[PREFIX + setting.name] = self.instance.settings.get(setting.name, empty)
 
     def clean(self) -> dict[str, Any]:
-        """Refuse a robot that is not installed. Its driver is not loaded: the test of the connection does that."""
+        """Refuse a robot that is not installed. The driver is not loaded here; the test of the connection loads it."""
         cleaned = super().clean() or {}
         try:
             spec_of(cleaned.get("driver", ""))
@@ -128,10 +128,10 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         return cleaned
 
     def save(self, commit: bool = True) -> Any:
-        """Save the row with the settings that were written; those of another driver are kept for its return."""
+        """Save the row with the settings of the form; settings of another driver stay, in case it is chosen again."""
         written = {setting.name: self.cleaned_data.get(PREFIX + setting.name) for setting in self.declared}
         kept = self.instance.settings | written
-        for setting in settings_of(self.instance.driver):  # which may be another driver than before
+        for setting in settings_of(self.instance.driver):  # the driver may have changed
             if setting.kind == "list" and kept.get(setting.name):
                 kept[setting.name] = _accepted(setting, kept[setting.name])
         self.instance.settings = {name: value for name, value in kept.items() if value is not None}
@@ -148,8 +148,8 @@ def _check_simulator(driver: str, address: str) -> None:
         listed = ", ".join(f"sim:{one}" for one in installed)
         raise forms.ValidationError({"address": f"There is no simulator {name!r}. Installed are: {listed}."})
     if name != driver and driver in installed:
-        told = f"The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}."
-        raise forms.ValidationError({"address": told})
+        text = f"The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}."
+        raise forms.ValidationError({"address": text})
 
 
 def form_for(robot: Robot) -> type[RobotForm]:

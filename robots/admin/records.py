@@ -1,14 +1,17 @@
-"""Admin pages of what robots did: commands, grants, incidents, pictures; and of people's programs."""
+"""Admin pages of what robots did: commands, grants, incidents, pictures, recordings; and of people's programs."""
 
 from typing import Any
 
 from django.contrib import admin, messages
 from django.http import HttpRequest
+from django.template.defaultfilters import filesizeformat
+from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import services
 from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedValues, ReadOnlyAdmin, thumbnail
-from robots.models import Command, Frame, Grant, Incident, Program
+from robots.models import Command, Frame, Grant, Incident, Movie, Program, Recording
+from robots.models.recordings import OfTheDay
 from robots.services import programs
 
 
@@ -24,7 +27,7 @@ class ProgramAdmin(FormFieldsAdmin, GuardedAdmin):
     actions = ("take_in", "take_out")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
-        """Programs are written in the console."""
+        """Return False: people write programs in the console."""
         return False
 
     @admin.action(description="Take into the gallery", permissions=["change"])
@@ -53,12 +56,12 @@ class CommandAdmin(ReadOnlyAdmin):
 
     @admin.display(description="Clamped")
     def clamped(self, command: Command) -> str:
-        """Return what was sent instead of what was asked."""
+        """Return the values that were sent instead of the requested ones."""
         return command.clamped_words or "-"
 
     @admin.display(description="Age of the picture seen")
     def lag(self, command: Command) -> str:
-        """Return by how much the picture that its sender saw was older than the robot's newest."""
+        """Return how much older the picture was that the sender saw than the robot's newest one."""
         return "-" if command.picture_lag_s is None else f"{command.picture_lag_s:.3f} s"
 
 
@@ -97,7 +100,7 @@ class FrameAdmin(ReadOnlyAdmin):
 
     @admin.action(description="Take down: from entries, recordings and addresses", permissions=["act"])
     def take_down(self, request: HttpRequest, queryset: Any) -> None:
-        """Remove the chosen pictures with all that shows them."""
+        """Remove the chosen pictures and everything that shows them."""
         for frame in queryset.select_related("robot"):
             name = str(frame)
             self.log_deletions(request, Frame.objects.filter(pk=frame.pk))
@@ -112,3 +115,68 @@ class FrameAdmin(ReadOnlyAdmin):
     def shown_picture(self, frame: Frame) -> SafeString | str:
         """Return the picture itself."""
         return thumbnail(frame, f"Picture of {frame.robot}, {frame.taken_at:%-d %B %Y, %H:%M:%S} UTC")
+
+
+@admin.register(Recording)
+class RecordingAdmin(ReadOnlyAdmin):
+    """Recordings, the newest first; their pages replay them."""
+
+    list_display = ("began_at", "robot", "what", "state", "reason", "bytes", "dropped", "of_the_day", "replay")
+    list_filter = ("robot", "state", "of_the_day")
+    list_select_related = ("robot", "grant")
+    date_hierarchy = "began_at"
+    actions = ("remove", "pin", "never", "by_rule")
+
+    @admin.display(description="Of a")
+    def what(self, recording: Recording) -> str:
+        """Return turn or job."""
+        return recording.grant.get_kind_display()
+
+    @admin.display(description="Size", ordering="size")
+    def bytes(self, recording: Recording) -> str:
+        """Return the size in words."""
+        return filesizeformat(recording.size)
+
+    @admin.display(description="Page")
+    def replay(self, recording: Recording) -> SafeString:
+        """Return a link to its page."""
+        return format_html('<a href="{}">Replay</a>', recording.get_absolute_url())
+
+    @admin.action(description="Remove the recording", permissions=["act"])
+    def remove(self, request: HttpRequest, queryset: Any) -> None:
+        """Remove files and movies; the rows stay and show this."""
+        self.act_on(
+            request, queryset, lambda one: services.remove_recording(one, request.user), "Removed", "Removed before"
+        )
+
+    @admin.action(description="Show its movie as the movie of the day, until another is chosen", permissions=["act"])
+    def pin(self, request: HttpRequest, queryset: Any) -> None:
+        """Show its movie even if there are newer ones."""
+        if queryset.count() > 1:
+            messages.warning(request, "Choose one recording: there is one movie of the day.")
+            return
+        self._choose(request, queryset, OfTheDay.PINNED)
+
+    @admin.action(description="Never show its movie as the movie of the day", permissions=["act"])
+    def never(self, request: HttpRequest, queryset: Any) -> None:
+        """Leave its movie out."""
+        self._choose(request, queryset, OfTheDay.NEVER)
+
+    @admin.action(description="Let the rule choose the movie of the day again", permissions=["act"])
+    def by_rule(self, request: HttpRequest, queryset: Any) -> None:
+        """Let the rule decide about its movie again."""
+        self._choose(request, queryset, OfTheDay.BY_RULE)
+
+    def _choose(self, request: HttpRequest, queryset: Any, choice: OfTheDay) -> None:
+        self.act_on(
+            request, queryset, lambda one: services.choose_of_the_day(one, choice, request.user),
+            f"Movie of the day: {choice.label.lower()}", "That was said before",
+        )  # fmt: skip
+
+
+@admin.register(Movie)
+class MovieAdmin(ReadOnlyAdmin):
+    """Movies made of recordings."""
+
+    list_display = ("id", "robot", "recording", "day", "kind", "state", "progress", "reason", "asked_at", "ready_at")
+    list_filter = ("robot", "state", "kind")

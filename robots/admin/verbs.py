@@ -1,4 +1,4 @@
-"""Verbs of the admin page: each is one function that returns a sentence."""
+"""Verbs of a robot's admin page, and hooks that run after staff add a robot. Each returns a sentence for staff."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -15,6 +15,8 @@ from robots.services.permissions import need_staff
 from robots.states import Cycle
 
 Verb = Callable[[Robot, HttpRequest], str]
+Load = Callable[[Robot], str]
+AFTER_ADDING: list[Load] = []
 STOPPED = "The robot is stopped: look at the newest picture, then release the stop."
 
 
@@ -52,7 +54,7 @@ def disable(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def stop(robot: Robot, request: HttpRequest) -> str:
-    """Hold the robot at once; nothing moves until the stop is released."""
+    """Hold the robot at once; it does not move until the stop is released."""
     services.stop(robot, request.user)
     return "Stop was sent." if robot.enabled else "The robot is off; it stays stopped when it is switched on."
 
@@ -68,7 +70,7 @@ def release(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def lock_out(robot: Robot, request: HttpRequest) -> str:
-    """Keep everybody from driving; the note says why. The open turn ends, places stay."""
+    """Close the robot to drivers; the note says why. The open turn ends, places stay."""
     services.lock_out(robot, request.user, request.POST.get("note", ""))
     return "Locked out. People keep their places."
 
@@ -101,7 +103,7 @@ def procedure(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
-    """Test the connection; a robot that is on and at nobody's disposal takes a picture, if it has a camera."""
+    """Test the connection; an enabled robot that nobody uses also takes a picture, if it has a camera."""
     if not robot.enabled:
         probes.ask(robot, request.user, SYSTEM.now())
         return "The connection is being tested; the result appears below in some seconds."
@@ -124,6 +126,12 @@ def add(verb: Verb) -> Verb:
     """Offer a verb of another app on the robot's admin page too, by its name."""
     VERBS[verb.__name__] = verb
     return verb
+
+
+def after_adding(load: Load) -> Load:
+    """Call a function of another app for each robot that staff add; staff see the text that it returns."""
+    AFTER_ADDING.append(load)
+    return load
 
 
 VERBS: dict[str, Verb] = {

@@ -1,9 +1,8 @@
 """Database rows of robots, by subject."""
 
-from robots.models.catalogue import Robot
-from robots.models.driving import Command, Grant, Incident, Lease, Usage
 from robots.models.pictures import Finding, Frame, Program, frame_name
 from robots.models.recordings import Movie, Recording, RecordingState, Records
+from robots.models.robot import Command, Grant, Incident, Lease, Robot, Usage
 
 __all__ = (
     "Command", "Finding", "Frame", "Grant", "Incident", "Lease", "Movie", "Program", "Recording", "RecordingState",

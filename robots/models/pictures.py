@@ -5,8 +5,7 @@ import secrets
 from django.conf import settings
 from django.db import models
 
-from robots.models.catalogue import Robot
-from robots.models.driving import Command, Grant
+from robots.models.robot import Command, Grant, Robot
 
 
 def frame_name() -> str:

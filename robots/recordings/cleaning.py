@@ -1,4 +1,4 @@
-"""Housekeeping removes old recordings and movies: by the times of rows, never by those of files."""
+"""Housekeeping of recordings and movies: removes old ones, by the times of rows and never by those of files."""
 
 import contextlib
 import logging
@@ -15,12 +15,12 @@ from robots.recordings import keeping
 from robots.wall_clock import FIRST
 
 log = logging.getLogger(__name__)
-needed: list[Callable[[], set[int]]] = []  # the movies that other apps still show, however old and large: by their keys
-ALONE = timedelta(hours=1)  # after which nobody waits for a recorder any more that has not finished
+needed: list[Callable[[], set[int]]] = []  # each returns the keys of movies that an app still shows, and that stay
+ALONE = timedelta(hours=1)  # a recorder that has not finished this long after the grant is given up
 
 
 def clean(now: datetime) -> int:
-    """Remove recordings that are too old, or the oldest where a robot has too many; old movies; and files of nobody.
+    """Remove old recordings, the oldest of a robot that has too many, old movies, and orphaned files.
 
     Return how many.
     """
@@ -29,7 +29,7 @@ def clean(now: datetime) -> int:
     for recording in gone.select_related("grant", "robot"):
         try:
             keeping.salvage(recording)
-        except (OSError, ValueError):  # one bad file is no reason to keep all others
+        except (OSError, ValueError):  # one bad file does not stop the cleaning
             log.exception("%s could not be finished", recording)
     for robot in Robot.objects.filter(recordings__state__in=SHOWN).distinct():
         removed += _clean_robot(robot, now)
@@ -37,17 +37,17 @@ def clean(now: datetime) -> int:
     stay = {key for one in needed for key in one()}
     old = Movie.objects.filter(asked_at__gte=FIRST, asked_at__lt=now - timedelta(seconds=ages))
     removed += keeping.forget_movies(old.exclude(pk__in=stay))
-    return removed + _clean_movies(stay) + _unknown_files()
+    return removed + _clean_movies(stay) + _orphans()
 
 
 def _clean_movies(stay: set[int]) -> int:
-    """Remove the oldest movies where all together are too large, and files of movies that no row names."""
+    """Remove the oldest movies if all together are too large, and files of movies that no row names."""
     removed, total = 0, 0
     for movie in Movie.objects.filter(state=Movie.State.READY).order_by("-ready_at", "-id"):
         total += movie.size
         if total > settings.RECORDING["MOVIES_MB"] * keeping.MB and movie.pk not in stay:
             removed += keeping.forget_movies([movie])
-    paths = list((Path(settings.MEDIA_ROOT) / keeping.MOVIES).glob("*"))  # before the rows: each row is older
+    paths = list((Path(settings.MEDIA_ROOT) / keeping.MOVIES).glob("*"))  # read before the rows, which are older
     ready = {keeping.movie_path(movie).name for movie in Movie.objects.filter(state=Movie.State.READY)}
     making = {str(pk) for pk in Movie.objects.filter(state=Movie.State.MAKING).values_list("pk", flat=True)}
     for path in paths:
@@ -81,10 +81,10 @@ def _removed(recording: Recording, reason: str) -> bool:
         return False
 
 
-def _unknown_files() -> int:
-    """Remove files that no row names: of a robot that was deleted, or of a write that was cut off."""
+def _orphans() -> int:
+    """Remove files that no row names: of a robot that was deleted, or of an interrupted write."""
     removed, media = 0, Path(settings.MEDIA_ROOT)
-    paths = list((media / keeping.FOLDER).glob("*/*/*"))  # before the rows: each row is older than its file
+    paths = list((media / keeping.FOLDER).glob("*/*/*"))  # read before the rows, which are older than their files
     kept = Recording.objects.exclude(state=RecordingState.REMOVED)
     known = {Path(recording.file).with_suffix(""): recording for recording in kept}
     for path in paths:
@@ -95,7 +95,7 @@ def _unknown_files() -> int:
         if recording is None:
             removed += _unlinked(path)
         elif path.suffix == keeping.BUSY:
-            with contextlib.suppress(Recording.DoesNotExist), keeping.hold(recording):  # who writes it holds it
+            with contextlib.suppress(Recording.DoesNotExist), keeping.hold(recording):  # its writer holds it
                 removed += _unlinked(path)
     for folder in (media / keeping.FOLDER).glob("*/*"):
         with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Rows and files of recordings: begun, finished, removed, and pictures taken out of them."""
+"""Rows and files of recordings: begin, finish and remove them, and take pictures out of them."""
 
 import contextlib
 import fcntl
@@ -27,26 +27,26 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 FOLDER, MOVIES = "recordings", "movies"  # beside the pictures
 MB = 1_000_000
-LIVE = ".tape"  # while it is written
-BUSY = ".new"  # while it is written again
-OLD = ".old"  # what a recorder that was killed has left, while it is copied
-LATE_MS = 2000  # around a picture that is taken out, as much is taken out of the camera's other pictures
-MARGIN = timedelta(seconds=10)  # a recording may go on so long after its grant, and its pictures may be so late
+LIVE = ".tape"  # a file while it is recorded
+BUSY = ".new"  # a file while it is written again
+OLD = ".old"  # the file of a recorder that was killed, while it is copied
+LATE_MS = 2000  # the camera's pictures within this time of a picture that is taken out are taken out too
+MARGIN = timedelta(seconds=10)  # a recording may end this long after its grant, and its pictures may be this late
 NOT_TAKEN_OUT = "A picture of it was taken down, and the file could not be written without it."
 
 
 def path_of(recording: Recording) -> Path:
-    """Return where a recording's file is, once it has ended."""
+    """Return the path of a recording's file after the recording has ended."""
     return Path(settings.MEDIA_ROOT) / recording.file
 
 
 def live_path(recording: Recording) -> Path:
-    """Return where its file grows while it is recorded."""
+    """Return the path of its file while it is recorded."""
     return path_of(recording).with_suffix(LIVE)
 
 
 def movie_path(movie: Movie) -> Path:
-    """Return where a movie's file is, once it is made."""
+    """Return the path of a movie's file after it is made."""
     return Path(settings.MEDIA_ROOT) / MOVIES / f"{movie.pk}.{movie.kind}"
 
 
@@ -67,9 +67,9 @@ def to_record() -> list[Grant]:
 
 
 def begin(grant: Grant, host: str, now: datetime) -> Recording | None:
-    """Return the row of a grant's recording for this host's recorder; None if it is or was recorded already.
+    """Return the row of a grant's recording for this host's recorder; None if another recorder has recorded it.
 
-    A recording that this host's recorder had begun when it was killed goes on.
+    A recording that this host's recorder had begun before it was killed goes on.
     """
     slug = grant.robot.slug
     row = Recording(robot=grant.robot, grant=grant, began_at=now, host=host)
@@ -83,20 +83,20 @@ def begin(grant: Grant, host: str, now: datetime) -> Recording | None:
 
 
 def left_by(host: str) -> list[Recording]:
-    """Return the recordings that this host's recorder began and did not finish, of grants that have ended."""
+    """Return the unfinished recordings of this host's recorder whose grants have ended."""
     found = Recording.objects.filter(host=host, state=RecordingState.RUNNING, grant__ended_at__isnull=False)
     return list(found.select_related("grant", "robot"))
 
 
 @contextlib.contextmanager
 def hold(recording: Recording) -> Iterator[Recording]:
-    """Hold a recording, so that nobody else changes its row and file; yield its row as it is now."""
+    """Lock a recording, so that nobody else changes its row and file; yield its present row."""
     if connection.features.has_select_for_update:
         with transaction.atomic():
             yield Recording.objects.select_for_update().get(pk=recording.pk)
         return
     with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError):  # without the folder there is no file to hold
+        with contextlib.suppress(OSError):  # without the folder there is no file to lock
             folder = os.open(settings.MEDIA_ROOT, os.O_RDONLY)
             stack.callback(os.close, folder)
             fcntl.flock(folder, fcntl.LOCK_EX)
@@ -104,9 +104,10 @@ def hold(recording: Recording) -> Iterator[Recording]:
 
 
 def finish(recording: Recording, state: RecordingState, reason: str, now: datetime, dropped: int = 0) -> None:
-    """Note how a recording ended. Its file is in its place by now, or there is none.
+    """Store how a recording ended. Its file is at `path_of` by now, or there is none.
 
-    Pictures that were taken down meanwhile are removed before anybody can see the file; if that fails, the file goes.
+    Pictures that were taken down meanwhile are removed before anybody can see the file; if that fails, the file is
+    deleted.
     """
     path = path_of(recording)
     with hold(recording) as row:
@@ -121,10 +122,10 @@ def finish(recording: Recording, state: RecordingState, reason: str, now: dateti
 
 
 def salvage(recording: Recording) -> None:
-    """Finish a recording whose recorder was killed and whose grant has ended, with all that can be read of its file."""
+    """Finish a recording whose recorder was killed and whose grant has ended, with the readable part of its file."""
     live, old = live_path(recording), path_of(recording).with_suffix(OLD)
     try:
-        source = old if old.exists() else live  # beside the old one, the live one is a copy that was cut off
+        source = old if old.exists() else live  # beside an old file, the live one is an interrupted copy of it
         if source.exists():
             copy(source, path_of(recording))
             live.unlink(missing_ok=True)
@@ -136,12 +137,12 @@ def salvage(recording: Recording) -> None:
 
 
 def _dated(reason: str) -> str:
-    """Return why a recording was removed, with the day, as its page says it."""
+    """Return the reason for a removal with the day, as the recording's page shows it."""
     return f"{SYSTEM.now():%-d %B %Y}: {reason}"[:200]
 
 
 def remove(recording: Recording, reason: str) -> bool:
-    """Remove the file and all movies of a recording; the row says when and why. Return False if that was done."""
+    """Remove the file and all movies of a recording; the row says when and why. Return False if it was removed."""
     with transaction.atomic():
         changed = Recording.objects.filter(pk=recording.pk).exclude(state=RecordingState.REMOVED)
         if not changed.update(state=RecordingState.REMOVED, reason=_dated(reason), size=0, track={}):
@@ -156,7 +157,7 @@ def remove(recording: Recording, reason: str) -> bool:
 
 
 def settle_restored(now: datetime) -> None:
-    """After a restore: what was being recorded, or whose file was left out of the backup, has no file, and no movie."""
+    """Mark the recordings and movies whose files are not in the restored backup as removed."""
     Recording.objects.filter(state=RecordingState.RUNNING).update(
         state=RecordingState.REMOVED, ended_at=now, reason=_dated("It was being recorded when the backup was made.")
     )
@@ -179,16 +180,16 @@ def forget_movies(movies: Iterable[Movie]) -> int:
 
 
 def forget_lapses(grant: Grant) -> None:
-    """Remove the time-lapses of the days of which a grant's recordings or stored pictures are."""
+    """Remove the time-lapses of all days from which the grant has recordings or stored pictures."""
     days = {at.date() for at in grant.frames.values_list("taken_at", flat=True)}
     days |= {at.date() for at in Recording.objects.filter(grant=grant).values_list("began_at", flat=True)}
     forget_movies(Movie.objects.filter(robot=grant.robot_id, day__in=days))
 
 
 def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -> int:
-    """Take a picture out of the robot's recordings and movies. Return of how many recordings.
+    """Take a picture out of the robot's recordings and movies. Return the number of these recordings.
 
-    Pictures of the same camera within two seconds go too; for the still of a pose, all that show that pose.
+    Pictures of the same camera within two seconds are taken out too; for the still of a pose, all that show that pose.
     """
     at_ms = ms_of(at)
     span = {"from_ms": at_ms - LATE_MS, "to_ms": at_ms + LATE_MS, "camera": camera, "still": still}
@@ -207,9 +208,9 @@ def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -
 
 
 def _around(robot: Robot, at: datetime) -> list[Recording]:
-    """Return the recordings that may have pictures of that time; they go on a little after their grants.
+    """Return the recordings that may have pictures of that time, with a margin, because they outlast their grants.
 
-    One that ended before it began, because the time of day was set back meanwhile, may have pictures of any time.
+    A recording that ended before it began, because the time of day was set back, may have pictures of any time.
     """
     kept = Recording.objects.filter(robot=robot).exclude(state=RecordingState.REMOVED)
     then = Q(began_at__lte=at + MARGIN) & (Q(ended_at=None) | Q(ended_at__gte=at - MARGIN))
@@ -225,7 +226,7 @@ def _beginning_with(robot: Robot, at: datetime, still: int, camera: int) -> list
         if first == still:
             found.append(recording)
         elif first:
-            break  # another pose came, and that one does not come again
+            break  # the robot showed another pose; the former one does not return
     return found
 
 
@@ -235,16 +236,16 @@ def _first_still(path: Path, camera: int) -> int:
 
     try:
         for message in reading.messages(path, [f"{container.CAMERA}{camera}"]):
-            with contextlib.suppress(ValueError, TypeError, OverflowError):  # what cannot be read shows nothing
+            with contextlib.suppress(ValueError, TypeError, OverflowError):  # an unreadable message shows no picture
                 if still := int(message.content().get("still", 0)):
                     return still
     except OSError:
-        log.warning("%s cannot be read", path)  # nor replayed
+        log.warning("%s cannot be read", path)  # so it cannot be replayed either
     return 0
 
 
 def forget_names(keys: Iterable[int]) -> None:
-    """Write again those files, of accounts that are deleted, into which an earlier version wrote the handle."""
+    """Remove the handle of a deleted account from these recordings, into which an earlier version wrote it."""
     for recording in Recording.objects.filter(pk__in=list(keys)):
         with hold(recording) as row:
             if row.replayable and _names_somebody(path_of(row)):
@@ -261,7 +262,7 @@ def _names_somebody(path: Path) -> bool:
 
 
 def _rewrite(row: Recording) -> None:
-    """Write the file of a held recording again, under a new version of its addresses; if that fails, it goes."""
+    """Write the file of a locked recording again and raise its version; if that fails, remove the recording."""
     path = path_of(row)
     if not _written_again(row):
         remove(row, NOT_TAKEN_OUT)
@@ -273,12 +274,12 @@ def _rewrite(row: Recording) -> None:
 
 
 def _written_again(row: Recording) -> bool:
-    """Write a file without what was taken down. Return False if that failed; the file is gone then."""
+    """Write a file without the pictures that were taken down. If that fails, delete the file and return False."""
     path = path_of(row)
     new = path.with_name(f"{path.stem}-{secrets.token_hex(4)}{BUSY}")
     try:
         with beside(path, new):
-            copy(path, new, lambda message: not taken_out(message, row.taken_out))
+            copy(path, new, lambda message: not is_taken_out(message, row.taken_out))
     except (OSError, ValueError):
         log.exception("%s could not be written without what was taken down", row)
         path.unlink(missing_ok=True)
@@ -287,7 +288,7 @@ def _written_again(row: Recording) -> bool:
 
 
 def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
-    """Copy what can be read and `wanted` accepts to a whole new file. Return how many messages. Raises OSError."""
+    """Copy all readable messages that `wanted` accepts to a complete new file. Return how many. Raises OSError."""
     from robots.kit.recording import container, reading  # noqa: PLC0415 - the libraries of files; few processes need them
 
     count, tape = 0, container.Tape(new, reading.about(path))
@@ -296,7 +297,7 @@ def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
             for message in filter(wanted, part.messages):
                 tape.copy(container.nameless(message))
                 last, count = message.at_ns, count + 1
-            if part.fault and count:  # the copy is whole, so it has to tell itself what is missing
+            if part.fault and count:  # the copy has no fault of its own, so an event in it tells what is missing
                 tape.put(container.EVENTS, last, {"what": "fault", "text": part.fault, "level": "warning"})
         tape.close()
     except BaseException:
@@ -306,20 +307,20 @@ def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
     return count
 
 
-def taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
+def is_taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
     """Return whether a message is a picture in one of the spans."""
     from robots.kit.recording import container  # noqa: PLC0415 - see copy
 
     if not message.topic.startswith(container.CAMERA):
         return False
     try:
-        told = message.content()
-        taken = container.taken_ms(told)
+        content = message.content()
+        taken = container.taken_ms(content)
     except ValueError:
-        return True  # what cannot be judged goes
+        return True  # a picture without a readable time is removed
     camera = message.topic.removeprefix(container.CAMERA)
     near = any(str(span["camera"]) == camera and span["from_ms"] <= taken <= span["to_ms"] for span in spans)
-    return near or told.get("still") in {span["still"] for span in spans if span["still"]}
+    return near or content.get("still") in {span["still"] for span in spans if span["still"]}
 
 
 def room() -> bool:

@@ -1,4 +1,4 @@
-"""Movies of recordings and time-lapses of days: asked for or due by themselves, made one at a time, kept some days."""
+"""Movies of recordings and time-lapses of days: made on request or automatically, one at a time, kept for some days."""
 
 from datetime import date, datetime, timedelta
 from pathlib import Path
@@ -20,14 +20,14 @@ from robots.states import ASKED_FOR, GrantKind
 WAITING = 20  # movies that may wait to be made
 LAPSE_HZ, LAPSE_S = 12, 10.0  # pictures a second of a time-lapse, and seconds of the day between them
 FRAMES = 2000  # stored pictures of a day at most
-TRIES, AGAIN = 3, timedelta(minutes=5)  # of a movie that is made by itself, and the pause between two
-UNASKED, JUDGED = 5, 100  # of those that may wait at once; recordings that are looked at in one go
-LATEST = timedelta(days=1)  # after the end of a job or turn a movie of it is no longer made by itself
+TRIES, AGAIN = 3, timedelta(minutes=5)  # of an automatic movie, and the pause between two
+UNASKED, JUDGED = 5, 100  # automatic movies that may wait at once; recordings that one call judges
+LATEST = timedelta(days=1)  # after the end of a job or turn; later no movie of it is made automatically
 Kind, State = Movie.Kind, Movie.State
 
 
 def ask(recording: Recording, kind: str, now: datetime) -> Movie:
-    """Return the movie of a recording; a new one waits to be made. Raises BadRequest."""
+    """Return the movie of a recording, or create one, which waits to be made. Raises BadRequest."""
     if not recording.replayable:
         raise BadRequest("There is no recording of which a movie could be made.")
     same = {"recording": recording, "kind": _kind(kind), "version": recording.version}
@@ -35,7 +35,7 @@ def ask(recording: Recording, kind: str, now: datetime) -> Movie:
 
 
 def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], stills: list[str], now: datetime) -> Movie:
-    """Return the time-lapse of a robot's day (UTC), of these recordings and stored pictures (files, the oldest first).
+    """Return or create the time-lapse of a robot's day (UTC), of recordings and stored pictures (the oldest first).
 
     Raises BadRequest.
     """
@@ -44,7 +44,7 @@ def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], sti
     same: dict[str, Any] = {"robot": robot, "day": day, "kind": _kind(kind)}
     shown: list[int | str] = [*(recording.pk for recording in recordings), *stills]
     known = Movie.objects.filter(**same)
-    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(shown))  # hidden in part since
+    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(shown))  # a part is hidden since
     if not shown:
         raise BadRequest("Nothing is kept of that day.")
     return _asked(same, Movie(asked_at=now, sources=shown[: len(recordings) + FRAMES], **same))
@@ -68,13 +68,13 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
             if found is not None:
                 found.delete()
             new.save()
-    except IntegrityError:  # asked for twice at once
+    except IntegrityError:  # two requests at once
         return Movie.objects.get(**same)
     return new
 
 
 def is_filmed(recording: Recording) -> bool:
-    """Tell whether a movie is made by itself: of a turn with a program, of a job also where its robot declares so."""
+    """Return whether a movie is made automatically: of a turn with a program, and of a job as its robot declares."""
     try:
         spec = recording.robot.spec()
     except LookupError:  # its package is gone
@@ -86,9 +86,9 @@ def is_filmed(recording: Recording) -> bool:
 
 
 def ask_due(now: datetime) -> int:
-    """Have movies of finished jobs and turns made, some at a time. Return how many are new.
+    """Request movies of finished jobs and turns, a few at a time. Return how many are new.
 
-    Each recording is judged once, whatever becomes of its movie: one that was removed to make room does not come again.
+    Each recording is judged once, so a movie that was removed to make room is not made again.
     """
     ended = Recording.objects.filter(state__in=SHOWN, grant__kind__in=ASKED_FOR, ended_at__gt=now - LATEST)
     fresh = ended.filter(filmed__lt=F("version"), grant__ended_at__isnull=False).order_by("id")
@@ -100,34 +100,34 @@ def ask_due(now: datetime) -> int:
         if (filmed and count >= room) or not row.update(filmed=recording.version) or not filmed:
             continue
         same: dict[str, Any] = {"recording": recording, "kind": Kind.MP4, "version": recording.version}
-        told = {"robot": recording.robot, "asked_at": now, "unasked": True}
-        count += Movie.objects.get_or_create(**same, defaults=told)[1]
+        defaults = {"robot": recording.robot, "asked_at": now, "unasked": True}
+        count += Movie.objects.get_or_create(**same, defaults=defaults)[1]
     return count
 
 
 def claim(now: datetime) -> Movie | None:
-    """Return the next movie to make, and note that it is being made: first those that somebody asked for."""
+    """Return the next movie to make, requested ones first, and store that it is being made; None if none waits."""
     waiting = Movie.objects.filter(state=State.WAITING).select_related("recording", "robot")
     for movie in waiting.order_by("unasked", "id"):
         if movie.tries and movie.begun_at is not None and timedelta(0) <= now - movie.begun_at < AGAIN:
-            continue  # it could not be made just now
+            continue  # it failed a moment ago
         if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now, progress=0):
             return movie
     return None
 
 
 def again() -> None:
-    """Have movies made again that were begun by who is gone."""
+    """Put the movies that an interrupted process was making back to the waiting ones."""
     Movie.objects.filter(state=State.MAKING).update(state=State.WAITING, begun_at=None)
 
 
 def _hasten(movie: Movie) -> None:
-    """Have a movie that is made by itself, and for which somebody asks now, made with the others asked for."""
+    """Treat an automatic movie that waits as requested, because somebody asks for it now."""
     Movie.objects.filter(pk=movie.pk, state=State.WAITING, unasked=True).update(unasked=False, begun_at=None)
 
 
 def plan_of(movie: Movie) -> dict[str, Any]:
-    """Return what the process that makes movies has to read; no files if nothing is left."""
+    """Return the plan for the process that makes movies; it has no files if nothing is left."""
     if movie.recording is not None:
         path = keeping.path_of(movie.recording)
         shown = movie.recording.replayable and path.exists()
@@ -145,12 +145,12 @@ def plan_of(movie: Movie) -> dict[str, Any]:
 
 
 def progress(movie: Movie, percent: int) -> None:
-    """Note how far a movie is."""
+    """Store the progress of a movie (percent)."""
     Movie.objects.filter(pk=movie.pk, state=State.MAKING).update(progress=min(100, max(0, percent)))
 
 
 def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
-    """Note that a movie is ready, or why it is not. `made`: its file, which is moved to its place."""
+    """Store that a movie is ready, or why not. `made` is its file, which is moved to `keeping.movie_path`."""
     done = Movie.objects.filter(pk=movie.pk, state=State.MAKING)
     if made is None:
         tries = movie.tries + 1
@@ -158,22 +158,22 @@ def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
         done.update(state=State.WAITING if again else State.FAILED, reason=reason[:200], tries=tries, begun_at=now)
         return
     path = keeping.movie_path(movie)
-    if made.exists():  # it was moved before, if that could not be noted
+    if made.exists():  # otherwise an earlier call has moved it and could not store that
         made.replace(path)
     size = path.stat().st_size
     if done.update(state=State.READY, ready_at=now, size=size, reason=""):
         return
-    if not Movie.objects.filter(pk=movie.pk, state=State.READY).exists():  # ready: another recorder has made it too
+    if not Movie.objects.filter(pk=movie.pk, state=State.READY).exists():  # it is if another recorder made it too
         path.unlink(missing_ok=True)  # pictures of it were taken down meanwhile
 
 
 def note_track(movie: Movie, track: dict[str, Any]) -> None:
-    """Note the path of a recording; it goes with the recording."""
+    """Store the robot's path in the row of its recording."""
     if movie.recording is not None:
         Recording.objects.filter(pk=movie.recording.pk, state__in=SHOWN).update(track=track)
 
 
 def stale(movie: Movie, now: datetime) -> bool:
-    """Return whether the movie was not made for long after it was asked for: nobody makes movies now."""
-    since = max(movie.asked_at, movie.begun_at or movie.asked_at)  # begun: also one that is tried again
+    """Return whether the movie has waited for long, because no process makes movies now."""
+    since = max(movie.asked_at, movie.begun_at or movie.asked_at)  # a new try counts from its begin
     return movie.state in (State.WAITING, State.MAKING) and now - since > timedelta(minutes=15)

@@ -11,9 +11,9 @@ from robots.recordings.findings import findings_of
 
 
 def plot_of(recording: Recording) -> dict[str, Any] | None:
-    """Return what the process that makes movies has to know of the path; None of a robot without a pose in the plane.
+    """Return the data of the path for the process that makes movies; None for a robot without a pose in the plane.
 
-    `commands`: their kinds, arguments and begins, from which their paths are foreseen. Nothing in it is a secret.
+    `commands` holds their kinds, arguments and begins, from which previews are computed. The data contain no secret.
     """
     robot = recording.robot
     try:
@@ -33,7 +33,7 @@ def plot_of(recording: Recording) -> dict[str, Any] | None:
 
 
 def _told(finding: Finding) -> dict[str, Any]:
-    """Return when it was, what was measured, and where its picture was taken; its words are its author's alone."""
+    """Return time, readings and place of a finding, without its text, which only its author may read."""
     values = finding.readings()
     read = ", ".join(f"{name} {readable(value)} {unit}".strip().replace(" ", "\xa0") for name, value, unit in values)
     place = finding.pose[:2] if finding.frame_id is not None and len(finding.pose) == len(IN_PLANE) else None

@@ -1,4 +1,4 @@
-"""The facts of a command that a recording tells beside its stages; everybody may replay them."""
+"""The public facts of a command that a recording stores beside its stages, and that everybody may replay."""
 
 from typing import Any
 
@@ -9,11 +9,10 @@ from robots.models import Command
 def public(command: Command) -> dict[str, Any]:
     """Return `args`, the numbers of a command.
 
-    A text is left out: it may be a program that its author shares with nobody. So is who gave it: their page names
-    them, as long as they have an account and want it.
+    Texts are left out, because they may be a program that its author does not share. So is the person: their page
+    names them as long as they have an account and want it.
     """
-    kept = command.grant.robot.spec().capability(Programs)
-    of_program = kept is not None and command.kind == kept.kind
-    return {
-        "args": {} if of_program else {n: value for n, value in command.args.items() if isinstance(value, int | float)}
-    }
+    programs = command.grant.robot.spec().capability(Programs)
+    if programs is not None and command.kind == programs.kind:
+        return {"args": {}}
+    return {"args": {name: value for name, value in command.args.items() if isinstance(value, int | float)}}

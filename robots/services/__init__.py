@@ -7,26 +7,26 @@ send events. Services create rows; only the owner changes them.
 from robots.grants import end_grant, open_grant, start_grant
 from robots.services.clicks import newest_still, resolve
 from robots.services.commands import START_S, Issued, RobotOffline, issue, need_worker, next_seq, staff_command
-from robots.services.configuring import configure, restore, to_restore
+from robots.services.configuring import configure, reset_settings, settings_to_reset
 from robots.services.incidents import close_incident
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled, start_maintenance
 from robots.services.recordings import choose_of_the_day, remove_recording, take_down
 from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
-__all__ = (  # noqa: RUF022 - in the order of the rooms
-    # grants: who may move a robot now
+__all__ = (  # noqa: RUF022 - by subject
+    # grants, which permit somebody to move a robot
     "end_grant", "open_grant", "start_grant",
     # commands
     "START_S", "Issued", "RobotOffline", "issue", "need_worker", "newest_still", "next_seq", "resolve", "staff_command",
     # settings
-    "configure", "restore", "to_restore",
+    "configure", "reset_settings", "settings_to_reset",
     # the stop
     "StopShown", "asked_since_stop", "may_stop", "release_stop", "stop", "stop_shown",
     # the lock-out, the switch, the maintenance turn, incidents
     "lift_lock_out", "lock_out", "set_enabled", "start_maintenance", "close_incident",
-    # what is taken off the portal, and what it shows first
+    # pictures and recordings
     "choose_of_the_day", "remove_recording", "take_down",
-    # how much a robot is used
+    # counters of use
     "forget_old_usage", "note_online", "note_usage", "slot_of",
 )  # fmt: skip

@@ -16,7 +16,7 @@ _NEWEST: Prepared[Frame] = Prepared(lambda: Frame.objects.filter(robot=ROBOT).or
 
 
 def newest_still(robot: Robot) -> Frame | None:
-    """Return the newest kept picture."""
+    """Return the newest stored picture."""
     return _NEWEST.first(robot=robot.pk)
 
 
@@ -25,7 +25,7 @@ def resolve(
 ) -> tuple[str, dict[str, Any]]:
     """Return the command for a click, by the robot's own rule, or for a saved program.
 
-    `again`: for a click that was carried out already, so that its picture need not be the newest.
+    `again`: the click was carried out already, so its picture need not be the newest.
 
     Raises:
         BadRequest: unknown or old picture, a point outside it, or the robot's rule refuses it.
@@ -52,17 +52,17 @@ def resolve(
 
 
 def with_program(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> dict[str, Any]:
-    """Return the values of a command with the text of the saved program that they name, if they name one.
+    """Return the values of a command, with the text of the saved program in place of its number.
 
-    Raises BadRequest: there is none that the person, None for a guest, may see.
+    Raises BadRequest: the person (None for a guest) may see no such program.
     """
     if "program" not in args or not programs.is_program(robot, kind):
         return args
-    return {"text": programs.one(robot, user, _integer(args, "program")).text}
+    return {"text": programs.visible_program(robot, user, _integer(args, "program")).text}
 
 
 def _left(robot: Robot, pose: Pose | None, clicks: ClickInPicture, frame: Frame) -> bool:
-    """Tell whether the robot was elsewhere after the picture; no where that is not known."""
+    """Return whether the robot has moved away since the picture; False if that is not known."""
     lease = Lease.objects.filter(robot=robot, state_at__gt=frame.taken_at).first() if pose is not None else None
     now = lease.state.get("pose") if lease is not None else None
     if pose is None or not now or len(now) != len(pose.coordinates) or len(frame.pose) != len(now):

@@ -20,12 +20,11 @@ from robots.models import Command, Grant, Lease, Robot
 from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
 from robots.services.permissions import need_level, need_staff
-from robots.services.present import state_at_rest
 from robots.states import COMMAND_FINAL, GIVES_WAY_TO_STAFF, IN_ORDER, GrantEnd, GrantKind, Lane
 
-START_S = 10.0  # a command that has not started by then never starts
+START_S = 10.0  # a command that has not started within this time never starts
 PENDING = 128
-AHEAD_MS = 60_000  # so far the clock of a robot's host may be ahead, which stamps its pictures
+AHEAD_MS = 60_000  # the clock of a robot's host, which stamps its pictures, may be ahead by this
 # the fields needed to check a command; few, because every click reads them
 NEEDED = (
     "holder", "until", "opened_at", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
@@ -34,8 +33,8 @@ NEEDED = (
 )  # fmt: skip
 SLUG, SEQ, GRANT = Slot("slug", CharField()), Slot("seq", BigIntegerField()), Slot("grant", BigIntegerField())
 REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click
-LIMIT_S = 60.0  # if the kind of command names none
-AFTER_S = 20.0  # so long after its limit a command and its grant have ended
+LIMIT_S = 60.0  # of a kind of command that declares none
+AFTER_S = 20.0  # after its limit a command and its grant end within this time
 IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done."
 USED = "This was not carried out: another page of yours has given a command at the same moment. Look, then try again."
 OFF = "The robot is switched off. Switch it on first."
@@ -44,7 +43,7 @@ STAFF_COMMAND_RUNS = "A command of staff runs on the robot; wait until it has en
 
 
 def _counted(grants: QuerySet[Grant]) -> QuerySet[Grant]:
-    """Add to grants `same`, their command with that sequence number, `waiting`, how many have not ended, `last_end`."""
+    """Annotate grants with `same` (their command of that number), `waiting` (commands not ended) and `last_end`."""
     theirs = Command.objects.filter(grant=OuterRef("pk")).order_by()
     unfinished = theirs.exclude(state__in=COMMAND_FINAL).values("grant").annotate(number=Count("pk"))
     ends = theirs.exclude(ended_at=None).values("grant").annotate(last=Max("ended_at"))
@@ -63,7 +62,7 @@ _UNDER: Prepared[Grant] = Prepared(lambda: _counted(Grant.objects.filter(pk=GRAN
 
 
 class RobotOffline(NotPermitted):
-    """No worker owns the robot now."""
+    """The robot is off, or its worker does not answer."""
 
     code = "offline"
 
@@ -83,18 +82,13 @@ class Issued:
 
 
 def issue(
-    slug: str,
-    user: Any,
-    kind: str,
-    args: dict[str, Any],
-    client_seq: int,
-    now: datetime | None = None,
+    slug: str, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None,
     seen_ms: int = 0,
-) -> Issued:
+) -> Issued:  # fmt: skip
     """Write one command under the user's open grant on the robot `slug` and wake its owner.
 
     The same command with the same sequence number returns the same row again. The owner and the driver repeat every
-    check. `seen_ms`: when the picture was taken that the person saw (ms since 1970); 0 where they say nothing.
+    check. `seen_ms`: when the picture that the person saw was taken (ms since 1970); 0 if that is not known.
 
     Raises:
         NumberUsed: another command has that sequence number.
@@ -109,12 +103,12 @@ def issue(
 
 
 def picture_time(ms: int, now: datetime) -> datetime | None:
-    """Return the time at which a picture was taken; None for one that cannot have been."""
+    """Return when a picture was taken (`ms` since 1970); None for an impossible time."""
     return datetime.fromtimestamp(ms / 1000, UTC) if 0 < ms <= ms_of(now) + AHEAD_MS else None
 
 
 def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
-    """Write one command under a grant that is known to be open. Raises as `issue`."""
+    """Write one command under a grant that is known to be open. Raises what `issue` raises."""
     (counted,) = _UNDER(grant=grant.pk, seq=client_seq)
     return _issue(grant, counted, user, kind, args, client_seq, now)
 
@@ -142,7 +136,8 @@ def _issue(
         if wanted is not None and wanted.level > 1:
             need_level(user, robot, wanted)
         lease, since = getattr(robot, "lease", None), counted.last_end or grant.opened_at
-        state = state_at_rest(robot, lease, now, since, counted.waiting or 0)
+        # where a command waits, the robot will have moved before this one begins
+        state = None if lease is None or counted.waiting else lease.state_at_rest(spec, now, since)
         check(robot.driver, kind, args, robot.driver_settings(), state)
     limit_s = wanted.limit_s if wanted else LIMIT_S
     lane = wanted.lane if wanted else Lane.MOTION
@@ -150,7 +145,7 @@ def _issue(
 
 
 def _same(command: Command, robot: Robot, user: Any, kind: str, args: Any) -> Issued:
-    """Return the row that has the number already, if it is of this command. Raises NumberUsed."""
+    """Return the row that has the number already, if it is this command. Raises NumberUsed."""
     if isinstance(args, dict) and (command.kind, command.args) != (kind, args):
         with suppress(RobotError):
             kind, args = resolve(robot, user, kind, args, again=True)
@@ -173,7 +168,7 @@ def _write(
     client_seq: int, limit_s: float, now: datetime, lane: str = Lane.MOTION,
     seen: datetime | None = None,
 ) -> Issued:  # fmt: skip
-    # one statement needs no transaction of its own; inside another transaction it needs a savepoint
+    # a single statement needs no transaction; inside an open one it needs a savepoint
     scope = transaction.atomic() if connection.in_atomic_block else nullcontext()
     try:
         with scope:
@@ -192,9 +187,14 @@ def put(
     robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None,
     seen: datetime | None = None,
 ) -> Command:  # fmt: skip
-    """Write the one command of a grant opened for it in the same transaction; wake its owner after that."""
+    """Write the one command of a grant that this transaction opened for it; wake the owner after the transaction."""
     epoch = Lease.objects.values_list("epoch", flat=True).get(robot=robot)
     return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now, seen=seen).command
+
+
+def over_by(now: datetime, limit_s: float) -> datetime:
+    """Return when a grant ends that is opened `now` for one command, which may take `limit_s`."""
+    return now + timedelta(seconds=START_S + limit_s + AFTER_S)
 
 
 def next_seq(grant: Grant) -> int:
@@ -204,7 +204,7 @@ def next_seq(grant: Grant) -> int:
 
 
 def need_worker(robot: Robot, now: datetime) -> None:
-    """Return if a worker can do what staff ask. Raises RobotOffline: the robot is off, or its worker is silent."""
+    """Check that a worker can carry out what staff ask. Raises RobotOffline: the robot is off, its worker silent."""
     if not robot.enabled:
         raise RobotOffline(OFF)
     if not owner_alive(lease_of(robot), now):
@@ -212,10 +212,9 @@ def need_worker(robot: Robot, now: datetime) -> None:
 
 
 def staff_command(robot: Robot, user: Any, kind: str) -> Command:
-    """Run one command of staff (a procedure of the robot) in their maintenance turn, or alone.
+    """Run one command of staff (a procedure of the robot) in their maintenance turn, or under a grant of its own.
 
-    Alone it has a grant of its own, which ends with the command; until then the robot is offered to nobody. A refused
-    command opens no grant.
+    Its own grant ends with the command; until then the robot is offered to nobody. A refused command opens no grant.
 
     Raises:
         NotPermitted: not staff; somebody operates the robot, or it is in handover.
@@ -232,8 +231,8 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
             grant = open_grant(robot)
         if grant is None:
             wanted = procedure(robot.driver, kind)
-            seconds = START_S + (wanted.limit_s if wanted else LIMIT_S) + AFTER_S
-            grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
+            until = over_by(now, wanted.limit_s if wanted else LIMIT_S)
+            grant = start_grant(robot, GrantKind.UPKEEP, now, user, until)
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(STAFF_COMMAND_RUNS)
         elif grant.kind == GrantKind.JOB:

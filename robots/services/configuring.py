@@ -1,6 +1,6 @@
-"""Settings that commands change beside motions, and how a turn's or a job's changes are set back.
+"""Settings that commands change in parallel to motions, and how the changes of a turn or a job are restored.
 
-The command rows tell what an operator changed; it is set back to what staff set last, or to the kind's default.
+The command rows hold what an operator changed; a setting is restored to staff's last value, or to the kind's default.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,11 +18,11 @@ from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import CommandKind
 from robots.kit.contract.values import not_shown
 from robots.models import Command, Grant, Robot
-from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, STAFF_COMMAND_RUNS, START_S, issue_under, need_worker
+from robots.services.commands import IS_PUT_IN_ORDER, STAFF_COMMAND_RUNS, START_S, issue_under, need_worker, over_by
 from robots.services.permissions import need_staff
 from robots.states import COMMAND_RUNNING, IN_ORDER, CommandState, GrantKind, Lane
 
-# by staff: under their own grant or another person's
+# commands of staff, under their own grant or another person's
 BY_STAFF = Q(grant__kind__in=(GrantKind.UPKEEP, GrantKind.STAFF)) | ~Q(issued_by=F("grant__holder"))
 
 NEVER_BEGUN = Q(state__in=(CommandState.REJECTED, CommandState.EXPIRED)) | Q(
@@ -30,14 +30,14 @@ NEVER_BEGUN = Q(state__in=(CommandState.REJECTED, CommandState.EXPIRED)) | Q(
 )
 
 
-def to_restore(
+def settings_to_reset(
     robot: Robot, kinds: Iterable[CommandKind], grant: Grant | None = None, values: Mapping[str, float] | None = None
 ) -> list[tuple[CommandKind, Mapping[str, Any]]]:
-    """Return (kind, arguments) of each setting that differs from what staff set or from the default.
+    """Return (kind, arguments) of each setting that differs from staff's last value or from the default.
 
-    What was asked for under the open `grant` is left as it is, also if it waits still. `values` are those of the
-    robot's newest state: where they show that it has forgotten what was set last, as after a loss of power, or that it
-    has what nobody set, staff's or the default is due again, whatever the open grant is.
+    A setting that was requested under the open `grant` stays, also while its command still waits. `values` are those of
+    the robot's newest state. If they show that the robot has lost its last setting, as after a loss of power, or has
+    one that nobody set, the setting is due under any grant.
     """
     found: list[tuple[CommandKind, Mapping[str, Any]]] = []
     for kind in kinds:
@@ -54,14 +54,14 @@ def to_restore(
                 continue
             by_owner = last.issued_by_id is None and (last.client_seq < 0 or last.grant.kind != GrantKind.TURN)
             if by_owner and last.state == CommandState.COMPLETED:
-                continue  # set back already
+                continue  # restored already
         kept = theirs.filter(state=CommandState.COMPLETED).first()
         found.append((kind, kept.args if kept else kind.default))
     return found
 
 
 def _is_forgotten(kind: CommandKind, tried: QuerySet[Command], values: Mapping[str, float]) -> bool:
-    """Tell whether the robot shows something else than what was set last, or than the default if nothing ever was."""
+    """Return whether the robot shows another value than the last setting, or than the default if there is none."""
     if not all(channel in values for channel in kind.shown.values()):
         return False
     last = tried.first()
@@ -71,17 +71,17 @@ def _is_forgotten(kind: CommandKind, tried: QuerySet[Command], values: Mapping[s
     return not_shown(kind, done.args if done else kind.default or {}, values) is not None
 
 
-def restore(
+def reset_settings(
     robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int, now: datetime,
     values: Mapping[str, float] | None = None,
 ) -> list[Command]:  # fmt: skip
-    """Write the commands that set back changed settings, under an open grant; see `to_restore`. Return them.
+    """Write the commands that set changed settings back, under an open grant; see `settings_to_reset`. Return them.
 
-    They are numbered downwards, so that the numbers of a holder's commands are not used. The owner runs them as any
-    other command; a completed one is confirmed by the robot.
+    Their numbers count downwards, so that the numbers of the holder's commands stay free. The owner runs them as any
+    other command; the robot has confirmed a completed one.
     """
     rows = []
-    for kind, args in to_restore(robot, kinds, grant, values):
+    for kind, args in settings_to_reset(robot, kinds, grant, values):
         row = Command.objects.create(
             robot=robot, grant=grant, client_seq=_number_below(grant), kind=kind.kind, lane=kind.lane, args=dict(args),
             epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=kind.limit_s,
@@ -93,10 +93,10 @@ def restore(
 
 
 def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: datetime | None = None) -> Command:
-    """Run one command of staff that changes a setting beside whatever the robot does; the setting stays.
+    """Run one command of staff that changes a setting in parallel to a motion; the setting stays.
 
-    It runs under the open grant, whoever holds it, or under one of its own. It is numbered downwards, so that the
-    numbers of the holder's commands are not used.
+    It runs under the open grant of any holder, or under one of its own. Its number counts downwards, so that the
+    numbers of the holder's commands stay free.
 
     Raises:
         NotPermitted: not staff; a command of staff runs, or the robot is in handover.
@@ -113,8 +113,7 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
             raise BadRequest(f"This robot has no setting called {kind}.")
         grant = open_grant(robot)
         if grant is None:
-            seconds = START_S + spec.limit_s + AFTER_S
-            grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
+            grant = start_grant(robot, GrantKind.UPKEEP, now, user, over_by(now, spec.limit_s))
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(STAFF_COMMAND_RUNS)
         elif grant.kind in IN_ORDER:

@@ -1,4 +1,4 @@
-"""Closing a robot to the public and opening it again: the lock-out with its maintenance turns, and the switch."""
+"""Closes a robot to the public and opens it again: the lock-out with its maintenance turns, and the switch."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,7 +22,7 @@ OFF = "Switched off by staff."
 
 
 def lock_out(robot: Robot, user: Any, note: str) -> None:
-    """Close the robot to the public: stop it; people keep their places. Only staff lift it."""
+    """Stop the robot and close it to the public; people keep their places. Raises NotStaff, BadRequest."""
     need_staff(user)
     if not note.strip():
         raise BadRequest("Write a note that says why the robot is locked out.")
@@ -36,9 +36,9 @@ def lock_out(robot: Robot, user: Any, note: str) -> None:
 
 @contextmanager
 def _without_grant(robot: Robot, code: GrantEnd, reason: str) -> Iterator[None]:
-    """End the open grant before the robot's row is written, and one that was opened until then afterwards.
+    """End the open grant before the block writes the robot's row, and a grant opened meanwhile after it.
 
-    Before, because whoever else ends a grant writes the robot after it: each would wait for the other's lock.
+    This order avoids a deadlock: everybody else who ends a grant also locks the grant before the robot.
     """
     _end_open(robot, code, reason)
     yield
@@ -52,7 +52,7 @@ def _end_open(robot: Robot, code: GrantEnd, reason: str) -> None:
 
 
 def lift_lock_out(robot: Robot, user: Any) -> None:
-    """Open the robot again, stopped: it is verified, then offered; one that is switched off stays off.
+    """Open the robot again, stopped: it is verified, then offered. A robot that is switched off stays off.
 
     It is stopped once more, because staff may have released the stop to drive it. Raises NotStaff, NotPermitted.
     """
@@ -84,7 +84,7 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
             row.filter(cycle__in=(Cycle.OFFLINE, Cycle.FAULT)).update(cycle=Cycle.HANDOVER, reason="")
         else:
             with _without_grant(robot, GrantEnd.SWITCHED_OFF, "robot switched off"):
-                row.update(enabled=False)  # an offer that is accepted meanwhile waits, and then finds it switched
+                row.update(enabled=False)  # an offer accepted at this moment waits for the row, and then is refused
                 row.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE, reason=OFF)
         cancel_queued(robot, "the robot was switched", now)
         bus.publish_on_commit(robot.slug, Changed("robot"))
@@ -92,7 +92,7 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
 
 
 def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
-    """Open a maintenance turn, in which staff drive under lock-out. Raises NotPermitted, RobotOffline."""
+    """Open a maintenance turn, in which staff drive a robot that is locked out. Raises NotPermitted, RobotOffline."""
     need_staff(user)
     robot.refresh_from_db()
     if robot.cycle != Cycle.LOCKED_OUT:

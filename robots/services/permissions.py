@@ -1,4 +1,4 @@
-"""Permissions beyond driving; each verb asks for them itself."""
+"""Permissions beyond driving; each verb checks them itself."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from robots.kit.contract.errors import NotPermitted
 from robots.kit.contract.spec import CommandKind
 from robots.models import Robot
 
-LEVEL = "robots.level_"  # with a number: the clearance for a robot reaches it; the authentication backend answers
+LEVEL = "robots.level_"  # followed by a number; the authentication backend compares the person's clearance with it
 
 
 class NotStaff(NotPermitted):
@@ -14,7 +14,7 @@ class NotStaff(NotPermitted):
 
 
 def need_staff(user: Any) -> None:
-    """Return if the person may change robots. Raises NotStaff."""
+    """Check that the person may change robots. Raises NotStaff."""
     if user is None or not user.has_perm("robots.change_robot"):
         raise NotStaff("This is for staff who may change robots.")
 
@@ -26,14 +26,14 @@ class NotCleared(NotPermitted):
 
 
 def reaches(user: Any, robot: Robot, level: int) -> bool:
-    """Return whether the person may give the robot commands of that level; whoever has the turn may of level 1."""
+    """Return whether the person may give the robot commands of that level; level 1 needs no more than the turn."""
     if level <= 1:
         return True
     return user is not None and (user.has_perm("robots.change_robot") or user.has_perm(f"{LEVEL}{level}", robot))
 
 
 def need_level(user: Any, robot: Robot, kind: CommandKind) -> None:
-    """Return if the person may give this command. Raises NotCleared."""
+    """Check that the person may give this command. Raises NotCleared."""
     if not reaches(user, robot, kind.level):
         raise NotCleared(
             f"{kind.label} needs a clearance of level {kind.level} for this robot; staff can give it to you."

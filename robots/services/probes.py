@@ -1,7 +1,7 @@
 """Tests of robots that no worker owns: requested by staff, carried out one after another.
 
-The row is the truth, and the message behind it only a wake-up: if one is lost, the next request or the next start of
-the housekeeping worker makes up for it; a second one finds nothing to do.
+The request is in the robot's row; the message is only a wake-up. After a lost message, the next request or the next
+start of the housekeeping worker carries out the test; a second message finds nothing to do.
 """
 
 from datetime import datetime, timedelta
@@ -51,7 +51,7 @@ def waiting() -> bool:
     return Robot.objects.filter(probe_begun_at=None).exclude(probe_asked_at=None).exists()
 
 
-def lost(robot: Robot, now: datetime) -> bool:
+def is_lost(robot: Robot, now: datetime) -> bool:
     """Return whether the robot's test died with its process, so that another may be requested."""
     return robot.probe_begun_at is not None and robot.probe_begun_at <= now - timedelta(seconds=LIMIT_S)
 

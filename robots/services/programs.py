@@ -19,21 +19,21 @@ LONGEST = 6000
 
 
 def is_program(robot: Robot, kind: str) -> bool:
-    """Return whether this kind of command runs a program; not where the robot's package is not installed."""
+    """Return whether this kind of command runs a program; False if the robot's package is not installed."""
     spec = spec_or_none(robot.driver)
     found = spec.capability(Programs) if spec is not None else None
     return found is not None and found.kind == kind
 
 
 def visible(robot: Robot, user: Any) -> QuerySet[Program]:
-    """Return, if signed in, the person's own programs, then those of the gallery; a guest is None."""
+    """Return the person's own programs, then those of the gallery; `user` is None for a guest."""
     mine = Q(author=user.pk) if user is not None and user.is_authenticated else Q(pk=None)
     found = Program.objects.filter(robot=robot).select_related("author")
     shown = found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
     return shown.order_by(Case(When(mine, then=0), default=1), "name", "pk")
 
 
-def one(robot: Robot, user: Any, pk: int) -> Program:
+def visible_program(robot: Robot, user: Any, pk: int) -> Program:
     """Return a program that the person may see. Raises BadRequest."""
     program = visible(robot, user).filter(pk=pk).first()
     if program is None:
@@ -42,7 +42,7 @@ def one(robot: Robot, user: Any, pk: int) -> Program:
 
 
 def load_gallery(robot: Robot, now: datetime) -> None:
-    """Put the programs that the robot's package brings into its gallery."""
+    """Put the programs of the robot's package into its gallery."""
     for name, text in description.programs_of(robot.driver):
         Program.objects.get_or_create(
             robot=robot, author=None, name=name, defaults={"text": text, "approved": True, "changed_at": now}
@@ -53,8 +53,8 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
     """Save the person's own program; a changed one leaves the gallery until staff approve it again.
 
     Raises:
-        NotPermitted: signed out, another person's program, or too many. BadRequest: no name, no text, a name used
-        twice.
+        NotPermitted: signed out, another person's program, or too many.
+        BadRequest: no name, no text, or a name used twice.
     """
     if not user.is_authenticated:
         raise NotPermitted("Sign in to save programs.")
@@ -77,7 +77,7 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
     program.name, program.text, program.shared, program.changed_at = name, text, shared, now
     try:
         with transaction.atomic():
-            # one at a time per person: two at once would both find room
+            # a lock on the person, because two requests at once would both be under the limit
             get_user_model().objects.select_for_update().filter(pk=user.pk).first()
             if program.pk is None and own.count() >= MOST:
                 raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")

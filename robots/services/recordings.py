@@ -1,4 +1,4 @@
-"""Verbs of staff on pictures and recordings: taken off the portal, and chosen as the movie of the day."""
+"""Verbs of staff on pictures and recordings: take them off the portal, choose the movie of the day."""
 
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,14 @@ from robots.services.permissions import need_staff
 
 
 def take_down(frame: Frame, user: Any) -> int:
-    """Remove a stored picture from log entries, recordings, movies and our addresses. Return of how many recordings.
+    """Remove a stored picture from log entries, recordings, movies and our addresses. Return how many recordings.
 
-    Of recordings, everything goes that shows the same pose, or was taken by that camera within two seconds of it; so do
-    live pictures of these seconds that have an address for a minute.
-    Raises NotStaff; OSError if a recording cannot be written again, and the picture stays.
+    Recordings also lose the pictures that show the same pose, and those that the camera took within two seconds of it.
+    Live pictures of these seconds, which have an address for a minute, are removed as well.
+
+    Raises:
+        NotStaff: the person is not staff.
+        OSError: a recording cannot be written again; the picture stays.
     """
     need_staff(user)
     robot, at = frame.robot, frame.taken_at
@@ -41,10 +44,10 @@ def remove_recording(recording: Recording, user: Any) -> bool:
 
 
 def choose_of_the_day(recording: Recording, choice: OfTheDay, user: Any) -> bool:
-    """Say whether a recording's movie is the movie of the day, never is, or is by the rule.
+    """Set whether a recording's movie is the movie of the day, never is, or follows the rule.
 
-    At most one is pinned; an MP4 movie of it is made where there is none. Return False if that was said before.
-    Raises NotStaff; BadRequest where there is nothing to pin.
+    At most one recording is pinned; if it has no MP4 movie, one is made. Return False if the choice is set already.
+    Raises NotStaff; BadRequest if there is nothing to pin.
     """
     need_staff(user)
     with transaction.atomic():

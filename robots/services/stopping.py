@@ -51,7 +51,7 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
     theirs = Robot.objects.filter(pk=robot.pk)
     if under:  # in one statement: the turn may end between the check and the stop
         theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
-    # only its owner confirms it, and says by when it rests; what was said of an earlier stop is not of this one
+    # only the owner confirms the stop, and says by when the robot rests; an earlier stop's answers do not count
     said = {
         "stop_confirmed": Case(When(stop_latched=True, then=F("stop_confirmed")), default=False),
         "rests_by": Case(When(stop_latched=True, then=F("rests_by")), default=None),
@@ -65,15 +65,15 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
 def asked_since_stop(robot: Robot) -> bool:
     """Return whether anybody has moved the robot since it was stopped last; True if it never was.
 
-    A release starts no motion, so until then the robot stays where it is. Numbers of commands are compared, for the
-    time of day may be set.
+    A release starts no motion, so until then the robot stays where it is. The keys of commands are compared, because
+    the time of day may be set.
     """
     before = Robot.objects.values_list("stopped_after", flat=True).get(pk=robot.pk)
     motions = Command.objects.filter(robot=robot, lane=Lane.MOTION, accepted_at__isnull=False)
     return before is None or motions.filter(pk__gt=before).exclude(kind=PICTURE.kind).exists()
 
 
-CONFIRMED = timedelta(seconds=1)  # so long a confirmation may take before its absence is worth a word
+CONFIRMED = timedelta(seconds=1)  # a page mentions a missing confirmation only after this time
 
 
 @dataclass(frozen=True)
@@ -83,14 +83,14 @@ class StopShown:
     confirmed: bool
     since: datetime | None
     rests_by: datetime | None
-    overdue: bool = False  # the confirmation took longer than it may
+    overdue: bool = False  # the confirmation is later than it may be
 
 
 def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
     """Return what is known of the latched stop; None if there is none.
 
-    Where no owner is there to hold the robot, it rests by itself after the time that its spec names: nothing was
-    sent to it after the stop, nor after its owner's lease ended.
+    Without an owner, the robot comes to rest by itself after the time that its spec declares, because nothing was sent
+    to it after the stop or after the end of its owner's lease.
     """
     if not robot.stop_latched:
         return None

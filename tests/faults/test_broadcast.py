@@ -19,17 +19,17 @@ from robots.models.recordings import OfTheDay
 from robots.recordings import keeping
 from tests.faults.test_supervisor import nothing, run, until
 from tests.rig import child_env, free_port
+from tests.services.conftest import media
 from tests.services.test_broadcast_network import group as group
 from tests.services.test_job_movies import ran
 from tests.services.test_movie_of_the_day import filmed
-from tests.services.test_movies import media
 from tests.unit.test_broadcast_served import film
 
 pytestmark = [
-    pytest.mark.timed, pytest.mark.django_db(transaction=True),
+    pytest.mark.timed, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("media"),
     pytest.mark.parametrize("which", ["srv1"], indirect=True),
 ]  # fmt: skip
-assert media  # a fixture that all tests here use
+assert media  # the fixture
 IDLE_S, IDLE_CORE = 6.0, 0.03  # how long it is looked at without a movie, and what share of a core it may take
 
 

@@ -1,4 +1,4 @@
-"""Texts of strangers, staff and robots are shown as text, never as markup; errors tell nothing of the inside."""
+"""What strangers, staff and robots wrote is shown as text, never as markup; errors tell nothing of the inside."""
 
 from html.parser import HTMLParser
 
@@ -12,7 +12,7 @@ from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
 from robots.states import GrantEnd
-from tests.services.acts import give_turn, signed_in
+from tests.services.turns import drive
 
 pytestmark = pytest.mark.django_db
 CORPUS = [
@@ -49,7 +49,7 @@ class Elements(HTMLParser):
 @pytest.mark.parametrize("text", CORPUS)
 def test_promise_41_text_is_text_on_every_page(robot, people, owned, client, text):
     now = SYSTEM.now()
-    turn = give_turn(robot, people["ada"], now)
+    turn = drive(robot, people["ada"], now)
     queue.end_turn(turn, GrantEnd.STAFF, text[:120], now)
     entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text=text, written_at=now)
     Incident.objects.create(robot=robot, at=now, code="fault", text=text)
@@ -102,8 +102,10 @@ def test_an_unexpected_error_says_nothing_of_the_inside(robot, client, monkeypat
 @pytest.mark.asvs("3.5.1", "3.5.3", "8.3.1")
 @pytest.mark.parametrize("origin", ["https://elsewhere.example", "null", "http://localhost.elsewhere.example"])
 def test_a_form_from_another_site_changes_nothing(robot, people, origin):
+    from django.test import Client
 
-    client = signed_in(people["ada"], enforce_csrf_checks=True)
+    client = Client(enforce_csrf_checks=True)
+    client.force_login(people["ada"])
     token = "a" * 32
     client.cookies["csrftoken"] = token
     for path in ("/robots/mercury/orientation/", "/accounts/logout/", "/robots/mercury/programs/"):

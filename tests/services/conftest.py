@@ -6,8 +6,6 @@ from math import inf
 import pytest
 from django.core.cache import caches
 
-from tests.services.acts import give_turn
-
 
 @pytest.fixture
 def one_count(request, monkeypatch):
@@ -25,13 +23,23 @@ def roles(robot, people, owned, django_user_model):
     from django.contrib.auth.models import AnonymousUser, Permission
 
     from robots.kit.clock import SYSTEM
+    from tests.services.turns import drive
 
     viewer = django_user_model.objects.create_user("vic", "vic@example.org", "correct horse 42", is_staff=True)
     viewer.user_permissions.set(Permission.objects.filter(codename__startswith="view_"))
     root = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
-    give_turn(robot, people["bob"], SYSTEM.now())
+    drive(robot, people["bob"], SYSTEM.now())
     cast = (AnonymousUser(), people["eve"], people["ada"], people["bob"], people["mod"], viewer, people["kim"], root)
     return dict(zip(ROLES, cast, strict=True))
+
+
+@pytest.fixture
+def media(settings, tmp_path):
+    """An empty folder for pictures, recordings and movies, on a disk with room for them."""
+    settings.MEDIA_ROOT = tmp_path / "media"
+    settings.MEDIA_ROOT.mkdir()
+    settings.RECORDING = settings.RECORDING | {"FREE_MB": 1}
+    return settings.MEDIA_ROOT
 
 
 @pytest.fixture

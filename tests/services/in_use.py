@@ -1,4 +1,4 @@
-"""A portal in use: three robots, with a row of everything that staff can see in the admin."""
+"""A portal in use: three robots, with a row of everything that staff see in the admin."""
 
 from datetime import timedelta
 
@@ -16,7 +16,7 @@ from robots.grants import end_grant, start_grant
 from robots.models import Command, Frame, Incident, Lease, Movie, Program, RecordingState, Records, Robot, Usage
 from robots.recordings import keeping
 from robots.states import CommandState, GrantEnd, GrantKind
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 BOX = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
 GOAL = {"map": 1, "x": 0.5, "y": 0.5}
@@ -34,7 +34,7 @@ def questions():
 
 def driven(robot, person, now, minutes=3):
     """Return an ended turn with a command, two stored pictures and a recording."""
-    turn = give_turn(robot, person, now)
+    turn = drive(robot, person, now)
     command = Command.objects.create(
         robot=robot, grant=turn.grant, client_seq=1, issued_by=person, kind="move_to", args={"x": 0.1}, epoch=1,
         state=CommandState.COMPLETED, created_at=now, accepted_at=now, ended_at=now, deadline=now,
@@ -126,7 +126,7 @@ def in_use(mercury, people, now):
             changed_at=now,
         )
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")
-    give_turn(mercury, ada, now)
+    drive(mercury, ada, now)
     queue.join(pa10, eve, now)
     EmailAddress.objects.create(user=ada, email=ada.email, verified=True, primary=True)
     Group.objects.create(name="Moderators").permissions.set(Permission.objects.filter(codename="change_entry"))

@@ -1,4 +1,4 @@
-"""Forms that make something, as a browser has them; each is sent twice."""
+"""Forms that create something, as a browser has them; each is sent twice."""
 
 import json
 import re
@@ -21,7 +21,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Frame, Movie, Program
 from robots.recordings import keeping
 from robots.states import GrantEnd
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 SECRET = "correct horse 42"
 POPUP = re.compile(rb'data-popup-response="([^"]+)')  # by which the admin's small window fills in the form behind it
@@ -55,7 +55,7 @@ class Form:
 
 
 class World:
-    """The rows that the forms are about."""
+    """What the forms are about."""
 
     def __init__(self, robot, people, clock):
         self.robot, self.people, self.clock = robot, people, clock
@@ -77,7 +77,7 @@ class World:
 
     def turn(self):
         now = SYSTEM.now()
-        turn = give_turn(self.robot, self.people["ada"], now)
+        turn = drive(self.robot, self.people["ada"], now)
         queue.end_turn(turn, GrantEnd.HOLDER, "ended by the operator", now)
         return turn
 

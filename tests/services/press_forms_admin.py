@@ -1,4 +1,4 @@
-"""Forms of the admin that make something: what each page for a new row is filled in with, and the verbs of a robot."""
+"""Forms of the admin that create something: the values for each page of a new row, and the verbs of a robot."""
 
 from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group

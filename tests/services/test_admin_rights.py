@@ -1,4 +1,4 @@
-"""Nobody changes an account that may do more than they may, and nobody gives rights to themselves, by any door."""
+"""Nobody changes an account with more rights than their own, and nobody gives rights to themselves on any page."""
 
 import pytest
 from allauth.account.models import EmailAddress

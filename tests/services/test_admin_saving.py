@@ -1,4 +1,4 @@
-"""Saving a form of the admin does not undo what happened to its row while the form was open or being saved."""
+"""A change of a row while staff have its form open, or while they save it, is not undone by saving."""
 
 import pytest
 from django.db.models.signals import pre_save

@@ -1,4 +1,4 @@
-"""Limits of attempts: concurrent requests are counted exactly, and none is refused below the limit."""
+"""Limits of attempts: parallel requests are counted exactly, and none is refused below the limit."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -17,7 +17,7 @@ def asked(address="192.0.2.7"):
 
 @pytest.fixture(params=["memory", "redis"])
 def counted(request, one_count):
-    """The two places where attempts are counted; Redis is a real one."""
+    """Both places where it is counted; Redis is a real one."""
     if request.param == "redis":
         request.getfixturevalue("redis_server")
         caches["default"]._away_until = 0.0
@@ -48,7 +48,7 @@ def test_a_count_that_has_run_out_begins_again_and_ends_again(counted, settings,
     add, gone = cache.add, []
 
     def added(*args):
-        """Let the count expire once, between the two steps."""
+        """Have it run out once, between the two steps."""
         return add(*args) or (gone.append(cache.clear()) if not gone else False)
 
     monkeypatch.setattr(attempts.cache, "add", added)

@@ -7,9 +7,8 @@ import pytest
 from django.core.management import call_command
 from django.core.management.base import CommandError
 
-from portal.run.beside import listener
+from portal.management.broadcasting import broadcast_key, listener
 from portal.run.processes import broadcast_processes
-from portal.web.recordings.broadcast_key import broadcast_key
 
 KEY = "a key of the tests, long"
 
@@ -73,7 +72,7 @@ def test_on_the_machine_itself_origin_and_edges_have_a_key_of_this_installation(
 
 
 def test_a_port_that_is_taken_is_told_once_and_waited_for(monkeypatch):
-    monkeypatch.setattr("portal.run.beside.AGAIN_S", 0.01)
+    monkeypatch.setattr("portal.management.broadcasting.AGAIN_S", 0.01)
     said = []
 
     async def story():

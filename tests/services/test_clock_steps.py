@@ -14,7 +14,7 @@ from portal.live.sessions import RAN_OUT_S, SessionWatch, SignIn, over
 from queueing import services as queue
 from queueing.jobs.running import _used
 from queueing.models import Job, Queue, QueueRobot, Ticket, Turn, TurnSession
-from queueing.rows import suspended
+from queueing.rows import is_suspended
 from queueing.services import Asker, ask, resume
 from queueing.steps import carry
 from queueing.tasks import queue_tick
@@ -340,7 +340,7 @@ def test_a_job_that_waits_goes_on_waiting_and_costs_no_more(shuttle, clock, tick
 def test_a_stop_suspends_until_staff_resume_whatever_the_time_of_day_was(shuttle, people, clock, tick, by):
     def stopped():
         shuttle.refresh_from_db()
-        return suspended(shuttle, QueueRobot.objects.get(robot=shuttle))
+        return is_suspended(shuttle, QueueRobot.objects.get(robot=shuttle))
 
     Robot.objects.update(stopped_at=clock.now())
     assert stopped()

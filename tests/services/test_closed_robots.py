@@ -1,4 +1,4 @@
-"""A lock-out ends by its lift alone; what goes wrong with one robot costs no other its queue."""
+"""A lock-out ends only when staff lift it; an error of one robot does not cost another one its queue."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""A grant that ends while its motion may go on without contact is followed by one in which the robot comes to rest."""
+"""After a grant whose motion may go on without a command, a further grant brings the robot to rest."""
 
 from datetime import timedelta
 

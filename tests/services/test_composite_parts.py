@@ -11,7 +11,7 @@ import pytest
 from django.test import RequestFactory
 
 from portal.web.composites import views
-from portal.web.composites.parts import GONE_S, HEAD, ordered, part_of
+from portal.web.composites.parts import GONE_S, HEAD, multipart, part_of
 from robots.kit.clock import SYSTEM
 from robots.models import Frame
 
@@ -26,7 +26,7 @@ def answer(jpegs):
             yield part_of(jpeg)
 
     async def all_of():
-        return [piece async for piece in ordered(parts())]
+        return [piece async for piece in multipart(parts())]
 
     return asyncio.run(all_of())
 

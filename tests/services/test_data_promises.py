@@ -14,8 +14,8 @@ from queueing.services import Asker, ask
 from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Recording, Robot
-from tests.services.acts import signed_in
 from tests.services.admin_forms import as_sent, controls_of
+from tests.services.browsers import signed_in
 from tests.services.test_later_changes import addresses
 from workers.housekeeping.clean import old_frames, old_sessions
 

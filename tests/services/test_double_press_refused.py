@@ -1,4 +1,4 @@
-"""A refused form is no first press: it is carried out once that is permitted; strangers leave nothing behind."""
+"""A refused form does not count as a first press: the same form works when it is allowed; strangers leave no rows."""
 
 import pytest
 from django.core.cache import cache

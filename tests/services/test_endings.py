@@ -1,4 +1,4 @@
-"""Why a turn ended, what it costs and what its person can do next: told alike on every page; and idleness."""
+"""Why a turn ended, what it costs and what its person can do next: the same on every page; and idleness."""
 
 import ast
 from concurrent.futures import ThreadPoolExecutor
@@ -23,7 +23,7 @@ from robots import services
 from robots.models import Command, Lease, Robot
 from robots.states import CommandState, GrantEnd, Lane
 from tests.environment import ON_POSTGRES
-from tests.services.acts import give_turn, signed_in
+from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND
@@ -34,13 +34,13 @@ IDLE_S = RULES["IDLE_S"]
 def driven(robot, people, clock):
     """Ada drives, and Bob waits from the beginning."""
     Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": clock.now() + timedelta(days=99)})
-    turn = give_turn(robot, people["ada"], clock.now())
+    turn = drive(robot, people["ada"], clock.now())
     queue.join(robot, people["bob"], clock.now())
     return turn
 
 
 def tick(robot, people, clock, seconds):
-    """Let time pass while both pages are open, then tick."""
+    """Both pages are open meanwhile."""
     clock.go(seconds)
     for name in ("ada", "bob"):
         queue.note_presence(robot, people[name], clock.now())
@@ -68,7 +68,7 @@ def test_every_kind_of_end_has_its_words():
 
 
 def test_no_place_and_no_turn_is_ended_for_a_reason_beside_the_tables():
-    """Code that withdraws a place names a `PlaceEnd`; code that ends a turn or a grant names a `GrantEnd`."""
+    """Whoever withdraws a place names a `PlaceEnd`, whoever ends a turn or a grant names a `GrantEnd`."""
     root, found = Path(__file__).resolve().parents[2], []
     for room in ("queueing", "portal", "robots", "workers", "operatorlog", "accounts"):
         for path in (root / room).rglob("*.py"):
@@ -141,7 +141,8 @@ def test_a_stop_is_answered_though_it_cannot_be_noted(driven, robot, people, mon
     monkeypatch.setattr("portal.live.actions.current_user", lambda scope: people["ada"])
     monkeypatch.setattr(busy, away)
     assert actions.act({}, robot.slug, message).ok
-    client = signed_in(people["ada"])
+    client = Client()
+    client.force_login(people["ada"])
     address = client.get(f"/classic/{robot.slug}/").url
     assert client.post(address, {"do": name, "checked": "yes"}).status_code == 302
     robot.refresh_from_db()
@@ -246,7 +247,8 @@ def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(drive
         assert places == [], "whoever ended it knows"
     else:
         assert [(one["state"], one["end"]["why"], one["turn"]) for one in places] == [("ended", told["why"], driven.pk)]
-    client = signed_in(ada)
+    client = Client()
+    client.force_login(ada)
     page = client.get(driven.get_absolute_url()).content.decode()
     assert f"UTC: {driven.end_reason}" not in page, "the page says once why"
     for text in (told["why"], told["credited"], told["next"]):

@@ -12,7 +12,7 @@ from django.http import Http404
 from django.test import Client, RequestFactory
 
 from portal.web.pages import errors
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 PLACES = ["/", "/log/", "/admin/", "/static/portal/icon.svg", "/livez", "/nowhere/"]

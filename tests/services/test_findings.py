@@ -1,4 +1,4 @@
-"""Findings of a long mission: pictures are taken although its readings are many, and omissions are reported."""
+"""What a long mission finds: it takes pictures although it has many readings, and its page counts omitted ones."""
 
 from datetime import timedelta
 

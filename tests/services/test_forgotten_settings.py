@@ -74,7 +74,7 @@ def test_a_setting_that_is_under_way_is_left_alone(owner, issue, again):
     assert rows.claim(issue("pace", pace=0.5), owner.lease.epoch, owner.owned.now())
     again(0.5)
     assert (
-        services.to_restore(
+        services.settings_to_reset(
             owner.owned.robot, owner.owned.robot.spec().commands, services.open_grant(owner.owned.robot), {"pace": 0.9}
         )
         == []
@@ -83,8 +83,8 @@ def test_a_setting_that_is_under_way_is_left_alone(owner, issue, again):
 
 def test_what_the_robot_does_not_show_cannot_be_told(owner):
     kinds = owner.owned.robot.spec().commands
-    assert services.to_restore(owner.owned.robot, kinds, None, {"warmth": 20.0}) == []
-    assert len(services.to_restore(owner.owned.robot, kinds, None, {"pace": 0.9})) == 1
+    assert services.settings_to_reset(owner.owned.robot, kinds, None, {"warmth": 20.0}) == []
+    assert len(services.settings_to_reset(owner.owned.robot, kinds, None, {"pace": 0.9})) == 1
 
 
 def test_nothing_moves_where_it_cannot_be_set_again(owner, issue, people, again):

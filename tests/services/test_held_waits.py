@@ -11,7 +11,7 @@ from portal.live import actions, controls, robot_socket, snapshot_sender
 from portal.live.loop import LoopState
 from portal.live.messages import Accept, Keep, Released
 from portal.live.messages import Command as Asked
-from portal.live.role import Role
+from portal.live.people import Role
 from queueing import services as queue
 from robots import bus, services
 from robots.grants import open_grant
@@ -117,7 +117,7 @@ class Line:
         services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
         monkeypatch.setattr(snapshot_sender, "current_user", lambda scope: people["ada"])
         monkeypatch.setattr(
-            bus.owner, "send", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
+            bus.publishing, "send", lambda _, data: self.heard.append(tuple(bus.read_keep_alive(data)[:2])) or True
         )
         self.heard, self.page, self.said, self.tasks = [], robot_socket.RobotSocket(), [], []
         self.page.scope = {"url_route": {"kwargs": {"slug": robot.slug}}}

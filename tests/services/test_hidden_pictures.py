@@ -1,4 +1,4 @@
-"""Pictures of a turn whose entry a moderator has hidden: gone for everybody but its author, staff and who drives."""
+"""Pictures of a turn whose entry is hidden: only its author, staff and the present operator see them."""
 
 import pytest
 from django.test import Client

@@ -1,4 +1,4 @@
-"""A job is asked for in people's own words: a place of the map that the robot shows, and labels of values."""
+"""A job is requested in people's own words: a place of the map that the robot shows, and labels of values."""
 
 import json
 import re

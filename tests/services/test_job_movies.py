@@ -1,4 +1,4 @@
-"""Movies that come by themselves after a job: which, when, after failures, and what the job's page shows of them."""
+"""Movies that are made automatically after a job: which, when, after failures, and how the job's page shows them."""
 
 import json
 import subprocess
@@ -12,16 +12,16 @@ from queueing.models import Job, JobRun, JobState
 from queueing.services import Asker, ask
 from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM
-from robots.kit.recording.container import Tape
 from robots.models import Command, Finding, Frame, Movie, Recording, RecordingState, Robot
 from robots.recordings import cleaning, keeping, movies
 from robots.states import CommandState, GrantEnd, GrantKind
-from tests.conftest import FakeClock, wait_for
-from tests.services.test_movies import jpeg, media
+from tests.conftest import FakeClock
+from tests.services.tapes import jpeg, let_make, tape_of
 from workers.recorder.movies import MovieMaker
 
-pytestmark = [pytest.mark.django_db, pytest.mark.parametrize("which", ["srv1"], indirect=True)]
-assert media  # a fixture that all tests here use
+pytestmark = [
+    pytest.mark.django_db, pytest.mark.usefixtures("media"), pytest.mark.parametrize("which", ["srv1"], indirect=True)
+]  # fmt: skip
 GREY = jpeg(90)
 TEXT = "go South\nphotograph\nread\nsay nobody else reads this\n"
 PATH = [(1.0 + 0.25 * n, 1.0 + 0.065 * n, 0.25) for n in range(21)]  # from home to the node South
@@ -51,31 +51,13 @@ def ran(robot, people, picture=GREY, kind="mission", args=None):
 
 
 def taped(recording, picture):
-    path, began = keeping.path_of(recording), int(recording.began_at.timestamp() * 1000)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tape = Tape(path, {})
-    for n, (x, y, heading) in enumerate(PATH):
-        at = (began + 1000 + 500 * n) * 10**6
-        tape.put("state", at, {"values": {"x": x, "y": y, "heading": heading, "light": 30.0}})
-        told = {"number": n, "still": 0, "joints": [], "timestamp": {"sec": 1, "nsec": 0}}
-        tape.put("camera/0", at, told | {"data": b64encode(picture).decode()})
-    tape.close()
+    with tape_of(recording) as (tape, began):
+        for n, (x, y, heading) in enumerate(PATH):
+            at = (began + 1000 + 500 * n) * 10**6
+            tape.put("state", at, {"values": {"x": x, "y": y, "heading": heading, "light": 30.0}})
+            told = {"number": n, "still": 0, "joints": [], "timestamp": {"sec": 1, "nsec": 0}}
+            tape.put("camera/0", at, told | {"data": b64encode(picture).decode()})
     return recording
-
-
-def let_make(movie, maker=None):
-    """Have the program make it, until it is ready or could not be made."""
-    maker = maker or MovieMaker(SYSTEM, nice=0)
-    tries = Movie.objects.get(pk=movie.pk).tries
-    maker.look()
-
-    def done():
-        maker.look()
-        movie.refresh_from_db()
-        return not movie.open or movie.tries > tries
-
-    wait_for(done, 300, "the movie")
-    return movie
 
 
 def page(job):

@@ -1,4 +1,4 @@
-"""What the page of a job tells to everybody: its kind in words, every stage of every run, progress, and the result."""
+"""What the page of a job shows to everybody: its kind in words, every stage of every run, progress, and the result."""
 
 from datetime import timedelta
 
@@ -13,7 +13,7 @@ from robots.grants import end_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import GUEST, settle
 from workers.commands import rows
 

@@ -6,7 +6,6 @@ from django.core.exceptions import ValidationError
 from queueing import services as queue
 from queueing import tasks
 from queueing.errors import NotCleared, NotYourJob, RobotUnavailable, TooManyJobs
-from queueing.jobs.forgetting import forget_old_jobs
 from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
 from queueing.services import Asker, ask, cancel, resume
 from robots import services
@@ -167,12 +166,12 @@ def test_jobs_of_guests_are_forgotten_after_400_days_and_those_of_people_are_kep
     for job in (old, mine):
         Job.objects.filter(pk=job.pk).update(state="done", ended_at=clock.now())
     clock.go(400 * 86_400)
-    assert forget_old_jobs(clock.now()) == 0, "not one day early"
-    assert forget_old_jobs(clock.go(1)) == 1
+    assert tasks.forget_old_jobs(clock.now()) == 0, "not one day early"
+    assert tasks.forget_old_jobs(clock.go(1)) == 1
     assert set(Job.objects.values_list("guest", flat=True)) == {OTHER.guest, ""}, "what is open stays"
     assert set(Account.objects.values_list("network", flat=True)) == {OTHER.network, ""}
     Job.objects.filter(guest=OTHER.guest).update(state="done", ended_at=clock.now())
-    assert forget_old_jobs(clock.now()) == 0
+    assert tasks.forget_old_jobs(clock.now()) == 0
     assert Account.objects.count() == 2, "an account with a job stays"
 
 

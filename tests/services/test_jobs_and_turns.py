@@ -1,4 +1,4 @@
-"""Jobs beside a turn: an operator does not drive for ever while another person's job waits; its asker is not named."""
+"""Jobs beside a turn: an operator does not drive for ever while another person's job waits; no asker is named."""
 
 import json
 
@@ -13,7 +13,7 @@ from robots import services
 from robots.grants import stage_event
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 pytestmark = pytest.mark.django_db
 GUEST = Asker(guest="a" * 64, network="192.0.2.1")
@@ -29,7 +29,7 @@ def driven(shuttle, people, clock):
     """The shuttle, which ada drives."""
     QueueRobot.objects.update(offers_turns=True)
     Robot.objects.update(cycle=Cycle.READY)
-    give_turn(shuttle, people["ada"], clock.now())
+    drive(shuttle, people["ada"], clock.now())
     return shuttle
 
 
@@ -66,23 +66,22 @@ def test_ones_own_job_ends_no_turn_of_ones_own(driven, people, clock):
     assert Turn.objects.get().ended_at is None
 
 
-def drive_while_a_job_waits_for_staff(driven, people, clock):
-    """Stop and release the robot, so that jobs wait for staff; ask for one, and let ada drive on."""
+@pytest.mark.usefixtures("turns_of_a_minute")
+def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
     services.stop(driven, people["ada"], clock.now())
     services.release_stop(driven, people["ada"], checked=True)
     driven.refresh_from_db()
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
     drive_on(driven, people, clock, 150, every=5)
-
-
-@pytest.mark.usefixtures("turns_of_a_minute")
-def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
-    drive_while_a_job_waits_for_staff(driven, people, clock)
     assert Turn.objects.get().ended_at is None
 
 
 def test_who_did_nothing_while_jobs_waited_for_staff_is_not_idle_when_they_are_resumed(driven, people, clock):
-    drive_while_a_job_waits_for_staff(driven, people, clock)
+    services.stop(driven, people["ada"], clock.now())
+    services.release_stop(driven, people["ada"], checked=True)
+    driven.refresh_from_db()
+    ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
+    drive_on(driven, people, clock, 150, every=5)
     resume(driven, people["kim"], clock.now())
     drive_on(driven, people, clock, 115, every=5)
     assert Turn.objects.get().ended_at is None, "two minutes are counted while others wait for the turn"

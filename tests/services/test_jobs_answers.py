@@ -1,4 +1,4 @@
-"""Jobs as a console asks for them: JSON answers, one's own, the order in which they will be served, first settings."""
+"""Jobs as a console requests them: JSON answers, one's own jobs, the order in which they are served, first settings."""
 
 from dataclasses import replace
 from datetime import timedelta
@@ -17,7 +17,7 @@ from queueing.services import Asker, ask, forecast, in_order, queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Command, Robot
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import settle
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

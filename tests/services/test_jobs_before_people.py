@@ -1,11 +1,11 @@
-"""One queue: a person who waits to drive is told of the jobs that are served before, and of the one that runs."""
+"""One queue: a person who waits to drive sees the jobs that are served before, and the job that runs."""
 
 from datetime import timedelta
 
 import pytest
 
 from queueing import services as queue
-from queueing.estimates import place, wait_range
+from queueing.estimates import place_and_wait
 from queueing.models import QueueRobot, Ticket
 from queueing.services import Asker, ask, resume, standings
 from robots import services
@@ -26,11 +26,11 @@ def stage(shuttle, people, clock):
 
 
 def told(ticket, clock):
-    """Return the place and the wait, which must be the same on the robot's page and on every other."""
+    """The place and the wait, which must be the same on the robot's page and on every other."""
     ticket.refresh_from_db()
     robot, now = Robot.objects.get(), clock.now()
     everywhere = next(one for one in standings(ticket.user, now) if one.ticket == ticket.pk)
-    assert (everywhere.ahead, everywhere.wait_s) == (place(ticket), wait_range(robot, ticket, now))
+    assert (everywhere.ahead, everywhere.wait_s) == place_and_wait(robot, ticket, now)
     return everywhere.ahead, everywhere.wait_s
 
 

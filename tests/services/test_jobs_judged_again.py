@@ -1,4 +1,4 @@
-"""A waiting job is judged again, by the rule for new ones: a job that may no longer be asked for ends with a reason."""
+"""A waiting job is judged again by the rule for its request; a job that is no longer allowed ends with a reason."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A waiting job that is out of date, such as a goal on a map that was cleared, ends at once, uncharged."""
+"""A waiting job that the robot's state has made impossible, as a goal on a deleted map, ends at once, uncharged."""
 
 from datetime import timedelta
 
@@ -27,7 +27,7 @@ def busy(shuttle):
 
 
 def tells(clock, ago_s=0.0, **values):
-    """Store these values of channels, as the owner does."""
+    """The owner stored these values of channels."""
     Lease.objects.update(state={"values": values}, state_at=clock.now() - timedelta(seconds=ago_s))
 
 

@@ -14,7 +14,7 @@ from queueing.models import Job
 from queueing.services import Asker, ask
 from robots.kit.clock import SYSTEM
 from robots.models import Command
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import settle
 
 pytestmark = pytest.mark.django_db

@@ -1,4 +1,4 @@
-"""A goal that makes no sense by the map that the robot shows is refused when it is asked for, by one sentence."""
+"""A goal that is impossible on the map that the robot shows is refused at the request, in one sentence."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""A request is judged from where the robot is, as its page and the robot judge it, not from its home."""
+"""A request is judged from the robot's present place, as its page and the robot do, not from its home."""
 
 from datetime import timedelta
 

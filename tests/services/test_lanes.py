@@ -240,7 +240,7 @@ class TestRestoring:
         assert (row.grant.kind, row.state, row.args, owner.owned.driver.pace) == (
             "handover", "completed", {"pace": 1.0}, 1.0,
         )  # fmt: skip
-        assert services.to_restore(owner.owned.robot, owner.owned.robot.spec().commands) == []
+        assert services.settings_to_reset(owner.owned.robot, owner.owned.robot.spec().commands) == []
 
     def test_what_nobody_changed_is_left_alone(self, owner):
         assert self.hand_over(owner) == "ready"
@@ -249,7 +249,7 @@ class TestRestoring:
     def test_what_staff_set_persists_and_is_what_is_set_back_to(self, owner, issue, people):
         services.configure(owner.owned.robot, people["kim"], "pace", {"pace": 0.4}, owner.owned.now())
         owner.config.run_due()
-        assert services.to_restore(owner.owned.robot, owner.owned.robot.spec().commands) == []
+        assert services.settings_to_reset(owner.owned.robot, owner.owned.robot.spec().commands) == []
         issue("pace", pace=1.5)
         owner.config.run_due()
         assert self.hand_over(owner) == "ready"
@@ -334,7 +334,7 @@ class TestRestoringAfterAStop:
         assert (state_of(mine), stopped.owned.driver.order, stopped.owned.driver.pace) == (
             "completed", ["pace", "turn"], 1.0,
         )  # fmt: skip
-        assert services.to_restore(stopped.owned.robot, stopped.owned.robot.spec().commands) == []
+        assert services.settings_to_reset(stopped.owned.robot, stopped.owned.robot.spec().commands) == []
         assert services.next_seq(mine.grant) == 2, "the numbers of the controls are not used"
 
     def test_what_the_next_operator_has_set_already_stays(self, stopped, people):

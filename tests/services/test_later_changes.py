@@ -1,4 +1,4 @@
-"""Every page still shows older rows, whatever staff change in the admin later.
+"""Whatever staff change in the admin later, every page still shows older rows.
 
 Each field of each model is changed through its form in the admin; rows are deleted and acted upon as far as the admin
 lets staff. After each round, in which each field was changed to another value, every address is opened.

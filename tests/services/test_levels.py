@@ -1,4 +1,4 @@
-"""A kind of command has a level, and the clearance of whoever drives must reach it."""
+"""A kind of command has a level, which the operator's clearance must reach."""
 
 from datetime import timedelta
 
@@ -13,7 +13,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.services.permissions import NotCleared
 from robots.states import Cycle, GrantKind
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("installed"),

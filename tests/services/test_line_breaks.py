@@ -23,7 +23,7 @@ from robots.kit.plain import plain_breaks
 from robots.models import Program, Robot
 from robots.services.programs import LONGEST as LONGEST_PROGRAM
 from robots.states import GrantEnd
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -49,7 +49,7 @@ each_text = pytest.mark.parametrize("full", [lines, emoji])
 def ended(robot, people, owned, client):
     """A turn of ada's that has ended; she is signed in."""
     now = SYSTEM.now()
-    turn = give_turn(robot, people["ada"], now)
+    turn = drive(robot, people["ada"], now)
     queue.end_turn(turn, GrantEnd.HOLDER, "ended by the operator", now)
     client.force_login(people["ada"])
     return turn
@@ -118,7 +118,7 @@ BY_THE_ROBOT = {"program-text": None, "hall-rules-text": None}  # its language r
 
 
 def test_each_field_of_several_lines_that_has_a_limit_is_tested_above():
-    """An author who adds one adds its test here."""
+    """Whoever adds one adds its test here."""
     stored = {
         f"{model._meta.label}.{field.name}"
         for model in apps.get_models()

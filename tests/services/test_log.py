@@ -10,7 +10,7 @@ from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Lease
 from robots.states import GrantEnd
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 def turn(robot, people):
     now = SYSTEM.now()
     Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": now + timedelta(days=99)})
-    return give_turn(robot, people["ada"], now)
+    return drive(robot, people["ada"], now)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Looking at pages again and again adds no rows."""
+"""Visits to pages, even repeated ones, leave no row behind."""
 
 import pytest
 from django.apps import apps
@@ -8,7 +8,7 @@ from tests.services.test_bad_input import addresses
 
 
 def rows():
-    """Return how many rows each table has."""
+    """How many rows each table has."""
     return {model._meta.label: model.objects.count() for model in apps.get_models()}
 
 

@@ -1,4 +1,4 @@
-"""The movie of the day: which one the rule chooses, what staff say, what takes it off, and what its page tells."""
+"""The movie of the day: which one the rule chooses, how staff choose, what removes it, and what its page shows."""
 
 from datetime import timedelta
 
@@ -16,12 +16,12 @@ from robots.models import Frame, Movie, Recording, RecordingState
 from robots.models.recordings import OfTheDay
 from robots.recordings import cleaning, keeping
 from robots.states import GrantEnd, GrantKind
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 from tests.services.test_job_movies import GREY, ran, taped
-from tests.services.test_movies import media
 
-pytestmark = [pytest.mark.django_db, pytest.mark.parametrize("which", ["srv1"], indirect=True)]
-assert media  # a fixture that all tests here use
+pytestmark = [
+    pytest.mark.django_db, pytest.mark.usefixtures("media"), pytest.mark.parametrize("which", ["srv1"], indirect=True)
+]  # fmt: skip
 PAGE = "/movie-of-the-day/"
 DAY = timedelta(days=1)
 

@@ -1,4 +1,4 @@
-"""Movies of recordings and time-lapses: who may have them made, how many, what is in them, and when they go."""
+"""Movies of recordings and time-lapses: who may request them, how many, what is in them, and when they are removed."""
 
 import json
 import os
@@ -20,40 +20,25 @@ from queueing.models import Turn
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.packets import picture_packet
-from robots.kit.recording.container import Tape
 from robots.kit.recording.packets import picture_of
 from robots.models import Frame, Grant, Movie, Recording, RecordingState
 from robots.recordings import cleaning, keeping, movies
 from robots.states import GrantKind
 from tests.conftest import wait_for
+from tests.services.tapes import jpeg, let_make, tape_of
 from workers.recorder.movies import LEAST, MovieMaker
 
-pytestmark = pytest.mark.django_db
+pytestmark = [pytest.mark.django_db, pytest.mark.usefixtures("media")]
 LONG_AGO = timedelta(days=2)
-
-
-@pytest.fixture(autouse=True)
-def media(settings, tmp_path):
-    settings.MEDIA_ROOT = tmp_path / "media"
-    settings.MEDIA_ROOT.mkdir()
-    settings.RECORDING = settings.RECORDING | {"FREE_MB": 1}
-    return settings.MEDIA_ROOT
-
-
-def jpeg(grey):
-    return cv2.imencode(".jpg", np.full((164, 193), grey, np.uint8))[1].tobytes()
 
 
 def made(grant, pictures=((0, 0), (500, 100), (1000, 200)), age=timedelta()):
     """Return a recording with pictures: (ms after its beginning, grey)."""
     recording = keeping.begin(grant, "here", SYSTEM.now() - age)
-    path, began = keeping.path_of(recording), int(recording.began_at.timestamp() * 1000)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tape = Tape(path, {})
-    for n, (ms, grey) in enumerate(pictures):
-        data = jpeg(grey) if grey is not None else b"no picture"
-        tape.put("camera/0", (began + ms) * 10**6, picture_of(picture_packet(n, began + ms, 0, (), data)))
-    tape.close()
+    with tape_of(recording) as (tape, began):
+        for n, (ms, grey) in enumerate(pictures):
+            data = jpeg(grey) if grey is not None else b"no picture"
+            tape.put("camera/0", (began + ms) * 10**6, picture_of(picture_packet(n, began + ms, 0, (), data)))
     keeping.finish(recording, RecordingState.READY, "", recording.began_at + timedelta(seconds=5))
     return recording
 
@@ -61,20 +46,6 @@ def made(grant, pictures=((0, 0), (500, 100), (1000, 200)), age=timedelta()):
 @pytest.fixture
 def recording(roles):
     return made(Turn.objects.get().grant)
-
-
-def let_make(movie):
-    """Have the program make it, as the recorder does; with our priority, or a busy machine would make it never."""
-    maker = MovieMaker(SYSTEM, nice=0)
-    maker.look()
-
-    def done():
-        maker.look()
-        movie.refresh_from_db()
-        return movie.state in (Movie.State.READY, Movie.State.FAILED)
-
-    wait_for(done, 300, "the movie")
-    return movie
 
 
 def shown(path):
@@ -109,16 +80,14 @@ def grey_of(cell):
 def test_a_movie_shows_all_cameras_side_by_side(roles, torn):
     """Three cells and an empty one; one of a camera of another shape is fitted in, and all tell the same moment."""
     recording = made(Turn.objects.get().grant, ())
-    path, began = keeping.path_of(recording), int(recording.began_at.timestamp() * 1000)
-    tape = Tape(path, {})
     wide = cv2.imencode(".jpg", np.full((100, 400), 220, np.uint8))[1].tobytes()
     pictures = [(0, 0, jpeg(60)), (5, 2, wide), (0, 1, jpeg(140)), (1000, 0, jpeg(100)), (2000, 2, b"broken")]
-    for n, (ms, camera, data) in enumerate(pictures):
-        packet = picture_packet(n, began + ms, camera, (), data)
-        tape.put(f"camera/{camera}", (began + ms) * 10**6 + n, picture_of(packet))
-    tape.close()
+    with tape_of(recording) as (tape, began):
+        for n, (ms, camera, data) in enumerate(pictures):
+            packet = picture_packet(n, began + ms, camera, (), data)
+            tape.put(f"camera/{camera}", (began + ms) * 10**6 + n, picture_of(packet))
     if torn:
-        os.truncate(path, tape.whole - 20)  # no index
+        os.truncate(keeping.path_of(recording), tape.whole - 20)  # no index
     movie = let_make(movies.ask(recording, "mp4", SYSTEM.now()))
     assert movie.state == Movie.State.READY, movie.reason
     with av.open(str(keeping.movie_path(movie))) as file:

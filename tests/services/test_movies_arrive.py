@@ -1,4 +1,4 @@
-"""A movie that is made tells how far it is, arrives on the page by itself, and is made once for all who ask."""
+"""A movie shows its progress while it is made, appears on the page by itself, and is made once for all requests."""
 
 import json
 import subprocess
@@ -15,11 +15,10 @@ from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Movie
 from robots.recordings import keeping, movies
 from tests.conftest import wait_for
-from tests.services.test_movies import made, media
+from tests.services.test_movies import made
 from workers.recorder.movies import COMMAND, MovieMaker
 
-pytestmark = pytest.mark.django_db
-assert media  # a fixture that all tests here use
+pytestmark = [pytest.mark.django_db, pytest.mark.usefixtures("media")]
 # pictures of noise, which fill several chunks of a file soon: its program may wait long for the processor
 NOISE = np.random.default_rng(1).integers(0, 255, (24, 164, 193), np.uint8)
 LONG = [(500 * n, picture) for n, picture in enumerate(NOISE)]

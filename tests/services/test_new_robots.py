@@ -1,4 +1,4 @@
-"""A robot that staff add in the admin although the questions of its package cannot be read."""
+"""A new robot whose package has a question file that cannot be read."""
 
 import pytest
 

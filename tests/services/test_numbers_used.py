@@ -1,4 +1,4 @@
-"""Two pages of one operator give different commands the same number: the second is told that it was not carried out."""
+"""Two pages of one operator give different commands the same number: the second learns that its own did not run."""
 
 import asyncio
 
@@ -12,7 +12,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
 from tests.conftest import CALIBRATION
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

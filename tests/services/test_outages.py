@@ -1,4 +1,4 @@
-"""The portal was away while machine and clock went on: nobody loses a place or a turn for that time."""
+"""The portal was away while machine and clock went on: nobody loses a place or a turn because of that time."""
 
 from datetime import timedelta
 

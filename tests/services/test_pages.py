@@ -13,7 +13,7 @@ from portal.web.classic.models import ClassicToken
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Robot
-from tests.services.acts import give_turn, signed_in
+from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -194,9 +194,7 @@ def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatc
 
     monkeypatch.setattr(views, "WAIT_S", 0.0)
     client.force_login(people["ada"])
-    queue.join(robot, people["ada"], SYSTEM.now(), classic=True)
-    queue.tick(SYSTEM.now())
-    queue.accept(robot, people["ada"], SYSTEM.now())
+    drive(robot, people["ada"], SYSTEM.now(), classic=True)
     address = client.get("/classic/mercury/")["Location"]
     client.post(address, {"do": "down"})
     assert Command.objects.count() == 1
@@ -217,8 +215,10 @@ def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatc
 
 @pytest.mark.asvs("3.5.1")
 def test_forms_want_a_csrf_token(robot, people):
+    from django.test import Client
 
-    client = signed_in(people["ada"], enforce_csrf_checks=True)
+    client = Client(enforce_csrf_checks=True)
+    client.force_login(people["ada"])
     answer = client.post("/classic/mercury/x/", {"do": "join"})
     assert answer.status_code == 403
     assert b"out of date" in answer.content
@@ -252,7 +252,7 @@ def test_ending_a_turn_from_the_admin_is_for_staff(robot, people, owned, client)
 
     for name in ("mod", "kim"):
         people[name].user_permissions.add(*Permission.objects.filter(codename__in=["view_turn", "view_ticket"]))
-    turn = give_turn(robot, people["ada"], SYSTEM.now())
+    turn = drive(robot, people["ada"], SYSTEM.now())
     data = {"action": "end", "_selected_action": [turn.pk]}
     client.force_login(people["mod"])
     client.post("/admin/queueing/turn/", data)
@@ -266,7 +266,7 @@ def test_ending_a_turn_from_the_admin_is_for_staff(robot, people, owned, client)
 def test_an_entry_is_hidden_from_the_admin_with_a_reason_only(robot, people, owned, client):
     from operatorlog.models import Entry
 
-    turn = give_turn(robot, people["ada"], SYSTEM.now())
+    turn = drive(robot, people["ada"], SYSTEM.now())
     entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text="x", written_at=SYSTEM.now())
     client.force_login(people["mod"])
     address = f"/admin/operatorlog/entry/{entry.pk}/change/"

@@ -10,7 +10,7 @@ from portal.live import actions, standing
 from portal.live.messages import Accept, Command, Join, Leave, PersonMessage, Release, RobotMessage, Stop, Trace
 from queueing.models import Ticket
 from robots.kit.clock import SYSTEM
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 from tests.services.conftest import ROLES
 
 pytestmark = pytest.mark.django_db

@@ -144,7 +144,7 @@ ROWS = {
     "robots.remove_recording": (ROBOT_STAFF, lambda do, w: do(Recording.objects.create(robot=w.robot, grant=turn(w).grant, began_at=SYSTEM.now()), w.user)),
     "robots.choose_of_the_day": (ROBOT_STAFF, lambda do, w: do(Recording.objects.create(robot=w.robot, grant=turn(w).grant, began_at=SYSTEM.now()), OfTheDay.NEVER, w.user)),
     "robots.visible": (ANYBODY, lambda do, w: list(do(w.robot, w.user))),
-    "robots.one": (OPERATOR, lambda do, w: refuse(BadRequest, do, w.robot, w.user, program(w).pk)),
+    "robots.visible_program": (OPERATOR, lambda do, w: refuse(BadRequest, do, w.robot, w.user, program(w).pk)),
     "robots.save": (
         SIGNED_IN, lambda do, w: do(w.robot, w.user, "p", "down", False, SYSTEM.now()),
     ),
@@ -159,7 +159,7 @@ ROWS = {
     "accounts.has_read": (SIGNED_IN, lambda do, w: (w.user.pk and do(w.user, w.robot)) or signed(w)),
     "accounts.mark_read": (SIGNED_IN, lambda do, w: do(w.user, w.robot, SYSTEM.now())),
     "accounts.pause_left": (SIGNED_IN, lambda do, w: signed(w) or do(w.user, w.robot, SYSTEM.now())),
-    "accounts.withdrawn": (SIGNED_IN, lambda do, w: signed(w) or do(w.user, w.robot)),
+    "accounts.withdrawn_clearance": (SIGNED_IN, lambda do, w: signed(w) or do(w.user, w.robot)),
     "accounts.begin": (SIGNED_IN, lambda do, w: an_attempt(w, w.user)),
     "accounts.grade": (OPERATOR, lambda do, w: do(an_attempt(w, w.cast["operator"]), w.user, dict.fromkeys(Question.objects.values_list("pk", flat=True), 0), SYSTEM.now())),
     "accounts.withdraw": (ADMINS, lambda do, w: do(held(w), w.user, "x", SYSTEM.now())),
@@ -306,4 +306,4 @@ def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
 def test_every_verb_of_the_file_is_in_the_table():
     of_queues = set(functions(queue_admin))
     assert of_queues == {"resume_jobs"}
-    assert set(functions(verbs)) - {"staff_only", "add"} | of_queues == set(verbs.VERBS)
+    assert set(functions(verbs)) - {"staff_only", "add", "after_adding"} | of_queues == set(verbs.VERBS)

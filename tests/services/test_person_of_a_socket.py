@@ -8,7 +8,7 @@ from django.contrib.sessions.models import Session
 
 from portal.live.people import current_user
 from robots.kit.clock import SYSTEM
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 

@@ -14,7 +14,7 @@ from queueing.services import dismiss, note_waiting, standings
 from queueing.words import PLACE_ENDS
 from robots.models import Lease, Robot
 from robots.states import Cycle
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND
@@ -76,7 +76,7 @@ def test_waiting_offered_operating(stage):
 def test_a_presence_that_is_noted_late_undoes_no_absence_after_it(stage):
     """The operator's page has two sockets and a thread for each note: a note may come after a younger one."""
     robot, people, clock = stage
-    give_turn(robot, people["ada"], clock.now())
+    drive(robot, people["ada"], clock.now())
     pinged = clock.go(2)
     queue.note_disconnection(robot, people["ada"], left := clock.go(0.1))
     queue.note_presence(robot, people["ada"], pinged)
@@ -162,7 +162,7 @@ def test_who_reads_another_page_is_present_and_gets_the_offer(stage):
 @pytest.mark.asvs("2.3.2")
 def test_a_sign_of_life_from_elsewhere_lengthens_no_turn_and_nobody_elses_place(stage):
     robot, people, clock = stage
-    give_turn(robot, people["ada"], clock.now())
+    drive(robot, people["ada"], clock.now())
     queue.join(robot, people["bob"], clock.now())
     queue.note_disconnection(robot, people["ada"], clock.now())
     before = Ticket.objects.get(user=people["bob"]).last_seen

@@ -1,4 +1,4 @@
-"""Statements made once: they find and change the same rows as the query they were made from."""
+"""Prepared statements find and change the same rows as the query from which they were compiled."""
 
 import threading
 from datetime import timedelta

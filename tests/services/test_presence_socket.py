@@ -1,4 +1,4 @@
-"""What a socket notes of a person's presence, and that nothing of it is noted after the socket's end."""
+"""What a socket stores of a person's presence, and that it stores nothing after its end."""
 
 import threading
 from types import SimpleNamespace

@@ -15,7 +15,7 @@ from robots.kit.installed import driver_path
 from robots.models import Command, Grant, Lease, Robot
 from robots.services import RobotOffline
 from robots.states import Cycle
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("installed", "owned")]
 HAVE = {"mercury": ["soft_reset", "calibrate", "still"], "turntable": []}

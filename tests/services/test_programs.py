@@ -17,7 +17,7 @@ from robots.kit.description import load
 from robots.models import Command, Program, Robot
 from robots.services import programs
 from robots.states import GrantKind
-from tests.services.acts import signed_in
+from tests.services.browsers import signed_in
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db, pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -52,7 +52,7 @@ def test_ones_own_are_ones_own(robot, people):
     with pytest.raises(NotPermitted):
         programs.delete(robot, people["bob"], mine.pk)
     with pytest.raises(BadRequest, match="no such program"):
-        programs.one(robot, people["bob"], mine.pk)
+        programs.visible_program(robot, people["bob"], mine.pk)
     assert Program.objects.get().author == people["ada"]
 
 

@@ -5,14 +5,14 @@ from datetime import timedelta
 import pytest
 from django.db import IntegrityError, transaction
 
-from portal.web.classic import tokens
+from portal.web.classic.models import fresh_token, spend_token
 from queueing import services as queue
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
-from queueing.estimates import wait_range
+from queueing.estimates import place_and_wait
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd
-from tests.services.acts import give_turn
+from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -30,17 +30,13 @@ def stage(robot, people, clock):
 
 
 def hand_over(robot):
-    """Do what the owner does between turns."""
+    """What the owner does between turns."""
     assert Robot.objects.filter(pk=robot.pk, cycle=Cycle.HANDOVER).update(cycle=Cycle.READY)
-
-
-def drive(robot, person, clock):
-    return give_turn(robot, person, clock.now())
 
 
 def test_the_whole_way_of_a_turn(stage):
     robot, people, clock = stage
-    turn = drive(robot, people["ada"], clock)
+    turn = drive(robot, people["ada"], clock.now())
     robot.refresh_from_db()
     assert (robot.cycle, turn.grant.ended_at) == (Cycle.OPERATING, None)
     clock.go(100)
@@ -98,7 +94,7 @@ def test_somebody_absent_is_passed_over_and_keeps_the_place(stage):
 def test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_joins(stage):
     robot, people, clock = stage
     Robot.objects.update(turn_s=60)
-    turn = drive(robot, people["ada"], clock)
+    turn = drive(robot, people["ada"], clock.now())
     for _ in range(30):
         queue.note_presence(robot, people["ada"], clock.go(5))
         queue.tick(clock.now())
@@ -120,7 +116,7 @@ def test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_join
 
 def test_a_lost_line_keeps_the_turn_for_twenty_seconds(stage):
     robot, people, clock = stage
-    turn = drive(robot, people["ada"], clock)
+    turn = drive(robot, people["ada"], clock.now())
     queue.note_disconnection(robot, people["ada"], clock.now())
     queue.tick(clock.go(15))
     turn.refresh_from_db()
@@ -150,9 +146,7 @@ def test_a_classic_operator_needs_no_heartbeat_but_requests(stage):
 @pytest.mark.parametrize(("classic", "limit"), [(False, 120), (True, 180)])
 def test_an_idle_operator_ends_when_others_wait(stage, classic, limit):
     robot, people, clock = stage
-    queue.join(robot, people["ada"], clock.now(), classic=classic)
-    queue.tick(clock.now())
-    turn = queue.accept(robot, people["ada"], clock.now())
+    turn = drive(robot, people["ada"], clock.now(), classic=classic)
     queue.join(robot, people["bob"], clock.now())
     while (clock.now() - turn.started_at).total_seconds() < limit:
         clock.go(10)
@@ -170,7 +164,7 @@ def test_an_idle_operator_ends_when_others_wait(stage, classic, limit):
 
 def test_a_grant_ended_by_the_owner_ends_the_turn_with_its_reason(stage):
     robot, people, clock = stage
-    turn = drive(robot, people["ada"], clock)
+    turn = drive(robot, people["ada"], clock.now())
     Grant.objects.filter(pk=turn.grant_id).update(ended_at=clock.now(), end_reason="time is up")
     queue.tick(clock.now())
     turn.refresh_from_db()
@@ -202,7 +196,7 @@ def test_a_paused_queue_offers_nothing_and_keeps_places(stage):
 
 def test_who_has_driven_much_waits_behind_who_has_not(stage):
     robot, people, clock = stage
-    drive(robot, people["ada"], clock)
+    drive(robot, people["ada"], clock.now())
     queue.join(robot, people["bob"], clock.go(200))
     queue.leave(robot, people["ada"], clock.now())
     queue.join(robot, people["ada"], clock.now())
@@ -215,7 +209,7 @@ def test_who_has_driven_much_waits_behind_who_has_not(stage):
 @pytest.mark.asvs("2.3.4")
 def test_the_database_itself_refuses_a_second_operator(stage):
     robot, people, clock = stage
-    turn = drive(robot, people["ada"], clock)
+    turn = drive(robot, people["ada"], clock.now())
     ticket = queue.join(robot, people["bob"], clock.now())
     other = Robot.objects.create(slug="other", name="Other", address="sim:mercury")
     grant = Grant.objects.create(robot=other, kind="turn", opened_at=clock.now())
@@ -229,13 +223,13 @@ def test_the_database_itself_refuses_a_second_operator(stage):
 @pytest.mark.asvs("2.3.4")
 def test_a_double_accept_is_one_turn(stage):
     robot, people, clock = stage
-    first = drive(robot, people["ada"], clock)
+    first = drive(robot, people["ada"], clock.now())
     assert queue.accept(robot, people["ada"], clock.now()).pk == first.pk
 
 
 def test_ending_twice_charges_once(stage):
     robot, people, clock = stage
-    turn = drive(robot, people["ada"], clock)
+    turn = drive(robot, people["ada"], clock.now())
     clock.go(50)
     assert queue.end_turn(turn, GrantEnd.STAFF, "one", clock.now())
     assert not queue.end_turn(turn, GrantEnd.STAFF, "two", clock.go(100))
@@ -244,22 +238,22 @@ def test_ending_twice_charges_once(stage):
 
 def test_the_wait_is_a_range_or_unknown(stage):
     robot, people, clock = stage
-    drive(robot, people["ada"], clock)
+    drive(robot, people["ada"], clock.now())
     ticket = queue.join(robot, people["bob"], clock.now())
-    low, high = wait_range(robot, ticket, clock.now())
+    low, high = place_and_wait(robot, ticket, clock.now())[1]
     assert 0 <= low <= high
     assert high >= 300
     robot.cycle = Cycle.FAULT
-    assert wait_range(robot, ticket, clock.now()) is None
+    assert place_and_wait(robot, ticket, clock.now())[1] is None
 
 
 def test_a_classic_token_is_good_once_and_spends_its_sisters(stage):
     robot, people, clock = stage
-    old, new = (tokens.fresh_token(robot, people["ada"], clock.now(), still) for still in (1, 2))
-    assert tokens.spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
-    assert tokens.spend_token(robot, people["ada"], new, clock.now()) is not None
-    assert tokens.spend_token(robot, people["ada"], new, clock.now()) is None
-    assert tokens.spend_token(robot, people["ada"], old, clock.now()) is None
+    old, new = (fresh_token(robot, people["ada"], clock.now(), still) for still in (1, 2))
+    assert spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
+    assert spend_token(robot, people["ada"], new, clock.now()) is not None
+    assert spend_token(robot, people["ada"], new, clock.now()) is None
+    assert spend_token(robot, people["ada"], old, clock.now()) is None
 
 
 def test_an_open_turn_whose_account_is_gone_keeps_nobody_from_an_offer(stage):

@@ -1,4 +1,4 @@
-"""The newest readings of a robot, for staff and with a picture: those of its spec, with units, and no others."""
+"""The robot's last values, as staff read them and a picture stores them: those that its spec declares, with units."""
 
 from types import SimpleNamespace
 

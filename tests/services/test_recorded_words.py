@@ -1,4 +1,4 @@
-"""What the recorder writes of a command: nothing that its author or asker keeps to themselves."""
+"""What the recorder writes of a command: nothing that its author or asker keeps private."""
 
 import pytest
 

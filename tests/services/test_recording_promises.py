@@ -7,14 +7,15 @@ from django.test import Client
 
 from queueing.models import Turn
 from robots.kit.clock import SYSTEM, ms_of
-from robots.kit.recording.container import COMMANDS, Tape
+from robots.kit.recording.container import COMMANDS
 from robots.kit.recording.reading import messages
 from robots.models import Recording
 from robots.recordings import cleaning, keeping
 from tests.services.admin_forms import as_sent, controls_of
-from tests.services.test_recordings import addresses, made, media, statuses  # noqa: F401
+from tests.services.tapes import tape_of
+from tests.services.test_recordings import addresses, made, statuses
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("media")]
 DAY = timedelta(days=1)
 
 
@@ -81,10 +82,9 @@ def test_the_name_goes_out_of_files_of_earlier_versions_with_the_account(
     turn = Turn.objects.get()
     handle, recording, later = turn.user.username, made(turn.grant), {"id": 1, "kind": "up", "state": "accepted"}
     path = keeping.path_of(recording)
-    tape = Tape(path, {})
-    for told in ({**later, "by": handle, "args": {"x": 1.5}}, later):
-        tape.put(COMMANDS, ms_of(SYSTEM.now()) * 10**6, told)
-    tape.close()
+    with tape_of(recording) as (tape, _):
+        for told in ({**later, "by": handle, "args": {"x": 1.5}}, later):
+            tape.put(COMMANDS, ms_of(SYSTEM.now()) * 10**6, told)
     index = client.get(addresses(recording)[2])
     assert [(c.get("args"), "by" in c) for c in index.json()["commands"]] == [({"x": 1.5}, False), (None, False)]
     with django_capture_on_commit_callbacks(execute=True):

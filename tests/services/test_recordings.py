@@ -1,4 +1,4 @@
-"""Recordings: who sees them, for how long they are kept, what is taken out of them, and their place in a backup."""
+"""Recordings: who sees them, how long they are kept, how pictures are taken out, and their place in a backup."""
 
 from datetime import timedelta
 
@@ -9,7 +9,7 @@ from accounts.models import User
 from operatorlog.models import Entry, Visibility
 from portal.keep import archive
 from portal.keep import restore as restoring
-from portal.web.recordings import listing, views
+from portal.web.recordings import views
 from queueing.models import Job, JobRun, Turn
 from queueing.services import Asker, ask
 from robots import bus, services
@@ -17,36 +17,27 @@ from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.session import RobotState
 from robots.kit.packets import picture_packet, state_packet
-from robots.kit.recording.container import STATE, Tape, taken_ms
+from robots.kit.recording.container import STATE, taken_ms
 from robots.kit.recording.packets import picture_of, state_told
 from robots.kit.recording.reading import messages
 from robots.models import Frame, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings import cleaning, keeping
 from robots.services.permissions import NotStaff
 from robots.states import GrantEnd, GrantKind
+from tests.services.tapes import tape_of
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("media")]
 JPEG = b"\xff\xd8 a picture \xff\xd9"
-
-
-@pytest.fixture(autouse=True)
-def media(settings, tmp_path):
-    settings.MEDIA_ROOT = tmp_path / "media"
-    settings.MEDIA_ROOT.mkdir()
-    return settings.MEDIA_ROOT
 
 
 def written(recording, seconds=10):
     """Write a file for a recording: a state and a picture each second, from its beginning on."""
-    path, began = keeping.path_of(recording), int(recording.began_at.timestamp() * 1000)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tape = Tape(path, {"robot": recording.robot.slug})
-    for n in range(seconds):
-        ms = began + 1000 * n
-        state = state_packet(n, ms, RobotState(0.0, (1.0, 2.0, 0.1, 0.0), (), False, True), False)
-        tape.put(STATE, ms * 10**6, state_told(state, ("q1", "q2", "q3", "q4"), ()))
-        tape.put("camera/0", ms * 10**6, picture_of(picture_packet(n, ms, 0, (), JPEG)))
-    tape.close()
+    with tape_of(recording, {"robot": recording.robot.slug}) as (tape, began):
+        for n in range(seconds):
+            ms = began + 1000 * n
+            state = state_packet(n, ms, RobotState(0.0, (1.0, 2.0, 0.1, 0.0), (), False, True), False)
+            tape.put(STATE, ms * 10**6, state_told(state, ("q1", "q2", "q3", "q4"), ()))
+            tape.put("camera/0", ms * 10**6, picture_of(picture_packet(n, ms, 0, (), JPEG)))
 
 
 def made(grant, seconds=10, age=timedelta()):
@@ -349,7 +340,7 @@ def test_indexes_are_read_one_at_a_time(roles, client, monkeypatch):
 
 
 def test_many_jobs_of_guests_do_not_hide_the_other_recordings(shuttle, client, monkeypatch):
-    monkeypatch.setattr(listing, "LOOKED", 1)
+    monkeypatch.setattr(views, "LOOKED", 1)
     for age, asker in (
         (2, Asker(guest="a" * 64, network="192.0.2.1")),
         (1, Asker(guest="b" * 64, network="192.0.2.2")),

@@ -1,4 +1,4 @@
-"""Files of recordings that no row names: they go whatever their own times are, and what is written is left alone."""
+"""Files of recordings that no row names are removed, whatever their own times are; a file that is written stays."""
 
 import os
 import threading
@@ -9,10 +9,9 @@ from django.db import connection
 
 from robots.kit.clock import SYSTEM
 from robots.recordings import cleaning, keeping
-from tests.services.test_recordings import media, of_turn
+from tests.services.test_recordings import of_turn
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
-assert media  # a fixture that all tests here use
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("media")]
 
 
 @pytest.mark.parametrize("year", [1970, 2001, 2100])

@@ -8,34 +8,25 @@ from queueing.models import Turn
 from robots.grants import end_grant, start_grant
 from robots.kit.clock import SYSTEM
 from robots.kit.packets import picture_packet
-from robots.kit.recording.container import Tape
 from robots.kit.recording.packets import picture_of
 from robots.kit.recording.reading import messages
 from robots.models import Movie, RecordingState
 from robots.recordings import cleaning, keeping
 from robots.states import GrantEnd, GrantKind
+from tests.services.tapes import tape_of
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("media")]
 SECOND = timedelta(seconds=1)
-
-
-@pytest.fixture(autouse=True)
-def media(settings, tmp_path):
-    settings.MEDIA_ROOT = tmp_path / "media"
-    return settings.MEDIA_ROOT
 
 
 def begun(robot, began, stills):
     """Return a recording that runs, with one picture a second."""
     end_grant(robot.grants.get(ended_at=None), GrantEnd.FINISHED, "", SYSTEM.now())
     recording = keeping.begin(start_grant(robot, GrantKind.TURN, SYSTEM.now()), "here", began)
-    path, ms = keeping.path_of(recording), int(began.timestamp() * 1000)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tape = Tape(path, {})
-    for n, still in enumerate(stills):
-        at = ms + 1000 * n
-        tape.put("camera/0", at * 10**6, picture_of(picture_packet(n, at, still, (), b"a picture")))
-    tape.close()
+    with tape_of(recording) as (tape, ms):
+        for n, still in enumerate(stills):
+            at = ms + 1000 * n
+            tape.put("camera/0", at * 10**6, picture_of(picture_packet(n, at, still, (), b"a picture")))
     return recording
 
 

@@ -1,4 +1,4 @@
-"""What an update does to the rows that a portal already has."""
+"""How an update changes the rows that a portal has from before."""
 
 from datetime import timedelta
 
@@ -73,17 +73,3 @@ def test_a_stop_of_before_gets_the_newest_command_of_then(robot, clock, newest):
     migrate(*newest)
     found = dict(Robot.objects.values_list("slug", "stopped_after"))
     assert found == {robot.slug: rows[robot.slug][1], "other": 0, "never": None}
-
-
-def test_questions_of_before_that_are_no_longer_true_are_retired_but_for_those_of_staff(robot, newest):
-    before, after = [("accounts", "0008_look_alike_handles")], [("accounts", "0009_untrue_questions")]
-    migrate(*before)
-    apps = MigrationExecutor(connection).loader.project_state([*before, ("robots", "0021_settings_set_back")]).apps
-    questions = apps.get_model("accounts", "Question").objects
-    text, explanation = "When is the picture taken?", "It is taken after the arm has come to rest."
-    for said in (explanation, "Our camera is switched on by hand."):
-        questions.create(robot_id=robot.pk, text=text, explanation=said)
-    questions.create(robot_id=robot.pk, text="Where is the camera?", explanation="On the arm.")
-    migrate(*after)
-    active = dict(questions.values_list("explanation", "active"))
-    assert active == {explanation: False, "Our camera is switched on by hand.": True, "On the arm.": True}

@@ -22,4 +22,4 @@ def test_a_lock_that_redis_did_not_delete_is_deleted_when_it_answers_again(redis
         cache.delete("lock")
     cache._away_until = 0.0
     assert cache.add("lock", 1, 60), "whoever is counted next gets the lock"
-    assert not cache._owed
+    assert not cache._tombstones

@@ -1,4 +1,4 @@
-"""The answer to staff names what is so: the robot is off, silent, locked out, stopped, in fault or in a turn."""
+"""Requests of staff to a robot that is off, silent, locked out, stopped, in fault or in a turn get a true answer."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""A stop that only the owner heard ends the running job, and nothing starts by itself until staff resume."""
+"""A stop that only the owner received ends the running job, and nothing starts by itself until staff resume."""
 
 import pytest
 

@@ -37,7 +37,7 @@ def page(robot, people, monkeypatch):
 @pytest.fixture
 def sent(monkeypatch):
     words = []
-    monkeypatch.setattr("robots.bus.owner.send", lambda channel, data: words.append(data) or True)
+    monkeypatch.setattr("robots.bus.publishing.send", lambda channel, data: words.append(data) or True)
     return words
 
 

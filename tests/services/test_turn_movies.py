@@ -1,6 +1,7 @@
-"""A program that ran in a turn: its movie comes by itself, and the turn's page shows it and the path, like a job's."""
+"""A program that ran in a turn: its movie is made automatically, and the turn's page shows movie and path."""
 
 import pytest
+from django.test import Client
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
@@ -9,12 +10,12 @@ from robots.models import Command, Movie
 from robots.recordings import movies
 from robots.recordings.findings import SHOWN
 from robots.states import GrantKind
-from tests.services.acts import signed_in
-from tests.services.test_job_movies import let_make, ran
-from tests.services.test_movies import media
+from tests.services.tapes import let_make
+from tests.services.test_job_movies import ran
 
-pytestmark = [pytest.mark.django_db, pytest.mark.parametrize("which", ["srv1"], indirect=True)]
-assert media  # a fixture that all tests here use
+pytestmark = [
+    pytest.mark.django_db, pytest.mark.usefixtures("media"), pytest.mark.parametrize("which", ["srv1"], indirect=True)
+]  # fmt: skip
 
 
 def driven(robot, people, kind="mission", args=None):
@@ -33,7 +34,10 @@ def driven(robot, people, kind="mission", args=None):
 
 
 def page(turn, user=None):
-    return signed_in(user).get(turn.get_absolute_url()).content.decode()
+    client = Client()
+    if user is not None:
+        client.force_login(user)
+    return client.get(turn.get_absolute_url()).content.decode()
 
 
 def test_a_movie_of_a_mission_in_a_turn_comes_by_itself_and_the_page_shows_path_and_movie(robot, people):

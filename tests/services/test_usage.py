@@ -1,4 +1,4 @@
-"""How much a robot is used: counters of five minutes, from owners, sockets and composites to the page of statistics."""
+"""Counters of a robot's use, of five minutes each, from owners, sockets and composites to the page of statistics."""
 
 import asyncio
 import threading

@@ -1,4 +1,4 @@
-"""The wall clock notices that the time of day was set, and that the machine slept."""
+"""The wall clock, which detects that the time of day was set and that the machine slept."""
 
 import json
 from datetime import timedelta

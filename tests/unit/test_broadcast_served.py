@@ -126,9 +126,9 @@ def answered(air, one):
 def test_a_gap_is_answered_and_taken(air):
     one = gap()
     content = air.movie.contents[1]
-    assert repairs.checked(KEY, air.carousel.movie, one, answered(air, one)) == (content[10:20], len(content))
+    assert repairs.verify(KEY, air.carousel.movie, one, answered(air, one)) == (content[10:20], len(content))
     unknown = gap(0, 0)
-    assert repairs.checked(KEY, air.carousel.movie, unknown, answered(air, unknown)) == (content, len(content))
+    assert repairs.verify(KEY, air.carousel.movie, unknown, answered(air, unknown)) == (content, len(content))
 
 
 @given(st.text(max_size=30), st.one_of(st.text(max_size=30), st.integers(0, 10**7).map(lambda n: f"bytes={n}-")))
@@ -149,13 +149,13 @@ def test_an_answer_that_is_not_the_origins_or_not_of_this_place_is_not_taken(air
     one = gap()
     good, number = answered(air, one), air.carousel.movie
     changed = Answer(206, good.body[:-1] + b"!", good.headers)
-    assert repairs.checked(KEY, number, one, changed) is None
-    assert repairs.checked(KEY, number, gap(11, 20), good) is None
-    assert repairs.checked(KEY, number, gap(segment=2), good) is None
-    assert repairs.checked(KEY, number + 1, one, good) is None
-    assert repairs.checked(KEY, number, one, Answer(200, good.body, good.headers)) is None
-    assert repairs.checked(KEY, number, one, Answer(206, good.body[:-1], good.headers)) is None
-    assert repairs.checked(KEY, number, one, Answer(206, good.body, {})) is None
+    assert repairs.verify(KEY, number, one, changed) is None
+    assert repairs.verify(KEY, number, gap(11, 20), good) is None
+    assert repairs.verify(KEY, number, gap(segment=2), good) is None
+    assert repairs.verify(KEY, number + 1, one, good) is None
+    assert repairs.verify(KEY, number, one, Answer(200, good.body, good.headers)) is None
+    assert repairs.verify(KEY, number, one, Answer(206, good.body[:-1], good.headers)) is None
+    assert repairs.verify(KEY, number, one, Answer(206, good.body, {})) is None
 
 
 def test_repairs_have_a_rate(air):

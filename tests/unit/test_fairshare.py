@@ -47,8 +47,8 @@ def test_absence_earns_no_credit(greatest, old_finish):
 
 @given(st.floats(0, 1e4), st.floats(0, 1e4))
 def test_time_alone_costs_less_never_more(used, alone):
-    assert 0 <= fairshare.charged(used, alone) <= used
-    assert fairshare.charged(used, 0) == used
+    assert 0 <= fairshare.chargeable_s(used, alone) <= used
+    assert fairshare.chargeable_s(used, 0) == used
 
 
 def test_a_heavier_weight_pays_less_and_none_is_refused():

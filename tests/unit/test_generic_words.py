@@ -36,7 +36,7 @@ ALLOWED = {
     "workers/authority/gate.py": {"speed"},  # where that bound is kept
     "robots/kit/conformance/states.py": {"speed"},  # and where it is checked
     "accounts/passwords.py": {"mercury", "arm"},  # words that make a password easy to guess
-    "robots/models/catalogue.py": {"mercury"},  # what the form of a new robot begins with
+    "robots/models/robot.py": {"mercury"},  # what the form of a new robot begins with
     "portal/keep/seeding.py": {"mercury", "pa10", "irat"},  # the demo's robots
 }
 PAGES = ("templates", "frontend/src")

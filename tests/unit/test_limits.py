@@ -8,7 +8,7 @@ from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.values import check
 from robots.kit.description import load
-from robots.kit.drivers.mercury.limits import check_target
+from robots.kit.drivers.mercury.checks import check_target
 from robots.kit.drivers.mercury.scara import scara
 
 D = load("mercury")

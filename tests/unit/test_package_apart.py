@@ -2,13 +2,14 @@
 
 import re
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import pytest
 
 from portal.web.consoles.console import console_of
-from portal.web.consoles.static import Finder
-from tests.environment import ROOT
+from portal.web.consoles.files import Finder
 
+ROOT = Path(__file__).resolve().parents[2]
 GENERIC = (
     "accounts", "queueing", "operatorlog", "portal", "robots", "workers", "simulators", "templates", "frontend/src",
     "Makefile", "pyproject.toml", "frontend/vite.config.ts", "frontend/tsconfig.json",

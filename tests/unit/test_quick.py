@@ -1,4 +1,4 @@
-"""`make quick` chooses the tests nearest to what changed, and says so where it chooses none."""
+"""The tests that `make quick` chooses: those nearest to the changed files, each with its reason."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""The rules of the clearance test, and the chances of a person who tries answer after answer."""
+"""The rules of the clearance test, and the chances of a person who tries one answer after another."""
 
 import random
 import tomllib
@@ -43,7 +43,7 @@ def attack(rng, bank, topics, tries):
         wrong = [q for q in seen if given_[q] != 0]
         if not wrong:
             return attempt
-        topic = topics[quiz.named(wrong, rng)]
+        topic = topics[quiz.question_of_hint(wrong, rng)]
         suspects = [q for q in seen if topics[q] == topic and len(left[q]) > 1]
         if len(suspects) == 1:  # else the attacker cannot tell which of them it was
             left[suspects[0]].discard(given_[suspects[0]])

@@ -12,7 +12,7 @@ from portal.live import rooms
 from portal.live.rooms import Room
 from portal.live.viewer import SOUNDS, Viewer, Wish
 from robots.kit.contract.sound import HEAD, LARGEST, LONGEST_MS, TYPE, SoundPacket, pack, sentence, unpack
-from workers.media.pacing import DEPTH, MOST, Pacer
+from workers.media.sound import DEPTH, MOST, Pacer
 
 VECTORS = json.loads((Path(__file__).resolve().parents[1] / "vectors" / "sound_packets.json").read_text())
 EVERY_S = 0.06

@@ -21,7 +21,7 @@ from robots.kit.contract.video import unpack as unpack_video
 from robots.kit.description import load
 from robots.kit.drivers.irat.spec import spec as irat
 from robots.kit.drivers.mercury import calibration
-from robots.kit.drivers.mercury.limits import check_target
+from robots.kit.drivers.mercury.checks import check_target
 from robots.kit.drivers.mercury.scara import scara
 from robots.kit.drivers.mercury.spec import spec as mercury
 from robots.kit.drivers.pa10.checks import bounded, request_of

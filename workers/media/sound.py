@@ -19,7 +19,6 @@ from robots.kit.contract.sound import SoundPacket, pack, sentence
 from robots.models import Robot
 from robots.services.incidents import incident
 from workers.media.microphone import PIECE_MS, Encoder, Microphone, MicrophoneFault
-from workers.media.pacing import Pacer
 
 log = logging.getLogger(__name__)
 LINGER_S = 1.0  # after the last time that somebody was found to listen
@@ -27,7 +26,33 @@ PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0  # before another attempt
 SAY_S = 1.0  # between two times that those who listen are told why they hear nothing
 TOLD_S = 3600.0  # between two incidents
 REMEDY = "Those who listen are told so; it is tried again while somebody listens."
+DEPTH = 5.0  # pieces that may come at once (in `Pacer`)
+MOST = 100.0  # pieces left out one after another, before their source is slowed down
+FORGET = 0.01  # of a piece left out, with each that was due
 OURS = "The sound failed; the log of the robot's worker says why."
+
+
+class Pacer:
+    """Paces pieces of sound of `every_s` (s): they follow each other as fast as they are heard. `now` is monotonic (s).
+
+    What was missed in a pause on the way comes at once, and some servers begin with the last seconds: that is left out,
+    because listeners want the present. A source that is faster all the time, as a file is, is slowed down.
+    """
+
+    def __init__(self, every_s: float, now: float) -> None:
+        self._every_s, self._at = every_s, now
+        self._room, self._left_out = DEPTH, 0.0
+
+    def wait_s(self, now: float) -> float | None:
+        """Return how long to wait before the next piece is sent (s), usually 0; None to leave it out."""
+        due, self._at = max(0.0, now - self._at) / self._every_s, now
+        self._room = min(DEPTH, self._room + due)
+        self._left_out = max(0.0, self._left_out - FORGET * due)
+        if self._room < 1.0 and self._left_out < MOST:
+            self._left_out += 1.0
+            return None
+        self._room -= 1.0
+        return max(0.0, -self._room * self._every_s)
 
 
 class Sound:

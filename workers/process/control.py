@@ -4,8 +4,8 @@ import contextlib
 
 from robots.kit.contract.errors import RobotError
 from robots.states import Cycle
-from workers.commands.dispatch import Commands
 from workers.commands.findings import Findings
+from workers.commands.run import Commands
 from workers.media.pictures import Pictures
 from workers.process.regain import Regain
 from workers.robot.connection import Connection

@@ -24,17 +24,15 @@ from workers.authority.gate import Authority, Gate
 from workers.authority.lane import CONFIG, MOTION, Lane, Pace
 from workers.authority.lease import DatabaseClock, OwnerLease
 from workers.authority.memory import KnownGrants, Link, StopLatch
-from workers.commands.dispatch import Commands
 from workers.commands.findings import Findings
 from workers.commands.packages import Packages
 from workers.commands.rows import abandon
-from workers.commands.run import Runner
+from workers.commands.run import Commands, Runner
 from workers.guard.deadman import DeadManTimer
 from workers.guard.follow import Follower
-from workers.guard.heartbeat import Heartbeat
 from workers.guard.listen import Listener
 from workers.guard.stop import Stop
-from workers.guard.watch import Watch
+from workers.guard.watch import Heartbeat, Watch
 from workers.media.pictures import Pictures
 from workers.media.sound import Sound
 from workers.media.streams import Streams
@@ -48,7 +46,7 @@ from workers.robot.live import send_live
 from workers.robot.machine import Machine
 from workers.robot.owned import OwnedRobot
 from workers.robot.recovery import Recovery
-from workers.robot.settings import Restoring
+from workers.robot.settings import SettingsReset
 from workers.robot.state_publisher import StatePublisher
 
 log = logging.getLogger(__name__)
@@ -119,9 +117,9 @@ class Owner:
         self.runner = Runner(owned, self.lane, deadman, pictures, findings, packages, connection.faulted, note)
         runner_beside = Runner(owned, beside, deadman, pictures, findings, packages, connection.config_faulted, note)
         self.config = Commands(owned, beside, runner_beside.run, pictures)
-        restoring = Restoring(owned, connection, beside, self.config.run_due)
-        self.motion = Commands(owned, self.lane, self.runner.run, pictures, restoring.settle)
-        handover = Handover(owned, self.lane.gate, pictures, connection, restoring)
+        settings_reset = SettingsReset(owned, connection, beside, self.config.run_due)
+        self.motion = Commands(owned, self.lane, self.runner.run, pictures, settings_reset.settle)
+        handover = Handover(owned, self.lane.gate, pictures, connection, settings_reset)
         self.control = Control(owned, self.motion, self.config, connection, self.regain, handover, pictures, findings)
 
     @property

@@ -18,7 +18,7 @@ from workers.media.pictures import Pictures
 from workers.robot.calibration import calibrate_and_keep
 from workers.robot.connection import Connection
 from workers.robot.owned import OwnedRobot
-from workers.robot.settings import Restoring
+from workers.robot.settings import SettingsReset
 
 log = logging.getLogger(__name__)
 LIMIT_S = 180
@@ -30,10 +30,10 @@ class Handover:
     """Puts one robot in order, under a grant of kind `handover`."""
 
     def __init__(
-        self, owned: OwnedRobot, gate: Gate, pictures: Pictures, connection: Connection, restoring: Restoring
+        self, owned: OwnedRobot, gate: Gate, pictures: Pictures, connection: Connection, settings_reset: SettingsReset
     ) -> None:
         self._owned, self._gate, self._latch = owned, gate, gate.authority.latch
-        self._pictures, self._connection, self._restoring = pictures, connection, restoring
+        self._pictures, self._connection, self._settings_reset = pictures, connection, settings_reset
 
     def hand_over(self) -> None:
         """Put the robot in order; it ends ready, or in fault with a reason."""
@@ -72,9 +72,9 @@ class Handover:
             # and picture are verified.
             raise HardwareFault(STOPPED if latched else RELEASED)
         if latched:
-            self._restoring.put_off()  # settings are set back at the release
+            self._settings_reset.put_off()  # settings are set back at the release
         else:
-            self._restoring.restore(grant)
+            self._settings_reset.reset(grant)
         owned.remember(state)
         if not pictures.cameras:
             return

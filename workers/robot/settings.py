@@ -10,7 +10,7 @@ from robots.kit.contract.errors import HardwareFault, RobotError
 from robots.kit.contract.spec import CommandKind
 from robots.kit.contract.values import not_shown
 from robots.models import Command, Grant, Robot
-from robots.services import restore, to_restore
+from robots.services import reset_settings, settings_to_reset
 from robots.states import CommandState, Cycle, GrantKind
 from workers.authority.lane import Lane
 from workers.robot.connection import Connection
@@ -20,7 +20,7 @@ LIMIT_S = 180
 POLL_S = 0.1
 
 
-class Restoring:
+class SettingsReset:
     """Sets back the settings of one robot: at a handover, after the release of a stop, and after each connection.
 
     `run_beside` runs the commands that wait in the lane `beside`, in which settings are set.
@@ -36,10 +36,10 @@ class Restoring:
         """Note that a handover could set nothing back, because the robot is stopped: no motion before that is done."""
         self._owed: bool | None = None  # something is to be set back; None: not known
 
-    def restore(self, grant: Grant) -> None:
+    def reset(self, grant: Grant) -> None:
         """Set changed settings back under an open grant. Raises HardwareFault if that is not confirmed."""
         owned, kinds, at = self._owned, self._owned.robot.spec().commands, self._connection.times
-        rows = restore(owned.robot, kinds, grant, self._lease.epoch, owned.now(), self._values)
+        rows = reset_settings(owned.robot, kinds, grant, self._lease.epoch, owned.now(), self._values)
         if rows:
             self._run_beside()
             with self._beside.paused(LIMIT_S):  # wait for a command that the lane's own thread has started
@@ -68,11 +68,11 @@ class Restoring:
         if Robot.objects.filter(pk=owned.robot.pk, cycle=Cycle.HANDOVER).exists():  # the owner's own row may be older
             return True
         if self._owed is None or self._at != times:
-            kinds = owned.robot.spec().commands
-            self._owed, self._at = bool(to_restore(owned.robot, kinds, open_grant(owned.robot), self._values)), times
-        return not self._owed or (not self._latch.latched and self._restore_now())
+            robot, kinds = owned.robot, owned.robot.spec().commands
+            self._owed, self._at = bool(settings_to_reset(robot, kinds, open_grant(robot), self._values)), times
+        return not self._owed or (not self._latch.latched and self._reset_now())
 
-    def _restore_now(self) -> bool:
+    def _reset_now(self) -> bool:
         owned, grant = self._owned, open_grant(self._owned.robot)
         if grant is not None and grant.kind == GrantKind.UPKEEP:  # it ends with the one command of staff
             return True
@@ -80,10 +80,10 @@ class Restoring:
             return False  # it ends soon
         try:
             if grant is not None:
-                self.restore(grant)
+                self.reset(grant)
             else:
                 with granted(owned.robot, GrantKind.SETTINGS, owned.now, LIMIT_S) as own:
-                    self.restore(own)
+                    self.reset(own)
         except AnotherGrant:
             return False  # somebody was given the robot at this moment
         except RobotError as error:

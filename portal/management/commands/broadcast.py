@@ -1,39 +1,37 @@
 """`manage.py broadcast`: sends the movie of the day to a multicast group, again and again, for any number of edges."""
 
 import asyncio
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from asgiref.sync import sync_to_async
 from django.conf import settings
-from django.core.management.base import BaseCommand, CommandError, CommandParser
+from django.core.management.base import CommandError, CommandParser
 from django.db import close_old_connections
 
-from portal.broadcast import answers, media, multicast, running
+from portal.broadcast import media, multicast, running
 from portal.broadcast.following import Choice, Following
 from portal.broadcast.origin import Origin, words
-from portal.run.beside import beside, listener
-from portal.run.serve import config
+from portal.management.broadcasting import BroadcastCommand, broadcast_key
 from portal.web.recordings import day
-from portal.web.recordings.broadcast_key import broadcast_key
 from robots.kit.clock import SYSTEM
 
 
-class Command(BaseCommand):
+class Command(BroadcastCommand):
     """Broadcast a movie."""
 
     help = (
         "Send the movie of the day, or a file (MP4, H.264), to a multicast group, for edges (manage.py edge). "
         "FARHAND_BROADCAST_KEY is the key."
     )
-    requires_system_checks = ()  # it is started again within a second
+    port_setting = "FARHAND_BROADCAST_PORT"
 
     def add_arguments(self, parser: CommandParser) -> None:
-        """Add the movie, the group and the interface."""
+        """Add the movie, the group, the interface, and how to send."""
+        super().add_arguments(parser)
         parser.add_argument("file", type=Path, nargs="?", help="without one, the movie of the day as it is chosen")
         parser.add_argument("--title", default="", help="of the file, shown to viewers")
-        parser.add_argument("--group", default=settings.BROADCAST_GROUP, help="address:port")
-        parser.add_argument("--interface", default=settings.BROADCAST_INTERFACE, help="of the edges' network, as eth0")
         parser.add_argument("--hops", type=int, default=1, help="routers that the packets may pass, and one")
         parser.add_argument("--wait", type=float, default=4.0, help="seconds that an edge waits at most (0.2 to 25)")
         parser.add_argument("--m", type=int, default=4, help="slots of that wait: more need less bandwidth (1 to 32)")
@@ -41,7 +39,7 @@ class Command(BaseCommand):
         parser.add_argument("--port", type=int, default=settings.BROADCAST_PORT)
 
     def handle(self, *args: Any, **options: Any) -> None:
-        """Send until stopped; with a file, say what it takes."""
+        """Send until stopped; with a file, first write its length and rate."""
         wait_ds = round(options["wait"] * 10)
         if not 2 <= wait_ds <= 250 or not 1 <= options["m"] <= 32:
             raise CommandError("The wait is 0.2 to 25 seconds, m is 1 to 32.")
@@ -56,21 +54,15 @@ class Command(BaseCommand):
             raise CommandError(str(error)) from error
         with line:
             origin = Origin(key, running.Line(line, group), wait_ds, _number)
-            asyncio.run(self._send(origin, Following(origin, slot_ms, _choose, self._tell), movie, options))
+            asyncio.run(self._send(origin, Following(origin, slot_ms, _choose, self.write), movie, options))
 
     async def _send(
         self, origin: Origin, following: Following, movie: media.Movie | None, options: dict[str, Any]
     ) -> None:
         if movie is not None:
-            self._tell(words(movie, origin.show(movie)))
-        work = origin.run() if movie is not None else _both(origin, following)
-        host, port = options["host"], options["port"]
-        line = await listener(host, port, "FARHAND_BROADCAST_PORT", self._tell)
-        await beside(config(host, port, answers.application(origin.answer)), line, work)
-
-    def _tell(self, text: str) -> None:
-        self.stdout.write(text)
-        self.stdout.flush()
+            self.write(words(movie, origin.show(movie)))
+        work = origin.run if movie is not None else partial(_both, origin, following)
+        await self.serve(origin.answer, work, options)
 
 
 def _number() -> int:

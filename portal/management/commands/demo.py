@@ -113,7 +113,7 @@ def _apart(work: Callable[[], str]) -> str:
         try:
             os.write(theirs, work().encode())
             status = 0
-        except Exception as error:  # noqa: BLE001 - told, and the command ends by it
+        except Exception as error:  # noqa: BLE001 - it is written, and ends the command
             sys.stderr.write(f"{type(error).__name__}: {error}\n")
         finally:
             sys.stdout.flush()

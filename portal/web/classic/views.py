@@ -11,10 +11,9 @@ from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
-from operatorlog.models import Entry, Visibility
 from portal.edge.pages import leave_room
-from portal.live.snapshot import shown_still, status_of
-from portal.web.classic import tokens
+from portal.live.snapshot import newest_entries, shown_still, status_of
+from portal.web.classic.models import fresh_token, spend_token
 from portal.web.classic.pictures import has_classic_console, name_of
 from portal.web.consoles.console import classic
 from queueing import services as queue
@@ -34,7 +33,7 @@ from robots.services import newest_still, stop_shown
 WAIT_S = 20.0
 POLL_S = 0.1
 REFRESH_S, DRIVING_S = 30, 60  # the second one for the operator: before `CLASSIC_PRESENCE_S` is over
-WARN_S, TOLD_S = 30, 3  # before a turn ends because nothing is done; after it
+WARN_S, TOLD_S = 30, 3  # before and after the end of a turn in which nothing is done
 PIXEL = re.compile(r"[0-9]{1,5}\Z")
 
 
@@ -46,7 +45,7 @@ def enter(request: HttpRequest, slug: str) -> HttpResponse:
 
 
 def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
-    """Answer that this robot has no classic console, and which one it has."""
+    """Answer that this robot has no classic console, and which console it has."""
     return render(request, "classic/none.html", {"robot": robot}, status=404)
 
 
@@ -54,7 +53,7 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
     still = newest_still(robot)
     if not request.user.is_authenticated:
         return f"/classic/{robot.slug}/{secrets.token_urlsafe(24)}/"
-    token = tokens.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
+    token = fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
     return f"/classic/{robot.slug}/{token}/"
 
 
@@ -98,7 +97,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
         "sizes": {"large": (panel.WIDTH * 2, panel.HEIGHT * 2), "small": (panel.WIDTH, panel.HEIGHT)},
         "buttons": classic(robot.driver), "unwritten": unwritten, "stop": stop_shown(robot, now),
-        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
+        "entries": newest_entries(robot),
     }  # fmt: skip
 
 
@@ -161,7 +160,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
     if wanted.kind == "stop":
         _stop(request, robot, now)
         return
-    spent = tokens.spend_token(robot, request.user, token, now)
+    spent = spend_token(robot, request.user, token, now)
     if spent is None:
         messages.warning(request, "That page was used before, so nothing moved. This is the current page.")
         return

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # arrays, which a portal whose pictures nobody watches need n
 log = logging.getLogger(__name__)
 EVERY_S = 0.1
 UNHEARD_S = 1.0  # between two pictures while nothing new comes from the robot
-JOBS_S = 1.0  # between two looks at the jobs that wait
+JOBS_S = 1.0  # between two queries for the jobs that wait
 MOST_JOBS = 10
 QUALITY = 40  # with a Huffman table for each picture; robots/kit/drivers/irat/README.md has bytes and likeness
 THREAD = Pool("composites", 1)

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 
-from portal.live.loop import of_loop
+from portal.live.loop import of_loop, once_per_loop
 from portal.live.viewer import Viewer, Wish
 
 log = logging.getLogger(__name__)
@@ -24,7 +24,7 @@ def part_of(jpeg: bytes) -> bytes:
     return jpeg + b"\r\n" + HEAD
 
 
-async def ordered(parts: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+async def multipart(parts: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
     """Yield the whole answer of which these are the parts, from its first head to its end; nothing without a part."""
     last = b""
     async for part in parts:
@@ -38,8 +38,8 @@ class Parts(ABC):
     """One moving picture of one robot in one event loop; subclasses `make` it."""
 
     def __init__(self, slug: str, name: str, cameras: frozenset[int]) -> None:
-        self.slug, self._cameras = slug, cameras
-        self._key = (id(asyncio.get_running_loop()), slug, name)
+        self.slug, self.name, self._cameras = slug, name, cameras
+        self._made = _made()
         self.watchers, self.over = 0, False
         self.frames = 0  # how many were made
         self._part, self._next = b"", asyncio.Event()
@@ -51,7 +51,7 @@ class Parts(ABC):
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Have it made during the body of a `with` statement."""
+        """Have the pictures made during the body of a `with` statement."""
         self.watchers += 1
         task = self._task = self._task or asyncio.create_task(self._run())
         try:
@@ -65,8 +65,8 @@ class Parts(ABC):
     async def parts(self, still: bytes = b"") -> AsyncIterator[bytes]:
         """Yield the newest picture as a part of the answer, again and again; slow readers skip some.
 
-        The first one comes at once: `still`, a JPEG, until there is another. Ends when the robot's owner is gone, or
-        the camera whose pictures they are.
+        The first part comes at once; it is `still`, a JPEG, if no picture was made yet. The parts end when the robot's
+        owner or its camera is gone.
         """
         if self._part or still:
             yield self._part or part_of(still)
@@ -76,7 +76,7 @@ class Parts(ABC):
                 yield self._part
 
     def tell(self, jpeg: bytes) -> None:
-        """Give everybody who watches the next picture."""
+        """Give all watchers the next picture."""
         self.frames += 1
         self._part = part_of(jpeg)
         told, self._next = self._next, asyncio.Event()
@@ -88,7 +88,7 @@ class Parts(ABC):
         try:
             await self.make(viewer)
         except Exception:
-            log.exception("the moving picture %s of %s failed", self._key[2], self.slug)
+            log.exception("the moving picture %s of %s failed", self.name, self.slug)
         finally:
             of_loop().hub.detach(viewer)
             self._end()
@@ -96,23 +96,22 @@ class Parts(ABC):
     def _end(self) -> None:
         """Take no more watchers; wake those that wait."""
         self.over = True
-        if _made.get(self._key) is self:
-            del _made[self._key]
+        if self._made.get((self.slug, self.name)) is self:
+            del self._made[self.slug, self.name]
         self._next.set()
 
 
-_made: dict[tuple[int, str, str], Parts] = {}
+_made = once_per_loop(dict[tuple[str, str], Parts])  # the moving pictures that are watched, by robot and name
 
 
 def shared(slug: str, name: str, make: Callable[[], Parts]) -> Parts:
     """Return the moving picture of that name in the running event loop; made now if nobody watches it yet."""
-    key = (id(asyncio.get_running_loop()), slug, name)
-    if key not in _made:
-        _made[key] = make()
-    return _made[key]
+    made = _made()
+    if (slug, name) not in made:
+        made[slug, name] = make()
+    return made[slug, name]
 
 
 def watchers(slug: str) -> int:
     """Return how many watch moving pictures of that robot in the running event loop."""
-    loop = id(asyncio.get_running_loop())
-    return sum(one.watchers for (of, name, _), one in _made.items() if (of, name) == (loop, slug))
+    return sum(one.watchers for (robot, _), one in _made().items() if robot == slug)

@@ -3,7 +3,8 @@
 `/robots/<slug>/live/<name>.mjpg`, `/robots/<slug>/camera/<number>.mjpg`, `/robots/<slug>/camera/<number>.jpg`.
 """
 
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from django.http import HttpRequest, HttpResponse, HttpResponseBase, HttpRespons
 from django.urls import reverse
 from django.utils.cache import get_conditional_response
 from django.utils.http import http_date
+from django.views.decorators.http import require_safe
 
 from portal.edge.limits import AddressCount
 from portal.edge.pages import leave_room
@@ -23,9 +25,9 @@ from portal.live.loop import of_loop
 from portal.live.messages import CAMERAS
 from portal.live.snapshot import visible_frame
 from portal.live.threads import Pool
-from portal.web.composites.cameras import newest, passed
+from portal.web.composites.cameras import newest, shared_camera
 from portal.web.composites.drawing import shared_drawing
-from portal.web.composites.parts import GONE_S, TYPE, Parts, ordered, watchers
+from portal.web.composites.parts import GONE_S, TYPE, Parts, multipart, watchers
 from robots import bus
 from robots.grants import lease_of, owner_alive
 from robots.kit import description
@@ -38,7 +40,7 @@ from robots.services import newest_still
 ABSENT = "There is no such picture.\n"
 Still = Callable[[], Awaitable[bytes]] | None  # reads the first picture of a stream
 PICTURES = Pool("pictures", 2)
-LATEST_S = 2**37  # later is no time of a picture
+LATEST_S = 2**37  # no picture is taken later (s since 1970)
 NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
 NO_PICTURE = "The camera sends no picture now; try again later.\n"
 OFFLINE = "This robot is offline now; try again later.\n"
@@ -51,6 +53,7 @@ def _addresses() -> AddressCount:
     return AddressCount(settings.LIMITS["COMPOSITES"])
 
 
+@require_safe
 async def composite(request: HttpRequest, slug: str, name: str) -> HttpResponseBase:
     """Send a drawn picture of all that the robot shows until the reader goes or the robot's owner is gone."""
     robot = await sync_to_async(_look)(slug)
@@ -60,19 +63,19 @@ async def composite(request: HttpRequest, slug: str, name: str) -> HttpResponseB
     return _stream(request, robot, lambda: shared_drawing(slug, robot.spec, found))
 
 
+@require_safe
 async def camera(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
     """Send a camera's pictures until the reader goes or the robot's owner is gone."""
     robot = await sync_to_async(_look)(slug)
     if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
     still = partial(PICTURES.run, _newest_still, slug) if number == 0 else None
-    return _stream(request, robot, lambda: passed(slug, number), still)
+    return _stream(request, robot, lambda: shared_camera(slug, number), still)
 
 
+@require_safe
 async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
     """Redirect to the address of a camera's newest picture, which is new for each picture and can be cached."""
-    if request.method not in ("GET", "HEAD"):
-        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     robot = await sync_to_async(_look)(slug)
     if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
@@ -92,10 +95,9 @@ async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponse
     return HttpResponseRedirect(to, headers={"Cache-Control": "public, max-age=1"})
 
 
+@require_safe
 async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> HttpResponseBase:
     """Send one picture; its address is never used for another one."""
-    if request.method not in ("GET", "HEAD"):
-        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     seconds, jpeg = at_ms // 1000, None
     if number < CAMERAS and seconds < LATEST_S:
         jpeg = await PICTURES.run(bus.shot, slug, number, at_ms)
@@ -111,7 +113,7 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
 
 @dataclass(frozen=True)
 class LiveRobot:
-    """A robot as live pictures need it."""
+    """The facts about a robot that its live pictures need."""
 
     slug: str
     spec: Spec
@@ -119,8 +121,19 @@ class LiveRobot:
     alive: bool
 
 
+@contextmanager
+def _brief_connection() -> Iterator[None]:
+    """Close the thread's connection to the database at the end, because a stream may last for hours."""
+    try:
+        yield
+    finally:
+        if not connection.in_atomic_block:
+            connection.close()
+
+
+@_brief_connection()
 def _look(slug: str) -> LiveRobot | None:
-    """Return what is known of a robot; the thread's connection is not kept during the stream."""
+    """Return what is known of a robot; None if it or its package is not there."""
     try:
         robot = Robot.objects.filter(slug=slug).first()
         if robot is None:
@@ -129,15 +142,13 @@ def _look(slug: str) -> LiveRobot | None:
         return LiveRobot(slug, robot.spec(), len(description.views(robot.description())), alive)
     except LookupError:
         return None
-    finally:
-        if not connection.in_atomic_block:
-            connection.close()
 
 
+@_brief_connection()
 def _newest_still(slug: str) -> bytes:
     """Return the robot's newest kept picture, which its first camera took; empty if there is none for everybody.
 
-    It passes for live, so one that is older than a live stream may stand still is none.
+    A live stream begins with it, so a picture that is older than `GONE_S` is left out.
     """
     try:
         frame = visible_frame(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
@@ -146,15 +157,10 @@ def _newest_still(slug: str) -> bytes:
         return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes()
     except (OSError, Error, Robot.DoesNotExist):
         return b""
-    finally:
-        if not connection.in_atomic_block:
-            connection.close()
 
 
 def _stream(request: HttpRequest, robot: LiveRobot, make: Callable[[], Parts], still: Still = None) -> HttpResponseBase:
     """Return the stream of a moving picture, or why there is none now."""
-    if request.method not in ("GET", "HEAD"):
-        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     if not robot.alive:
         return _refused(503, OFFLINE)
     address = request.META.get("REMOTE_ADDR", "")
@@ -175,7 +181,7 @@ async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Stil
             shown = make()
             with shown.watched(), of_loop().audience.one(slug) as seat:
                 first = await still() if still is not None else b""
-                async for part in ordered(shown.parts(first)):
+                async for part in multipart(shown.parts(first)):
                     seat.sent_bytes += len(part)
                     yield part
 

@@ -13,7 +13,7 @@ PARTS = ("look", "screen", "buttons", "beside", "body")
 
 @dataclass(frozen=True)
 class Console:
-    """Names of its templates, and its script: an entry of our front end, or the address of a file."""
+    """The names of its templates, and its script: an entry of our front end, or the address of a file."""
 
     console: str
     side: str
@@ -32,17 +32,17 @@ def console_of(driver: str) -> Console:
     A robot that ships with Farhand has `console/console.ts`, which is built with our front end; a package of its own
     has `console/console.js`, which is served unchanged.
     """
-    kept = folder(driver).joinpath("console")
-    served = kept.joinpath("console.js").is_file()
-    if not kept.joinpath("console.html").is_file() or not (served or package(driver).startswith(OURS)):
+    files = folder(driver).joinpath("console")
+    served = files.joinpath("console.js").is_file()
+    if not files.joinpath("console.html").is_file() or not (served or package(driver).startswith(OURS)):
         return PLAIN
     own = f"consoles/{driver}"
-    side = f"{own}/side.html" if kept.joinpath("side.html").is_file() else "consoles/no_side.html"
-    keys = f"{own}/keys.html" if kept.joinpath("keys.html").is_file() else PLAIN.keys
+    side = f"{own}/side.html" if files.joinpath("side.html").is_file() else "consoles/no_side.html"
+    keys = f"{own}/keys.html" if files.joinpath("keys.html").is_file() else PLAIN.keys
     if not served:
         built = f"../{package(driver).replace('.', '/')}/console/console.ts"
         return Console(f"{own}/console.html", side, keys, built=built)
-    style = static(f"robots/{driver}/console.css") if kept.joinpath("console.css").is_file() else ""
+    style = static(f"robots/{driver}/console.css") if files.joinpath("console.css").is_file() else ""
     return Console(f"{own}/console.html", side, keys, module=static(f"robots/{driver}/console.js"), style=style)
 
 

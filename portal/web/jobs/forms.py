@@ -46,7 +46,7 @@ class Form:
 
 
 def forms(robot: Robot, user: Any, kinds: Iterable[CommandKind], written: Mapping[str, str]) -> list[Form]:
-    """Return a form for each kind; the one that was sent, by `written`, keeps what the person wrote."""
+    """Return a form for each kind; the form that was sent (`written`) keeps its values."""
     return [_form(robot, user, kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
 
 

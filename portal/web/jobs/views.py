@@ -19,8 +19,8 @@ from portal.web.jobs.answers import AGAIN_S, job_fields, own_jobs_answer, refusa
 from portal.web.jobs.forms import forms, values
 from portal.web.jobs.words import request_in_words, result, share_of, stages
 from portal.web.pages.places import back_from
+from portal.web.recordings.exports import films_of
 from portal.web.recordings.figures import figures_of
-from portal.web.recordings.films import films_of
 from queueing import services as queue
 from queueing.errors import QueueError, TooOften
 from queueing.models import OPEN_JOB, Job, JobState
@@ -170,6 +170,7 @@ def _show(request: HttpRequest, job: Job, asker: queue.Asker, problem: str = "",
     commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
     last, mine = commands[-1] if commands else None, queue.may_cancel(job, asker)
     findings, films = list(findings_of(grants)), films_of(grants, request.user)
+    recordings = [film.recording for film in films]
     frames = Frame.objects.filter(grant__in=grants, findings=None).select_related("robot").order_by("id")
     everything = "all" in request.GET
     context = {
@@ -183,8 +184,7 @@ def _show(request: HttpRequest, job: Job, asker: queue.Asker, problem: str = "",
         "frames": frames if everything else frames[:FINDINGS], "pictures": frames.count(),
         "findings": findings if everything else findings[:FINDINGS],
         "findings_in_all": len(findings), "left_out": left_out(commands),
-        "films": films, "found": [film.recording for film in films],
-        "figures": figures_of(job.robot, findings, [film.recording for film in films]),
+        "films": films, "found": recordings, "figures": figures_of(job.robot, findings, recordings),
         "survey": survey_form(request, SurveyQuestion.After.JOB) if queue.may_answer(job, asker) else [],
         "problem": problem,
     }  # fmt: skip

@@ -9,6 +9,7 @@ from queueing.models import Job
 from robots.grants import INTERRUPTED
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.ranges import readable
+from robots.kit.contract.spec import Argument, Spec
 from robots.models import Command
 from robots.states import CommandState
 
@@ -83,27 +84,28 @@ def _told_at(command: Command) -> datetime | None:
     return datetime.fromtimestamp(at_ms / 1000, UTC) if isinstance(at_ms, int | float) else None
 
 
-def _units(job: Job) -> dict[str, str]:
-    """Return the unit of each argument and channel; none where the robot's package is not installed."""
+def _spec_of(job: Job) -> tuple[Spec | None, tuple[Argument, ...]]:
+    """Return the robot's spec and the arguments of the job's kind; nothing if the robot's package is not installed."""
     try:
         spec = job.robot.spec()
     except LookupError:
-        return {}
+        return None, ()
     kind = spec.command(job.kind)
-    return {channel.name: channel.unit for channel in spec.channels} | {
-        argument.name: argument.unit for argument in (kind.arguments if kind else ())
-    }
+    return spec, tuple(kind.arguments) if kind else ()
+
+
+def _units(job: Job) -> dict[str, str]:
+    """Return the unit of each argument and channel."""
+    spec, arguments = _spec_of(job)
+    channels = spec.channels if spec is not None else ()
+    return {one.name: one.unit for one in channels} | {one.name: one.unit for one in arguments}
 
 
 def _labels(job: Job) -> dict[str, str]:
     """Return the label of each argument; empty for the robot's own numbers, where people choose by words."""
-    try:
-        spec = job.robot.spec()
-    except LookupError:
-        return {}
-    kind = spec.command(job.kind)
-    by_words = any(one.kind == job.kind for one in spec.all_of(JobChoices))
-    return {a.name: "" if by_words and a.whole else a.label or a.name for a in (kind.arguments if kind else ())}
+    spec, arguments = _spec_of(job)
+    by_words = spec is not None and any(one.kind == job.kind for one in spec.all_of(JobChoices))
+    return {one.name: "" if by_words and one.whole else one.label or one.name for one in arguments}
 
 
 def _valued(values: Mapping[str, Any], units: Mapping[str, str], texts: bool) -> Iterator[tuple[str, str]]:

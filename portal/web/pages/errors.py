@@ -1,6 +1,6 @@
 """Error pages that say what was wrong and what to do.
 
-Each is drawn also where no middleware has run: then without the menu, and without a query.
+Each is also rendered where no middleware has run, then without the menu and without a query.
 """
 
 import sys

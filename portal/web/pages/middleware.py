@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from typing import Any
+from wsgiref.headers import Headers
 
 from django.conf import settings
 from django.core.exceptions import BadRequest, DisallowedHost, SuspiciousOperation
@@ -14,19 +15,20 @@ from whitenoise.middleware import WhiteNoiseMiddleware
 
 from portal.logs.security import address_of
 from portal.web.pages.errors import bad_request, not_allowed, unknown_host
-from portal.web.pages.serving import PIECE, awaited
+from portal.web.pages.serving import PIECE, read_in_threads
 from robots.kit.plain import plain_breaks, storable
 
 log, security = logging.getLogger(__name__), logging.getLogger("farhand.security")
 SHOWN = 80  # characters of a Host header
 METHODS = ("GET", "HEAD", "POST", "OPTIONS", "DELETE")  # DELETE is for people's own programs
 OWN = ("/accounts/", "/admin/", "/me/")  # pages of one person
-# of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern
+STABLE = ("/static/farhand/", "/static/robots/")  # addresses of files that may change
+# errors of a filter in the address of a list: too great a number, an impossible year, half a range, no pattern
 WRONG = (ArithmeticError, LookupError, TypeError, ValueError, DataError, NotSupportedError, ProgrammingError)
 
 
 class KnownHost:
-    """Middleware that answers 400 where the Host header is not in `ALLOWED_HOSTS`, doubled, or no host.
+    """Middleware that answers 400 if the Host header is not in `ALLOWED_HOSTS`, doubled, or no host.
 
     Django would refuse it where the host is first used, with a traceback in the log for each request.
     """
@@ -46,7 +48,7 @@ class KnownHost:
 
 
 class KnownMethods:
-    """Middleware that answers 405 to TRACE and other methods that no page uses, and gives each 405 its words."""
+    """Middleware that answers 405 to TRACE and other methods that no page uses, and adds a text to each empty 405."""
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
@@ -96,7 +98,7 @@ class PlainText:
     def process_exception(self, request: HttpRequest, exception: Exception) -> HttpResponse | None:
         """Answer 400 where a list of the admin fails at its filters; Django lets some through to the database.
 
-        The exception is logged, because it may be a fault of ours. That of an action is one: it is answered with 500.
+        The exception is logged, because it may be a fault of ours. An exception of an action is one: the answer is 500.
         """
         match = request.resolver_match
         listed = match is not None and match.namespace == "admin" and str(match.url_name).endswith("_changelist")
@@ -123,7 +125,13 @@ class PrivatePages:
 
 
 class StaticFiles(WhiteNoiseMiddleware):
-    """WhiteNoise, with answers that an event loop sends in pieces: its own is read into memory whole under ASGI."""
+    """WhiteNoise, whose own answers are read into memory whole under ASGI; these are sent in pieces."""
+
+    def add_cache_headers(self, headers: Headers, path: str, url: str) -> None:
+        """Add `Cache-Control`; a file at a stable address is asked for again at each load of a page."""
+        super().add_cache_headers(headers, path, url)
+        if url.startswith(STABLE):
+            headers["Cache-Control"] = "no-cache"
 
     @staticmethod
     def serve(static_file: Any, request: HttpRequest) -> Any:
@@ -131,5 +139,5 @@ class StaticFiles(WhiteNoiseMiddleware):
         answer = WhiteNoiseMiddleware.serve(static_file, request)
         if isinstance(request, ASGIRequest):
             answer.block_size = PIECE
-            answer.streaming_content = awaited(iter(answer.streaming_content))
+            answer.streaming_content = read_in_threads(iter(answer.streaming_content))
         return answer

@@ -1,9 +1,11 @@
-"""Answers with a file, whole or in part, as players of movies and programs that read an index ask for it."""
+"""Answers with a file, whole or in part; players of movies and readers of an index ask for parts."""
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
+from functools import wraps
 from pathlib import Path
+from typing import Any
 
 from django.core.handlers.asgi import ASGIRequest
 from django.http import Http404, HttpResponse, HttpResponseBase, StreamingHttpResponse
@@ -11,19 +13,28 @@ from django.http.request import HttpRequest
 
 from portal.edge.attempts import within
 
-PIECE = 65_536
+PIECE = 65_536  # bytes
 TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
 RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})\Z")
+View = Callable[..., HttpResponseBase]
 
 
-def limited(request: HttpRequest, action: str = "replay") -> HttpResponse | None:
-    """Return a refusal if this network asks for too much."""
-    if within(request, action):
-        return None
-    return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+def limit_rate(action: str = "replay") -> Callable[[View], View]:
+    """Return a decorator for views, which answers 429 to a network that asks too often (`RATE_LIMITS[action]`)."""
+
+    def decorator(view: View) -> View:
+        @wraps(view)
+        def answer(request: HttpRequest, *args: Any, **kwargs: Any) -> HttpResponseBase:
+            if within(request, action):
+                return view(request, *args, **kwargs)
+            return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+
+        return answer
+
+    return decorator
 
 
-def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpResponseBase:
+def file_response(request: HttpRequest, path: Path, media: str, name: str) -> HttpResponseBase:
     """Return the file, or the one range that is asked for. Raises Http404 if it is gone."""
     try:
         size = path.stat().st_size
@@ -36,7 +47,7 @@ def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpRespo
         refused["Content-Range"] = f"bytes */{size}"
         return refused
     pieces = _pieces(path, first, last)
-    content = awaited(pieces) if isinstance(request, ASGIRequest) else pieces
+    content = read_in_threads(pieces) if isinstance(request, ASGIRequest) else pieces
     answer = StreamingHttpResponse(content, status=206 if wanted else 200, content_type=media)
     answer["Accept-Ranges"] = "bytes"
     answer["Content-Length"] = str(last - first + 1)
@@ -47,7 +58,7 @@ def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpRespo
 
 
 def _span(wanted: re.Match[str], size: int) -> tuple[int, int]:
-    """Return the first and the last byte of a range; the last ones where it names no first."""
+    """Return the first and the last byte of a range; a range without a first byte means the last ones."""
     begin, end = wanted[1], wanted[2]
     if not begin:
         return (max(0, size - int(end)), size - 1) if end and int(end) else (size, size - 1)
@@ -63,7 +74,7 @@ def _pieces(path: Path, first: int, last: int) -> Iterator[bytes]:
             yield piece
 
 
-async def awaited(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
+async def read_in_threads(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
     """Yield the pieces; the event loop does not wait for the disk."""
     while piece := await asyncio.to_thread(next, pieces, b""):
         yield piece

@@ -1,4 +1,4 @@
-"""Pages: landing, story, robot, status, and the person's own."""
+"""Pages: landing, story, robot, status, and the person's own; and what monitors ask for."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -7,7 +7,8 @@ from typing import Any
 from django.conf import settings
 from django.contrib.auth.decorators import login_required
 from django.core.exceptions import SuspiciousFileOperation
-from django.http import Http404, HttpRequest, HttpResponse
+from django.db import DatabaseError, connection
+from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, render
 from django.utils._os import safe_join
 from django.utils.cache import get_conditional_response
@@ -17,7 +18,7 @@ from django.views.decorators.cache import never_cache
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_with, may_see_picture
-from portal.live.snapshot import shown_still, status_of
+from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
@@ -69,19 +70,16 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     turn = open_turn(robot)
     try:
-        described, console = robot.description(), console_of(robot.driver)
-        facts = console_facts(robot, request.user)
+        console = console_context(robot, request.user)
     except (LookupError, ImportError, OSError):
         return software_missing(request, robot.name)
     context = {
         **_shown(robot),
-        **asdict(console),
+        **console,
         "operator": turn.operator_name if turn else "",
         "drives": turn is not None and is_person(request.user, turn.user_id),
         "still": shown_still(robot, request.user),
-        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
-        "description_json": facts,
-        "views": description.views(described),
+        "entries": newest_entries(robot),
         "classic": has_classic_console(robot),
         "takes_jobs": bool(job_kinds(robot)),
         "suspended": waits_for_staff(robot),
@@ -96,6 +94,18 @@ def _command(kind: CommandKind) -> dict[str, Any]:
     told = asdict(kind)
     del told["policies"]
     return told | {"asked_by": sorted(kind.asked_by)}
+
+
+def console_context(robot: Robot, user: Any) -> dict[str, Any]:
+    """Return the variables of a page that shows the robot's console.
+
+    Raises LookupError, ImportError or OSError if the robot's package is not installed.
+    """
+    return {
+        **asdict(console_of(robot.driver)),
+        "description_json": console_facts(robot, user),
+        "views": description.views(robot.description()),
+    }
 
 
 def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
@@ -150,6 +160,23 @@ def status(request: HttpRequest) -> HttpResponse:
     return render(request, "pages/status.html", {"robots": robots, "link": bus.alive(), "now": SYSTEM.now()})
 
 
+def livez(request: HttpRequest) -> HttpResponse:
+    """Answer that this process answers; no store is used."""
+    return HttpResponse("ok\n", content_type="text/plain; charset=utf-8")
+
+
+def readyz(request: HttpRequest) -> HttpResponse:
+    """Answer whether the database and Redis answer."""
+    try:
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT 1")
+        database = True
+    except DatabaseError:
+        database = False
+    redis = bus.alive()
+    return JsonResponse({"database": database, "redis": redis}, status=200 if database else 503)
+
+
 @never_cache
 @login_required
 def me(request: HttpRequest) -> HttpResponse:
@@ -164,7 +191,7 @@ def me(request: HttpRequest) -> HttpResponse:
 def media(request: HttpRequest, path: str) -> HttpResponse:
     """Serve a stored picture, but not one of a turn whose entry is hidden.
 
-    Names are never reused, so caches may keep it: for an hour, for it may be hidden then.
+    Names are never reused, so caches may keep it, but only for an hour, because it may be hidden later.
     """
     try:
         root = Path(settings.MEDIA_ROOT).absolute()

@@ -24,6 +24,11 @@ class About:
     quiet: bool
     hidden: bool
 
+    @property
+    def public(self) -> bool:
+        """Return whether lists may show it to everybody."""
+        return not self.quiet and not self.hidden
+
 
 def about(recording: Recording) -> About | None:
     """Return what a recording shows; None if its turn or job was deleted."""

@@ -1,4 +1,4 @@
-"""The movie of the day: chosen by a rule that staff may override; and its page.
+"""The movie of the day, which a rule or staff choose, and its page.
 
 The choice is not stored but made again for each request, so a movie that is hidden or removed is gone at once.
 """
@@ -20,7 +20,7 @@ from robots.models.recordings import SHOWN, OfTheDay
 from robots.recordings.keeping import movie_path
 
 SHORTEST = timedelta(seconds=10)  # of a recording that the rule chooses
-LOOKED = 60  # movies at which the rule looks; before them stand those of hidden log entries, and of guests
+LOOKED = 60  # movies that the rule examines, among them those of guests and of hidden log entries
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def _ready() -> QuerySet[Movie]:
 def _shown(movie: Movie) -> ShownMovie | None:
     assert movie.recording is not None
     about = access.about(movie.recording)
-    return None if about is None or about.hidden or about.quiet else ShownMovie(movie, movie.recording, about)
+    return ShownMovie(movie, movie.recording, about) if about is not None and about.public else None
 
 
 @never_cache

@@ -1,6 +1,10 @@
-"""Movies of recordings, and time-lapses of days: asked for by a form, downloaded when they are made."""
+"""Movies of recordings, and time-lapses of days: asked for by a form, downloaded when they are made.
 
-from datetime import date
+Movies of jobs and of some turns are made without a form; their pages show them as films.
+"""
+
+from dataclasses import dataclass
+from datetime import date, timedelta
 from typing import Any
 
 from django.contrib import messages
@@ -11,22 +15,23 @@ from django.views.decorators.http import require_POST, require_safe
 
 from operatorlog.services import stills_of
 from portal.edge.attempts import within
-from portal.web.pages.serving import limited, ranged
+from portal.web.pages.serving import file_response, limit_rate
 from portal.web.recordings import access
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest
-from robots.models import Movie, Recording, Robot
+from robots.models import Movie, Recording, RecordingState, Robot
 from robots.models.recordings import SHOWN
 from robots.recordings import keeping, movies
 
 MEDIA = {"mp4": "video/mp4", "webm": "video/webm"}
 TOO_OFTEN = "Your network asks for too many movies; ask again in an hour."
-SOON = "The movie is being made. This takes up to some minutes; this page shows how far it is, and then the movie."
+MADE_SOON = "The movie is being made. This takes up to some minutes; this page shows how far it is, and then the movie."
+SOON = timedelta(minutes=15)  # after the end of a run: later its page waits no more for a movie that was not asked for
 
 
-def _said(request: HttpRequest, movie: Movie) -> None:
+def _tell_soon(request: HttpRequest, movie: Movie) -> None:
     if movie.state != Movie.State.READY:
-        messages.info(request, SOON)
+        messages.info(request, MADE_SOON)
 
 
 @require_POST
@@ -37,7 +42,7 @@ def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
         messages.warning(request, TOO_OFTEN)
         return redirect(recording)
     try:
-        _said(request, movies.ask(recording, request.POST.get("kind", ""), SYSTEM.now()))
+        _tell_soon(request, movies.ask(recording, request.POST.get("kind", ""), SYSTEM.now()))
     except BadRequest as error:
         messages.warning(request, str(error))
     return redirect(recording)
@@ -45,11 +50,9 @@ def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
 
 @never_cache
 @require_safe
+@limit_rate()
 def movie(request: HttpRequest, key: str, kind: str) -> HttpResponseBase:
     """Return the movie of a recording."""
-    refused = limited(request)
-    if refused is not None:
-        return refused
     recording, _ = access.visible(key, request.user)
     found = recording.movies.filter(kind=kind, version=recording.version, state=Movie.State.READY).first()
     return _served(request, found, f"{recording.robot.slug}-{recording.began_at:%Y%m%d-%H%M%S}.{kind}")
@@ -58,7 +61,7 @@ def movie(request: HttpRequest, key: str, kind: str) -> HttpResponseBase:
 def _served(request: HttpRequest, found: Movie | None, name: str) -> HttpResponseBase:
     if found is None:
         raise Http404("There is no such movie now; ask for it on the page of the recording.")
-    return ranged(request, keeping.movie_path(found), MEDIA[found.kind], name)
+    return file_response(request, keeping.movie_path(found), MEDIA[found.kind], name)
 
 
 def of_day(robot: Robot, day: date) -> list[Recording]:
@@ -73,7 +76,7 @@ def _shown(robot: Robot, day: date) -> set[int | str]:
 
 
 def day_of(text: str) -> date:
-    """Return the day of an address. Raises Http404."""
+    """Return the day in an address. Raises Http404."""
     try:
         return date.fromisoformat(text)
     except ValueError as error:
@@ -91,7 +94,7 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
     try:
         day = date.fromisoformat(request.POST.get("day", ""))
         shown = of_day(robot, day), stills_of(robot, day)
-        _said(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
+        _tell_soon(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
     except ValueError:
         messages.warning(request, "Choose a day.")
     except BadRequest as error:
@@ -101,14 +104,12 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
 
 @never_cache
 @require_safe
+@limit_rate()
 def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseBase:
     """Return the time-lapse of a day."""
-    refused = limited(request)
-    if refused is not None:
-        return refused
-    robot = get_object_or_404(Robot, slug=slug)
-    found = Movie.objects.filter(robot=robot, day=day_of(day), kind=kind, state=Movie.State.READY).first()
-    if found is not None and not set(found.sources) <= _shown(robot, day_of(day)):
+    robot, its_day = get_object_or_404(Robot, slug=slug), day_of(day)
+    found = Movie.objects.filter(robot=robot, day=its_day, kind=kind, state=Movie.State.READY).first()
+    if found is not None and not set(found.sources) <= _shown(robot, its_day):
         found = None  # one of its recordings or pictures was removed or hidden since
     return _served(request, found, f"{robot.slug}-{day}.{kind}")
 
@@ -119,6 +120,36 @@ def movies_of(recording: Recording) -> list[dict[str, Any]]:
     return [{"kind": kind, "label": label, "movie": found.get(kind)} for kind, label in Movie.Kind.choices]
 
 
-def arriving(found: list[dict[str, Any]]) -> bool:
-    """Return whether one of the movies that `movies_of` returns is still to be made."""
-    return any(one["movie"] is not None and one["movie"].open for one in found)
+@dataclass(frozen=True)
+class Film:
+    """The recording of a run, its movie as MP4 if there is one; `due`: a movie will be made soon without a form."""
+
+    recording: Recording
+    movie: Movie | None
+    due: bool
+
+    @property
+    def arriving(self) -> bool:
+        """Return whether the page has to look for it again."""
+        return self.due or (self.movie is not None and self.movie.open)
+
+    @property
+    def waits(self) -> bool:
+        """Return whether it could not be made just now and is tried again."""
+        return self.movie is not None and self.movie.state == Movie.State.WAITING and self.movie.tries > 0
+
+
+def films_of(grants: Any, user: Any) -> list[Film]:
+    """Return the recordings of these grants that this person may see, with the movie of each."""
+    return [film_of(recording) for recording in access.to_offer(grants, user)]
+
+
+def film_of(recording: Recording) -> Film:
+    """Return a recording with its movie."""
+    made = recording.movies.filter(version=recording.version, kind=Movie.Kind.MP4)
+    movie = made.first() if recording.replayable else None
+    running = recording.state == RecordingState.RUNNING
+    ended = recording.ended_at or recording.grant.ended_at
+    soon = ended is not None and timedelta(0) <= SYSTEM.now() - ended < SOON
+    new = recording.replayable and movie is None and recording.filmed < recording.version
+    return Film(recording, movie, soon and (running or new) and movies.is_filmed(recording))

@@ -17,8 +17,8 @@ from robots.models import Finding, Recording, Robot
 
 WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
 TALLEST = 900.0  # px: a path that is longer than wide is drawn smaller
-LEAST_M = 0.05  # a path that is shorter is none
-ACROSS, IN_A_ROW = 28.0, 5  # px of a mark; marks of one place
+LEAST_M = 0.05  # a shorter path is not drawn
+ACROSS, IN_A_ROW = 28.0, 5  # width of a mark (px); marks of one place in a row
 SAID = 12  # places that the words name
 
 

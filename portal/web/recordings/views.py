@@ -1,34 +1,79 @@
-"""Pages of recordings: the replay, its index and its slices, and the file."""
+"""Pages of recordings: the list of a robot's newest, the replay, its index and its slices, and the file."""
 
 import threading
-from dataclasses import asdict
+from dataclasses import dataclass
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 from django.core.cache import cache
 from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
-from django.shortcuts import render
+from django.shortcuts import get_object_or_404, render
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
-from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
-from portal.web.pages.serving import limited, ranged
-from portal.web.pages.views import console_facts
+from portal.web.pages.serving import file_response, limit_rate
+from portal.web.pages.views import console_context
 from portal.web.recordings import access
-from portal.web.recordings.exports import arriving, movies_of
-from robots.kit import description
-from robots.models import Recording, Robot
+from portal.web.recordings.exports import movies_of
+from queueing.models import JobRun
+from queueing.services import offers_turns
+from robots.kit.clock import SYSTEM
+from robots.models import Movie, Recording, Robot
+from robots.models.recordings import SHOWN
 from robots.recordings import keeping
 
 if TYPE_CHECKING:
     from robots.kit.recording.timeline import Index
 
+LISTED, LOOKED = 20, 60
+LONGEST = timedelta(hours=12)  # of a turn or a job
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
 BUSY = "Other recordings are being read; try again in some seconds.\n"
-INDEX = "recording-index-2"  # kept indexes; the number changes with their content
-COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # a whole file is read for an index: one at a time in a process
+INDEX = "recording-index-2"  # the cache key of indexes; the number changes with their content
+COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # an index needs a whole file: one is read at a time in a process
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A recording of the list, with the turn or job that it shows."""
+
+    recording: Recording
+    about: access.About
+
+    @property
+    def length(self) -> str:
+        """Return its length as minutes and seconds."""
+        ended = self.recording.ended_at or self.recording.began_at
+        passed = ended - self.recording.began_at
+        if not timedelta() <= passed < LONGEST:
+            return "not known: the time of day was set"
+        minutes, seconds = divmod(int(passed.total_seconds()), 60)
+        return f"{minutes}:{seconds:02}"
+
+
+@never_cache
+@require_safe
+@limit_rate()
+def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
+    """List the recordings that everybody may see, without jobs of guests, who alone know their addresses."""
+    robot = get_object_or_404(Robot, slug=slug)
+    found: list[Listed] = []
+    rows = Recording.objects.filter(robot=robot, state__in=SHOWN).select_related("grant").order_by("-began_at")
+    rows = rows.exclude(grant__in=JobRun.objects.filter(job__user=None).values("grant"))
+    for recording in rows[:LOOKED]:
+        about = access.about(recording)
+        if about is not None and about.public:
+            found.append(Listed(recording, about))
+    lapses = Movie.objects.filter(robot=robot, day__isnull=False).order_by("-day", "kind")[:LISTED]
+    yesterday = (SYSTEM.now() - timedelta(days=1)).date()
+    context = {
+        "robot": robot, "found": found[:LISTED], "turns": offers_turns(robot), "yesterday": yesterday,
+        "lapses": lapses, "arriving": any(one.open for one in lapses),
+    }  # fmt: skip
+    return render(request, "recordings/list.html", context)
 
 
 @never_cache
@@ -40,17 +85,16 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     movies = movies_of(recording)
     context: dict[str, Any] = {
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
-        "view": recording.replayable, "movies": movies, "arriving": arriving(movies), "replaying": True,
+        "view": recording.replayable, "movies": movies, "replaying": True,
+        "arriving": any(one["movie"] is not None and one["movie"].open for one in movies),
     }  # fmt: skip
     if recording.replayable:
         try:
-            described, console = robot.description(), console_of(robot.driver)
-            context |= {"description_json": console_facts(robot, None), "views": description.views(described)}
+            context |= {**console_context(robot, None), "replay_json": _facts(recording, about)}
         except (LookupError, ImportError, OSError):
             return software_missing(request, robot.name)
-        context |= {**asdict(console), "replay_json": _facts(recording, about)}
     answer = render(request, "recordings/replay.html", context)
-    if about is None or about.quiet or about.hidden:
+    if about is None or not about.public:
         answer["X-Robots-Tag"] = "noindex, nofollow"
     return answer
 
@@ -71,20 +115,20 @@ def _readable(request: HttpRequest, key: str, version: int) -> Recording:
 
 
 def _index(recording: Recording) -> "Index | None":
-    """Return the index of a recording, kept for a while; None if too many are read now. Raises Http404."""
+    """Return the index of a recording, from the cache if it is there; None if others are read now. Raises Http404."""
     name = f"{INDEX}:{recording.pk}:{recording.version}"
-    kept = cache.get(name)
-    if kept is None:
+    stored = cache.get(name)
+    if stored is None:
         if not COLD.acquire(timeout=COLD_S):
             return None
         try:
-            kept = cache.get(name) or _read(recording)  # somebody may have read it meanwhile
+            stored = cache.get(name) or _read(recording)  # somebody may have read it meanwhile
         finally:
             COLD.release()
-        cache.set(name, kept, 600)
+        cache.set(name, stored, 600)
     from robots.kit.recording.timeline import Index  # noqa: PLC0415 - the reader is loaded when it is needed
 
-    return msgspec.json.decode(kept, type=Index)
+    return msgspec.json.decode(stored, type=Index)
 
 
 def _read(recording: Recording) -> str:
@@ -101,11 +145,9 @@ def _busy() -> HttpResponse:
 
 
 @require_safe
+@limit_rate()
 def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
     """Return what happened when, as JSON."""
-    refused = limited(request)
-    if refused is not None:
-        return refused
     found = _index(_readable(request, key, version))
     if found is None:
         return _busy()
@@ -117,13 +159,11 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
 
 
 @require_safe
+@limit_rate("slices")
 def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
     """Return a slice: the packets of five seconds."""
     from robots.kit.recording.timeline import read_slice  # noqa: PLC0415 - see _index
 
-    refused = limited(request, "slices")
-    if refused is not None:
-        return refused
     recording = _readable(request, key, version)
     known = _index(recording)
     if known is None:
@@ -135,7 +175,7 @@ def part(request: HttpRequest, key: str, version: int, number: int) -> HttpRespo
         data = read_slice(keeping.path_of(recording), known, number, joints, channels)
     except OSError as error:
         raise Http404("The recording cannot be read.") from error
-    whole = len(known.places) == len(known.needs)  # else there may be more in the slice than was found
+    whole = len(known.places) == len(known.needs)  # else the slice may contain more
     return HttpResponse(data, content_type=MCAP, headers={"Cache-Control": FOR_GOOD if whole else "no-store"})
 
 
@@ -149,11 +189,9 @@ def _names(robot: Robot) -> tuple[tuple[str, ...], list[str]]:
 
 @never_cache
 @require_safe
+@limit_rate()
 def download(request: HttpRequest, key: str) -> HttpResponseBase:
     """Return the recording's file, for programs that read MCAP."""
-    refused = limited(request)
-    if refused is not None:
-        return refused
     recording, _ = access.visible(key, request.user)
     name = f"{recording.robot.slug}-{recording.began_at:%Y%m%d-%H%M%S}.mcap"
-    return ranged(request, keeping.path_of(recording), MCAP, name)
+    return file_response(request, keeping.path_of(recording), MCAP, name)

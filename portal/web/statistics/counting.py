@@ -70,7 +70,7 @@ def outcomes(asks: Iterable[Ask]) -> Counter[str]:
 
 
 def attempted(counts: Mapping[str, int]) -> int:
-    """Return how many jobs the robot set out for and that are over, less those that were cancelled."""
+    """Return how many jobs the robot began and that are over, without those that were cancelled."""
     return sum(counts.get(outcome, 0) for outcome in ATTEMPTED)
 
 

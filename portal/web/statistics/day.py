@@ -1,4 +1,4 @@
-"""The 24 hours that somebody asks the statistics of."""
+"""The 24 hours of which somebody asks for statistics."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, time, timedelta

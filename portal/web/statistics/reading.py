@@ -32,7 +32,7 @@ class Use:
 
 
 @dataclass(frozen=True)
-class Happened:
+class DayRecord:
     """Jobs and motions of 24 hours; `cut`: there were more than are read. `before`: earlier motions, newest first."""
 
     asks: list[Ask]
@@ -60,7 +60,7 @@ def outcome_of(state: str, faults: int, command_state: str, code: str, own: froz
     return FAULT if not code and faults >= FAULTS else GAVE_UP
 
 
-def happened(robot: Robot, declared: Statistics, span: Span, now: datetime) -> Happened:
+def record_of(robot: Robot, declared: Statistics, span: Span, now: datetime) -> DayRecord:
     """Return the jobs that were asked for, and the motions that ended, in these 24 hours."""
     asks, cut = _asks(robot, declared, span)
     motions = Command.objects.filter(robot=robot, lane=Lane.MOTION, accepted_at__isnull=False)
@@ -71,7 +71,7 @@ def happened(robot: Robot, declared: Statistics, span: Span, now: datetime) -> H
         over_the_end = motions.filter(ended_at=None)[:1]
     last = [Motion(m.kind, m.state, m.began_at, m.ended_at) for m in _motions(over_the_end, now)]  # read the next day
     before = _motions(motions.filter(ended_at__lt=span.start).order_by("-ended_at", "-id")[:LOOK_BACK], now)
-    return Happened(asks, found[:MOST_MOTIONS] + last, before, cut or len(found) > MOST_MOTIONS, use_of(robot, span))
+    return DayRecord(asks, found[:MOST_MOTIONS] + last, before, cut or len(found) > MOST_MOTIONS, use_of(robot, span))
 
 
 def _motions(rows: Any, now: datetime) -> list[Motion]:

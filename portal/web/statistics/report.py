@@ -23,7 +23,7 @@ from portal.web.statistics.counting import (
     success,
 )
 from portal.web.statistics.day import Span
-from portal.web.statistics.reading import Happened, Use
+from portal.web.statistics.reading import DayRecord, Use
 from robots.kit.contract.capabilities import Share, Statistics, Times, Total
 from robots.kit.contract.spec import Spec
 from robots.states import CommandState
@@ -75,7 +75,7 @@ def _stamp(at: datetime) -> str:
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def report_of(found: Happened, spec: Spec, declared: Statistics, span: Span) -> Report:
+def report_of(found: DayRecord, spec: Spec, declared: Statistics, span: Span) -> Report:
     """Return the report on these jobs and motions."""
     low, high = next(((c.low, c.high) for c in spec.channels if c.name == declared.against), (0.0, 0.0))
     return Report(
@@ -88,7 +88,7 @@ def report_of(found: Happened, spec: Spec, declared: Statistics, span: Span) -> 
     )
 
 
-def _jobs(found: Happened, declared: Statistics) -> list[Row]:
+def _jobs(found: DayRecord, declared: Statistics) -> list[Row]:
     counts, many = outcomes(found.asks), f"{declared.job}s".capitalize()
     tried = attempted(counts)
     share = 100.0 * counts[REACHED] / tried if tried else None
@@ -121,7 +121,7 @@ def _use(use: Use, span: Span) -> list[Row]:
     ]
 
 
-def _own(row: Total | Times | Share, found: Happened, spec: Spec, span: Span) -> Row:
+def _own(row: Total | Times | Share, found: DayRecord, spec: Spec, span: Span) -> Row:
     """Return a row that the robot adds."""
     if isinstance(row, Times):
         ends = (CommandState.FAILED, CommandState.REJECTED) if row.failed else (CommandState.COMPLETED,)

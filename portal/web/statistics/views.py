@@ -11,7 +11,7 @@ from portal.edge.attempts import within
 from portal.web.pages.errors import software_missing
 from portal.web.statistics import plots
 from portal.web.statistics.day import DAY, BadDate, Span, span_of
-from portal.web.statistics.reading import MOST_JOBS, MOST_MOTIONS, happened
+from portal.web.statistics.reading import MOST_JOBS, MOST_MOTIONS, record_of
 from portal.web.statistics.report import Report, report_of
 from queueing.services import job_kinds
 from robots.kit.clock import SYSTEM
@@ -29,7 +29,7 @@ def _needs_jobs(robot: Robot) -> None:
 def _told(robot: Robot, span: Span, now: datetime) -> Report:
     spec = robot.spec()
     declared = spec.capability(Statistics) or Statistics()
-    return report_of(happened(robot, declared, span, now), spec, declared, span)
+    return report_of(record_of(robot, declared, span, now), spec, declared, span)
 
 
 class _Refused(Exception):

@@ -1,16 +1,18 @@
-"""Checks a command of the Mercury arm before anything is sent; pure functions."""
+"""Checks a command of the Mercury arm, and each target of its tool, before a byte is sent; pure functions."""
 
-from math import hypot
+from math import hypot, isfinite, radians
 from typing import Any
 
-from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.values import known_command, number, within
 from robots.kit.description import load
-from robots.kit.drivers.mercury.limits import check_target
+from robots.kit.drivers.mercury.scara import OutOfReach, scara
 
 DOWN_M = 0.001
+SLACK = 1e-6
+FAR_M = 10.0  # beyond this the distance is not named
 
 
 def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: RobotState | None) -> None:
@@ -31,3 +33,37 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
         raise BadRequest("A jog needs a direction.")
     if kind == "air" and state is not None and state.pose[2] > DOWN_M:
         raise BadRequest("Air works only at Z = 0: press Down first.")
+
+
+def check_target(description: dict[str, Any], x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Return the joints (rad, m) for a tool target in m.
+
+    Raises:
+        BadRequest: a value is not finite.
+        OutOfWorkspace: outside the height, the annulus, the sand area or a joint limit.
+    """
+    for name, value in (("x", x), ("y", y), ("z", z)):
+        if not isfinite(value):
+            raise BadRequest(f"The value {name} must be a finite number.")
+    arm = scara(description)
+    low, high = description["arm"]["q3"]
+    if not low - SLACK <= z <= high + SLACK:
+        raise OutOfWorkspace(f"Height {z * 1000:.0f} mm is outside {low * 1000:.0f} to {high * 1000:.0f} mm.")
+    radius = hypot(x, y)
+    if not arm.inner_radius <= radius <= arm.outer_radius:
+        away = f"{radius * 1000:.0f} mm" if radius < FAR_M else f"more than {FAR_M:g} m"
+        raise OutOfWorkspace(
+            f"That point is {away} from the shoulder; the arm reaches "
+            f"{arm.inner_radius * 1000:.0f} to {arm.outer_radius * 1000:.0f} mm."
+        )
+    for axis, value in (("x", x), ("y", y)):
+        near, far = description["sand"][axis]
+        if not near - SLACK <= value <= far + SLACK:
+            raise OutOfWorkspace(
+                f"That point is off the sand: {axis} would be {value * 1000:.0f} mm, the sand "
+                f"goes from {near * 1000:.0f} to {far * 1000:.0f} mm."
+            )
+    try:
+        return arm.inverse(x, y, min(max(z, low), high), radians(description["arm"]["theta_deg"]))
+    except OutOfReach as error:
+        raise OutOfWorkspace(f"The arm cannot reach that point: {error}.") from error

@@ -10,8 +10,7 @@ from robots.kit.contract.session import OnStage, Outcome, Permit, RobotState, Se
 from robots.kit.contract.values import number
 from robots.kit.description import load
 from robots.kit.drivers.mercury import protocol as wire
-from robots.kit.drivers.mercury.checks import check
-from robots.kit.drivers.mercury.limits import check_target
+from robots.kit.drivers.mercury.checks import check, check_target
 from robots.kit.drivers.mercury.line import HostLine, open_port
 from robots.kit.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.kit.drivers.mercury.scara import scara

@@ -1,18 +1,36 @@
-"""The addresses of database, Redis and mail server, read once for all libraries that connect.
+"""The addresses in the settings: of this site, and of database, Redis and mail server.
 
-Where TLS is asked for, certificates are checked.
+Each is read once for all libraries that connect. Where TLS is asked for, certificates are checked.
 """
 
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
 from django.core.exceptions import ImproperlyConfigured
 
+ADDRESS = re.compile(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?")
 OPTIONS = ("ssl_ca_certs", "ssl_ca_path", "ssl_certfile", "ssl_keyfile", "ssl_password")  # redis-py's names
 CHECKS = {"ssl_cert_reqs": "required", "ssl_check_hostname": "true"}
 UNCHECKED = ("allow", "prefer", "require")
+
+
+def site_address(asked: str, origins: Sequence[str], hosts: Sequence[str], public: bool, port: int) -> str:
+    """Return the address that mails link to; no request decides it. Raises ImproperlyConfigured.
+
+    `asked` is that of FARHAND_URL; without one it is the first origin without a placeholder, or the first host, with
+    the port unless the portal is public.
+    """
+    named = next((one for one in origins if "*" not in one), "")
+    host = next(iter(hosts), "localhost").removeprefix(".")
+    address = (asked or named or (f"https://{host}" if public else f"http://{host}:{port}")).rstrip("/")
+    if not ADDRESS.fullmatch(address):
+        raise ImproperlyConfigured(f"FARHAND_URL must be like https://robots.example.org, without a path: {address!r}")
+    if public and not address.startswith("https://"):
+        raise ImproperlyConfigured(f"FARHAND_URL of a public portal must begin with https://, not {address!r}")
+    return address
 
 
 def read_url(name: str, read: Callable[[], Any]) -> Any:

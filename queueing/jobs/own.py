@@ -1,14 +1,21 @@
-"""Notices on every page that a job has ended, until its asker has looked at it or dismissed it."""
+"""Acts of people and guests on their own jobs: cancel one, see its end, answer the survey. Staff cancel any job."""
 
 from datetime import datetime, timedelta
 
+from django.db import transaction
 from django.db.models import BigAutoField, CharField, DateTimeField, QuerySet
 
+from queueing.errors import NotYourJob
 from queueing.jobs.asking import Asker
-from queueing.models import OPEN_JOB, Job
+from queueing.jobs.running import end
+from queueing.models import OPEN_JOB, Job, JobState
+from queueing.rows import lock
+from robots.grants import end_grant
+from robots.people import is_person
 from robots.prepared import Prepared, Slot
+from robots.states import GrantEnd
 
-LATELY = timedelta(days=1)  # for so long pages mention a job that has ended
+LATELY = timedelta(days=1)  # pages mention a job that has ended for this time
 _OF_PERSON: Prepared[Job] = Prepared(lambda: _unseen(Job.objects.filter(user=Slot("user", BigAutoField()))))
 _OF_GUEST: Prepared[Job] = Prepared(lambda: _unseen(Job.objects.filter(guest=Slot("guest", CharField()))))
 
@@ -50,3 +57,30 @@ def note_answered(job: Job, asker: Asker) -> bool:
 
 def _unanswered(job: Job, asker: Asker) -> QuerySet[Job]:
     return own_jobs(asker).filter(pk=job.pk, surveyed=False).exclude(state__in=OPEN_JOB)
+
+
+def may_cancel(job: Job, asker: Asker) -> bool:
+    """Return whether the person or guest asked for the job, or is staff."""
+    if asker.user is not None:
+        return bool(is_person(asker.user, job.user_id) or asker.user.has_perm("robots.change_robot"))
+    return bool(job.guest) and job.guest == asker.guest
+
+
+def cancel(job: Job, asker: Asker, now: datetime) -> bool:
+    """Cancel a job. A waiting job ends at once; the grant of a running job ends, so the robot holds its position.
+
+    Return False if the job had ended. Raises NotYourJob: neither its asker nor staff.
+    """
+    if not may_cancel(job, asker):
+        raise NotYourJob("Only the person who asked for this job, and staff, can cancel it.")
+    with transaction.atomic():
+        queue = lock(job.queue)
+        job.refresh_from_db()
+        was_open = job.state in OPEN_JOB
+        if job.state == JobState.WAITING:
+            end(queue, job, JobState.CANCELLED, "Cancelled.", 0.0, now)
+        elif job.state == JobState.RUNNING:
+            Job.objects.filter(pk=job.pk).update(cancel_asked_at=now)
+            if (run := job.last_run()) is not None:
+                end_grant(run.grant, GrantEnd.HOLDER, "cancelled by its asker", now)
+        return was_open

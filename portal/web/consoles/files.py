@@ -1,16 +1,24 @@
-"""Static files of consoles in other packages: `/static/robots/<driver>/<file>` is `console/<file>`."""
+"""The files of robots' consoles, read from the robots' packages: static files and templates.
 
+`/static/robots/<driver>/<file>` is the static file `console/<file>` of another package. The template
+`consoles/<driver>/<name>.html` is `console/<name>.html` of any robot.
+"""
+
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from django.contrib.staticfiles.finders import BaseFinder
 from django.core.files.storage import FileSystemStorage
+from django.template import Origin, TemplateDoesNotExist
+from django.template.loaders.base import Loader as BaseLoader
 
 from robots.kit.description import folder
 from robots.kit.installed import packaged
 
 SERVED = frozenset({".js", ".css", ".json", ".map", ".svg", ".png", ".jpg", ".webp", ".glb", ".woff2", ".wasm"})
+NAME = re.compile(r"consoles/([a-z0-9_]{1,60})/([a-z0-9_]{1,60}\.html)\Z")
 
 
 def folders() -> Iterator[tuple[str, Path]]:
@@ -46,3 +54,21 @@ class Finder(BaseFinder):
             if f"{storage.prefix}/{at}" == Path(path).as_posix():  # type: ignore[attr-defined]
                 return [storage.path(at)] if find_all else storage.path(at)
         return []
+
+
+class Loader(BaseLoader):
+    """Reads templates from the robot's package, wherever it is installed."""
+
+    def get_template_sources(self, template_name: str) -> Iterator[Origin]:
+        """Yield the place of the template, if there is one."""
+        if NAME.match(str(template_name)):
+            yield Origin(name=f"robot:{template_name}", template_name=template_name, loader=self)
+
+    def get_contents(self, origin: Origin) -> str:
+        """Return the text. Raises TemplateDoesNotExist."""
+        found = NAME.match(str(origin.template_name))
+        assert found is not None
+        try:
+            return folder(found[1]).joinpath("console", found[2]).read_text("utf-8")
+        except (ImportError, OSError) as error:
+            raise TemplateDoesNotExist(origin) from error

@@ -1,4 +1,4 @@
-"""People's programs for the console, as JSON."""
+"""JSON for the scripts of a robot's page: people's programs, and codes for the operator's stream."""
 
 import json
 from typing import Any
@@ -6,14 +6,20 @@ from typing import Any
 from django.http import HttpRequest, JsonResponse, RawPostDataException
 from django.shortcuts import get_object_or_404
 from django.views.decorators.cache import never_cache
+from django.views.decorators.http import require_POST
+from redis.exceptions import RedisError
 
+from portal.edge.attempts import within
+from portal.live import codes
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.errors import BadRequest, NotPermitted, RobotError
+from robots.kit.contract.errors import BadRequest, GrantOver, NotPermitted, RobotError
 from robots.kit.plain import one_line
 from robots.models import Program, Robot
 from robots.services import programs
 
-LARGEST = 80_000  # bytes: the longest program and name, of whose characters JSON writes each with twelve at most
+LARGEST = 80_000  # bytes: the longest program and name, whose characters take twelve bytes each at most in JSON
+TOO_OFTEN = "This page asks for too many codes; wait a minute."
+AWAY = "No code can be kept now; the page goes on without."
 
 
 def _shown(program: Program, user: Any) -> dict[str, Any]:
@@ -56,3 +62,24 @@ def _said(request: HttpRequest) -> dict[str, Any]:
     if not isinstance(said, dict):
         raise BadRequest("The request is not a JSON object.")
     return said
+
+
+@never_cache
+@require_POST
+def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
+    """Give a code to the person who drives the robot; everybody else gets an empty code and a sentence.
+
+    An empty code is no error: a page asks until it learns that its turn has ended.
+    """
+    robot = get_object_or_404(Robot, slug=slug)
+    now = SYSTEM.now()
+    try:
+        codes.grant_driven(robot, request.user, now)
+        if not within(request, "code"):
+            return JsonResponse({"text": TOO_OFTEN}, status=429, headers={"Retry-After": "60"})
+        code = codes.give(robot, request.user, now)
+    except GrantOver as error:
+        return JsonResponse({"code": "", "text": str(error)})
+    except (RedisError, OSError):
+        return JsonResponse({"text": AWAY}, status=503)
+    return JsonResponse({"code": code, "seconds": codes.CODE_S})

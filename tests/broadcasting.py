@@ -11,7 +11,7 @@ from portal.broadcast.timetable import SECOND
 
 KEY = packets.key_of("only for tests, " * 2)
 MS = SECOND // 1000
-STEP_NS, LOOK_NS, ROUND_NS = 2 * MS, 20 * MS, 10 * MS  # of the time; edges look for gaps; an answer by HTTP takes
+STEP_NS, LOOK_NS, ROUND_NS = 2 * MS, 20 * MS, 10 * MS  # a step; between looks for gaps; an HTTP answer
 
 
 def movie(count=12, size=6000, slot_ms=500, seed=1):

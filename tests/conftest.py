@@ -28,7 +28,7 @@ hypothesis_settings.register_profile(
 )  # fmt: skip
 hypothesis_settings.load_profile("farhand")
 settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # people are made often here
-PASSWORD = make_password("correct horse 42", hasher="md5")  # of everybody; each of its own would take as long again
+PASSWORD = make_password("correct horse 42", hasher="md5")  # everybody's, because each hash takes long
 settings.MAIL_IN_BACKGROUND = False  # tests look into the box at once
 
 CALIBRATION = {
@@ -121,7 +121,7 @@ def clock() -> FakeClock:
 
 @pytest.fixture
 def trusted(clock, tmp_path):
-    """What notices steps of that clock; its date has been the same for a day."""
+    """The wall clock over that clock; its date has been the same for a day."""
     from robots.wall_clock import TRUSTED_S, WallClock
 
     found = WallClock(tmp_path / "wall-clock.json", clock)
@@ -133,7 +133,7 @@ def trusted(clock, tmp_path):
 
 @pytest.fixture(autouse=True)
 def nothing_left_of_other_tests():
-    """What a test before counted (sign-ups, wrong passwords) limits nobody; events that it lost are not made up for."""
+    """Forget the attempts that a test before counted (sign-ups, wrong passwords), and the events that it lost."""
     from django.core.cache import cache, caches
 
     from robots import bus
@@ -226,7 +226,7 @@ def pytest_collection_finish():
 
 @pytest.fixture(scope="session")
 def house(django_db_setup):
-    """What is kept running from test to test; stopped before the database goes."""
+    """The processes that are kept running from test to test; stopped before the database goes."""
     from tests.house import HOUSE
 
     yield HOUSE

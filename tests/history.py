@@ -1,4 +1,4 @@
-"""What git knows of this tree; where it knows nothing, it says why."""
+"""The history of this tree as git knows it, or the reason why git knows nothing."""
 
 import subprocess
 from collections.abc import Sequence

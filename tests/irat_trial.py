@@ -61,7 +61,7 @@ class Live(Generic[T]):
 
 
 class Line:
-    """What the driver asks of `IratLine`."""
+    """A stand-in for `IratLine`, with what the driver asks of it."""
 
     def __init__(self, trial: "Trial") -> None:
         self._trial, self.bridge = trial, SimpleNamespace(is_open=True)
@@ -99,7 +99,7 @@ class Line:
             world.drive.velocity(velocity.linear, velocity.angular, 1, world.now)
 
     def obeys(self) -> None:
-        """Nothing: nobody else commands it."""
+        """Do nothing: nobody else commands it."""
 
     def hold(self) -> None:
         if self._trial.silent_radio:
@@ -113,7 +113,7 @@ class Line:
 
 
 class Brain:
-    """What the driver asks of `BrainProcess`, with the mind in this thread. `told` gets the packets of its streams."""
+    """A stand-in for `BrainProcess`, with the mind in this thread. `told` gets the packets of its streams."""
 
     def __init__(self, trial: "Trial", folder: Path) -> None:
         self._trial, self.mind = trial, Mind(folder)
@@ -153,7 +153,7 @@ class Brain:
         self._take(message)
 
     def keep_aim(self, aim: object) -> None:
-        """Nothing: this brain does not die."""
+        """Do nothing: this brain does not die."""
 
     def fresh(self, seconds: float = SILENT_S) -> Seen | None:
         return self.newest if self._trial.now - self.heard_at <= seconds else None
@@ -266,7 +266,7 @@ def silent(_: object) -> None:
 
 
 def free() -> None:
-    """A permit that allows everything."""
+    """Permit everything."""
 
 
 def until(trial: Trial, seconds: float) -> Callable[[], None]:

@@ -78,7 +78,7 @@ class Bridge:
         self._ros = ros
         self._server = serve(self._talk, "127.0.0.1", 0, compression=None)
         self.address = f"127.0.0.1:{self._server.socket.getsockname()[1]}"
-        self.said = []  # what clients were told of their frames
+        self.said = []  # status messages to clients about their frames
         self.kept_back = None  # a list: what clients publish waits in it, as topics and services are not ordered
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 

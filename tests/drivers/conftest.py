@@ -16,7 +16,7 @@ from tests.drivers.pa10_wire import CLOCK, FASTER, Terminal, allow, do
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 HOME = (0.0, 0.42, 0.075)
-PACE = 4  # so many times faster than real time run the Mercury arm's simulator and driver
+PACE = 4  # times real time: the pace of the Mercury arm's simulator and driver
 CORRIDOR = 50  # a place in the left arm of the U, heading away from the dock
 
 
@@ -45,12 +45,12 @@ def sim(mercury, request):
 
 @pytest.fixture
 def speed():
-    """Of the arm, m/s; a test that parametrizes it has motions of another length."""
+    """The arm's speed (m/s); a test that parametrizes it has motions of another length."""
     return 0.5
 
 
 class FasterDriver(Driver):
-    """The Mercury arm's, at the pace of the simulator."""
+    """The Mercury arm's driver, at the pace of the simulator."""
 
     clock = FasterTimer(PACE)
 

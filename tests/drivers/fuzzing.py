@@ -46,7 +46,7 @@ class Watched:
         self.tried = self.unanswered = 0
 
     def _lasting(self) -> set[str]:
-        """Threads that serve as long as the process lives; those of single requests come and go."""
+        """Return the threads that serve as long as the process lives; those of single requests come and go."""
         return {name for name in self.sim.status()["threads"] if not name.startswith(("Thread-", "sand"))}
 
     @property
@@ -54,7 +54,7 @@ class Watched:
         return int(self.sim.process.poll() is not None)
 
     def assert_well(self) -> None:
-        """The process and its threads live, and no limit was passed."""
+        """Fail unless the process and its threads live and no limit was passed."""
         assert not self.exits, "the simulator ended"
         assert self.sim.process.pid == self.pid
         assert self._lasting() >= self.threads, "a thread is gone"

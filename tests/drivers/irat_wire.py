@@ -14,7 +14,7 @@ from robots.kit.clock import FasterTimer
 from robots.kit.contract.errors import GrantOver
 from tests.waiting import wait_for
 
-FASTER = 2  # so many times faster than real time the shared robot and its driver live
+FASTER = 2  # times real time: the pace of the shared robot and its driver
 CLOCK = FasterTimer(FASTER)
 
 NUMBERS = itertools.count(1)
@@ -147,7 +147,7 @@ def journal(sim, event):
 
 
 def until(seconds):
-    """A permit that ends after so many seconds of the robot's time."""
+    """Return a permit that ends after so many seconds of the robot's time."""
     end = CLOCK.monotonic() + seconds
 
     def permit():

@@ -5,8 +5,9 @@ import socket
 from typing import ClassVar
 
 from robots.kit.clock import FasterTimer
+from tests.waiting import wait_for
 
-FASTER = 4  # so many times faster than real time the shared arm and its driver live
+FASTER = 4  # times real time: the pace of the shared arm and its driver
 CLOCK = FasterTimer(FASTER)
 
 
@@ -48,3 +49,13 @@ class Terminal:
             self.socket.shutdown(socket.SHUT_RDWR)
         self.lines.close()
         self.socket.close()
+
+
+def push_out(terminal, sim):
+    """Have the arm pushed beyond the range of its first axis, without a motion of its own."""
+    assert terminal.ask("j 160 -40 -40 0 -30 0 1").startswith("ok")
+    assert terminal.ask("W") == "a"
+    sim.fault("disturb", 900.0)
+    wait_for(lambda: terminal.ask("w") == "e", 10, "the range error")
+    sim.clear()
+    wait_for(lambda: abs(sim.status()["speed"]) < 0.01, 10, "rest")

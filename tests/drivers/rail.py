@@ -17,7 +17,7 @@ from robots.kit.drivers.permits import until_held
 
 CLOCK = FasterTimer(10)
 LENGTH, STEP_S = 2.0, 0.02  # m, s
-REST_S, ALONE_S = 1.0, 5.0  # without a word the cart stops after the first, in `go` after the second
+REST_S, ALONE_S = 1.0, 5.0  # without contact the cart stops after the first, in `go` after the second
 ALONE = Policies(on_link_lost=Bound(ALONE_S, (Range("cart", 0.0, LENGTH),), speed=2.0))
 SLOW = 0.05  # m/s, so that a motion outlasts what happens in it, on a slow machine too
 PACE = Argument("pace", "m/s", SLOW, 2.0)

@@ -1,4 +1,4 @@
-"""What is wrong with a driver is named by the conformance suite: one that is in order, broken in one way after another."""
+"""The conformance suite names what is wrong with a driver: a sound driver is broken in one way after another."""
 
 from dataclasses import replace
 

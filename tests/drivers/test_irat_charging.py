@@ -1,4 +1,4 @@
-"""The iRat charges: by sight of the dock's markers, and only the charger's current says so."""
+"""The iRat finds its dock by the markers, and counts as charging only by the charger's current."""
 
 import pytest
 

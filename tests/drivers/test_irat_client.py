@@ -279,7 +279,7 @@ def test_our_client_and_roslibpy_read_the_same(irat, line, ros):
 
 
 def test_the_hand_and_the_line_are_one_protocol(irat, line):
-    """What a stranger is told by hand is what the owner's client decodes."""
+    """A stranger by hand is told the same as the owner's client decodes."""
     by_hand = WireClient(irat).status()
     ours = line.ask()
     assert {**ours.encode(), "seconds": 0} == {**by_hand, "seconds": 0}

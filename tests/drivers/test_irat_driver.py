@@ -49,7 +49,7 @@ def explored(driver, experiences=SMALL, on_stage=lambda _: None, there=lambda: T
 
 
 def looked(driver):
-    """What the newest picture was worth; the camera is kept running."""
+    """Return what the newest picture was worth; the camera is kept running."""
     driver.senses.awake()
     return driver.brain.newest.picture
 
@@ -84,7 +84,7 @@ def kill(driver):
 
 
 def here(driver, **more):
-    """The place where the robot stands, as a goal."""
+    """Return the place where the robot stands, as a goal."""
     seen = driver.brain.newest
     x, y, _ = seen.pose
     return {"map": seen.map_number, "x": x, "y": y, "experience": seen.experience} | more

@@ -159,7 +159,7 @@ def test_a_flood_delays_nobody_elses_hold(irat, wire_client):
     wire_client.claim()
     wire_client.drive(linear=0.1)
     flood = WireClient(irat)
-    with contextlib.suppress(ConnectionClosed):  # who does not read the answers is disconnected
+    with contextlib.suppress(ConnectionClosed):  # a client that does not read the answers is disconnected
         for _ in range(3000):
             flood.drive(linear=0.1)
     began = time.monotonic()

@@ -92,7 +92,7 @@ def owner(ros):
 
 
 def state(ros):
-    """What the node says, asked without rosbridge."""
+    """Return what the node says, asked without rosbridge."""
     request, answer = ros.services["/irat/status"]
     return answer(request())
 

@@ -185,7 +185,7 @@ def test_everybody_may_hold_and_nobody_else_drives(irat, wire_client):
     assert "claim the robot first" in other.complaint()
     assert irat.count("motion") == 0
     with wire_client.driving(linear=0.1):
-        for _ in range(5):  # whoever commands drives on at once, which is another motion
+        for _ in range(5):  # the commander drives on at once, which is another motion
             wait_for(lambda: irat.status()["moving"], 5, "the motion")
             assert other.call("/irat/hold")["values"]["success"]
     assert any(record["end"] == "held" for record in journal(irat, "rest"))

@@ -17,7 +17,7 @@ from tests.conftest import wait_for
 
 pytestmark = pytest.mark.timed
 
-SLOWLY = pytest.mark.parametrize("speed", [0.025])  # what is to happen on the way happens on the way
+SLOWLY = pytest.mark.parametrize("speed", [0.025])  # m/s: the faults of a test come while the arm is on its way
 
 
 def allow():

@@ -49,7 +49,7 @@ usual = {
 
 
 def data_of(instruction):
-    """Data that fits, with any numbers; data that does not."""
+    """Generate data that fits, with any numbers, and data that does not."""
     size = SIZES.get(instruction, 4) // 4
     wild = st.tuples(*[numbers()] * size).map(lambda v: floats(*v))
     right = usual[instruction].map(lambda v: floats(*v)) if instruction in usual else st.just(b"")
@@ -69,7 +69,7 @@ rounds_of_bytes = st.lists(
 
 
 class Memory:
-    """What the README says of numbers: known ones are answered as before, older ones refused, whatever stands in them."""
+    """The README's rule for numbers: known ones are answered as before, older ones refused, whatever they contain."""
 
     def __init__(self):
         self.newest, self.answers = None, OrderedDict()

@@ -24,7 +24,7 @@ from tests.drivers.mercury_wire import ACK, CHECKSUM, DONE, HELD, NAK, STATE, fl
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
-PACE = 4  # so many times faster than real time pass the host's limits
+PACE = 4  # times real time: the pace of the host's limits
 BOOT = struct.pack("<I", 7)
 
 
@@ -75,7 +75,7 @@ def state(joints=(50.0, 100.0, 75.0, 0.0), mode=0):
 
 
 def well(controller, line):
-    """The reader lives, and an honest answer is taken."""
+    """Fail unless the reader lives and takes an honest answer."""
     controller.answer = lambda f: frame(STATE, f.seq, state())
     line.boot = None
     assert line.status().boot == 7
@@ -136,7 +136,7 @@ def test_joints_that_cannot_be_are_no_answer(ends, value):
 
 
 def speeds(frames):
-    """Those that set a speed; a question for the state may have come again where its answer was late."""
+    """Return those that set a speed; a question for the state may have come again where its answer was late."""
     return [f for f in frames if f.id == Instruction.SPEED]
 
 

@@ -1,4 +1,4 @@
-"""What a microphone's address may lead to: real sound of any rate, and everything else that answers there."""
+"""A microphone's address may lead to real sound of any rate, and to everything else that answers there."""
 
 import io
 import threading

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from robots.kit.arms.described import chain
 from robots.kit.arms.pose import matrix
 from robots.kit.contract.errors import MotionHeld, MotionReplaced, OutOfWorkspace, Stopped
+from robots.kit.contract.session import Progress
 from robots.kit.drivers.pa10.driver import Driver
 from robots.kit.drivers.pa10.units import pose_request
 from simulators.pa10 import scene
@@ -306,3 +307,11 @@ def test_three_cameras_show_three_views(shared):
         assert picture.std() > 10, name
         seen.append(picture.astype(float))
     assert all(np.abs(a - b).mean() > 5 for i, a in enumerate(seen) for b in seen[:i])
+
+
+def test_a_program_tells_its_steps(arm, shared):
+    told = []
+    arm.execute("program", {"text": "# m\u00e9chant\u2028g 1\x0b\nR 2\nd 4 # s\nE"}, allow, told.append)
+    assert told[:2] == ["sent", "acknowledged"]
+    steps = list(dict.fromkeys(told[2:]))
+    assert steps == [Progress("step 1 of 2", 0.0), Progress("step 2 of 2", 0.5)]

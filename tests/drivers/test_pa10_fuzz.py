@@ -35,7 +35,7 @@ def written(values):
 
 
 def posture(letter):
-    """Values that the arm may well take, so that there is a motion to spoil."""
+    """Generate values that the arm may well take, so that there is a motion to spoil."""
     if letter == "j":
         return st.tuples(*[st.floats(-40, 40)] * 6).map(
             lambda d: written([a + b for a, b in zip(READY, d, strict=True)])
@@ -45,7 +45,7 @@ def posture(letter):
 
 
 def line_of(letter):
-    """One line of a letter: sensible, wild in its numbers, or wrong in their count."""
+    """Generate a line of a letter: sensible, wild in its numbers, or wrong in their count."""
     form = FORMS[letter]
     inside = st.tuples(*[st.floats(v.low, v.high) for v in form.values[: max(form.least, len(form.values) // 7 * 7)]])
     wild = st.lists(numbers(), min_size=form.least, max_size=len(form.values)).map(lambda v: " ".join(map(repr, v)))
@@ -199,7 +199,7 @@ class Fuzz(Watched):
             assert other.recv(100).startswith(b"e busy another client")
 
     def judge(self):
-        """Nothing was harmed."""
+        """Fail if anything was harmed."""
         self.assert_well()
         status = self.sim.status()
         assert np.all(np.isfinite(status["reference"]))

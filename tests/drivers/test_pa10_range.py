@@ -9,7 +9,7 @@ import pytest
 from robots.kit.arms.described import chain
 from robots.kit.contract.errors import HardwareFault, OutOfWorkspace
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import Terminal, allow, do, journal
+from tests.drivers.pa10_wire import Terminal, allow, do, journal, push_out
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
@@ -36,25 +36,15 @@ def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm,
     assert arm.recover(allow).ready
 
 
-def pushed_out(terminal, shared):
-    """Turn the first axis until it is beyond its range, without a motion of its own."""
-    terminal.ask("j 160 -40 -40 0 -30 0 1")
-    assert terminal.ask("W") == "a"
-    shared.fault("disturb", 900.0)
-    wait_for(lambda: terminal.ask("w") == "e", 10, "the range error")
-    shared.clear()
-    wait_for(lambda: abs(shared.status()["speed"]) < 0.01, 10, "rest")
-
-
 def test_pushed_out_at_rest_it_says_so(terminal, shared):
-    pushed_out(terminal, shared)
+    push_out(terminal, shared)
     assert "S1" in journal(shared, "range_error")[-1]["why"]
     for line in ("j 0 25 75 0 80 0", "g 1", "p 1", "J 0 0 0 0 0 1"):
         assert terminal.ask(line).startswith("e range"), line
 
 
 def test_neither_silence_nor_a_restart_leads_out_of_it(terminal, shared):
-    pushed_out(terminal, shared)
+    push_out(terminal, shared)
     boot = shared.status()["boot"]
     shared.fault("restart", count=1)
     wait_for(lambda: shared.status()["boot"] > boot, 10, "the restart")
@@ -68,7 +58,7 @@ def test_neither_silence_nor_a_restart_leads_out_of_it(terminal, shared):
 
 
 def test_the_way_out_must_be_gone_to_its_end(terminal, shared):
-    pushed_out(terminal, shared)
+    push_out(terminal, shared)
     assert terminal.ask("j 0 0 0 0 0 0 0.2").startswith("ok")
     assert terminal.ask("j 0 25 75 0 80 0").startswith("e "), "another target does not take its place"
     wait_for(lambda: shared.status()["moving"], 5, "the motion")

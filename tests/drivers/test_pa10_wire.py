@@ -170,7 +170,7 @@ def test_the_end_of_the_only_clients_connection_holds_at_once(terminal, shared, 
         return shared.status()["moving"]
 
     wait_for(moving, 5, "a motion")
-    terminal.say("k 600 0 300 180 0 180", "p 1")  # what still stands in the row does not begin either
+    terminal.say("k 600 0 300 180 0 180", "p 1")  # the rest of the row does not begin either
     closed = time.monotonic()
     terminal.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     terminal.lines.close()

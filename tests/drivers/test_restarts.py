@@ -16,13 +16,12 @@ from tests.drivers import irat_wire
 from tests.drivers.conftest import CORRIDOR
 from tests.drivers.mercury_wire import AIR, CALIBRATE, HOLD, MOVE_XYZ, floats
 from tests.drivers.mercury_wire import Terminal as MercuryTerminal
-from tests.drivers.pa10_wire import FASTER, Terminal, journal
+from tests.drivers.pa10_wire import FASTER, Terminal, journal, push_out
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 from tests.waiting import CEILING_S
 
 SILENT_S = 3.0 * FASTER  # of an owner, and of a line to which nobody connects, before the arm's watchdog acts
 EPOCHS = itertools.count(1)  # of the arms of this file
-PUSHED_OUT = "j 160 -40 -40 0 -30 0 1"
 
 
 def claimed(sim):
@@ -50,17 +49,8 @@ def at_rest(terminal, sim):
     assert terminal.ask("W") == "a"
 
 
-def pushed_out(terminal, sim):
-    assert terminal.ask(PUSHED_OUT).startswith("ok")
-    assert terminal.ask("W") == "a"
-    sim.fault("disturb", 900.0)
-    wait_for(lambda: terminal.ask("w") == "e", 10, "the range error")
-    sim.clear()
-    wait_for(lambda: abs(sim.status()["speed"]) < 0.01, 10, "rest")
-
-
 def leaving(terminal, sim):
-    pushed_out(terminal, sim)
+    push_out(terminal, sim)
     assert terminal.ask("j 0 0 0 0 0 0 0.2").startswith("ok")
 
 
@@ -79,7 +69,7 @@ ARM = {
     "in a program": (asked("p 1"), "a"),
     "closing its gripper": (asked("g 1"), "a"),
     "inside a box that was added": (asked("b -2000 -2000 -2000 2000 2000 2000 everywhere"), "a"),
-    "pushed out": (pushed_out, "e"),
+    "pushed out": (push_out, "e"),
     "on its way out of a range error": (leaving, "e"),
 }
 
@@ -123,7 +113,7 @@ def test_the_museum_arm_that_is_switched_on_in_range_error_says_so(tmp_path):
     """Judged by order: it answers, its watchdog cuts the silent owner off, and the way out leads out."""
     sim = ArmSimulator(tmp_path, watchdog=SILENT_S, nobody=600.0 * FASTER, speed=FASTER)
     try:
-        pushed_out(claimed(sim), sim)
+        push_out(claimed(sim), sim)
         sim.stop()
         sim.start()
         silent = claimed(sim)

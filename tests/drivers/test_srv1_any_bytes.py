@@ -1,4 +1,4 @@
-"""Whatever bytes the rover is sent, whole commands, pieces and noise: a hold is heard, and nothing goes on."""
+"""A hold stops the rover whatever bytes it was sent: whole commands, pieces and noise."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""What is ours in the rover's firmware: claim, velocities, hold at any moment, patrol, permit, rules, journal."""
+"""Our extension of the rover's firmware: claim, velocities, hold at any moment, patrol, permit, rules, journal."""
 
 from binascii import crc_hqx
 
@@ -34,7 +34,7 @@ class Constant:
 
 
 class Warm(Constant):
-    """One that says its speed where both of these are as on the bench."""
+    """A rule set that says its speed where temperature and humidity are as on the bench."""
 
     inputs = ("temperature", "humidity")
 
@@ -142,7 +142,7 @@ def test_a_power_cycle_forgets_the_epoch_and_says_so(rig):
 
 
 def test_rules_come_into_force_under_the_claimed_epoch_alone(rig):
-    """Whoever has filled the buffer: an earlier owner that is still connected, or one that nobody knows."""
+    """An earlier owner that is still connected, or an unknown client, may have filled the buffer."""
     text = b"speed 150"
     rig.firmware.flash.load(text)
     crc = crc_hqx(text, 0)

@@ -1,4 +1,4 @@
-"""The permit by which the rover goes on alone, what ends it, and what its journal tells of the time without a word."""
+"""The permit by which the rover goes on alone, what ends it, and what its journal tells of the time without contact."""
 
 import pytest
 

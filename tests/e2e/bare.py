@@ -5,6 +5,7 @@ import time  # noqa: TID251 - stamps of states
 from datetime import timedelta
 from pathlib import Path
 
+import pytest
 from django.conf import settings
 from PIL import Image, ImageDraw
 
@@ -28,6 +29,12 @@ PASSWORD = "correct horse 42"
 JOINTS = {"mercury": (0.9, 1.8, 0.0, 0.0), "pa10": (0.0, 0.44, 1.31, 0.0, 1.4, 0.0, 0.05)}
 LASTS_S = 3600  # offers and turns, however busy the machine is
 SIZES = {"mercury": (192, 165), "pa10": (320, 240)}
+
+
+@pytest.fixture
+def portal(bare):
+    """The portal of a test file that imports this."""
+    return bare
 
 
 class BarePortal:

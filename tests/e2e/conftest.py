@@ -200,6 +200,13 @@ class Visitor:
             self.page.goto(address.format(robot.slug))
         return self
 
+    def take_turn(self):
+        """Join, accept the offer, and wait until the page has the turn; return the visitor."""
+        self.page.click("[data-do=join]")
+        self.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
+        self.page.wait_for_selector(".operating", timeout=20_000)
+        return self
+
     def axe(self, where=""):
         page = self.page
         if not page.evaluate("() => 'axe' in window"):  # given as it is: an argument would be read thrice
@@ -324,7 +331,7 @@ def visitor(chromium, portal):
 
 
 def session(visitor, user):
-    """Give the browser a session of that person, as a sign-in would."""
+    """Give the visitor's browser a session of that person, as a sign-in would; return the visitor."""
     from django.conf import settings
     from django.contrib.auth import BACKEND_SESSION_KEY, HASH_SESSION_KEY, SESSION_KEY
     from django.contrib.sessions.backends.db import SessionStore
@@ -337,3 +344,4 @@ def session(visitor, user):
     visitor.context.add_cookies(
         [{"name": settings.SESSION_COOKIE_NAME, "value": store.session_key, "url": visitor.portal.url}]
     )
+    return visitor

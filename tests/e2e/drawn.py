@@ -14,7 +14,7 @@ STEADY = """(frames) => new Promise((done) => {
   };
   frame();
 })"""
-# what comes and goes above the panels, as when a busy machine's robot is silent for a moment, moves what is below it
+# a line that comes and goes above the panels, as when a robot is silent for a moment, moves the panels below it
 QUIET = "() => { document.getElementById('banner').style.display = 'none'; }"
 
 

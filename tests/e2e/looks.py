@@ -1,4 +1,4 @@
-"""What a page looks like: judged at both widths and in both themes, and kept for whoever wants to look."""
+"""The look of a page: judged at both widths and in both themes, and stored as pictures."""
 
 from itertools import product
 

@@ -5,6 +5,8 @@ import threading
 import time  # noqa: TID251 - stamps of states
 from datetime import timedelta
 
+import pytest
+
 from portal.keep.seeding import add_robot
 from robots import bus
 from robots.kit.clock import SYSTEM, ms_of
@@ -26,6 +28,12 @@ TOLD = {
 }  # fmt: skip
 VALUES = {"battery": 7.9, "charge": 82.0, "charging": 0.0, "map": MAP, "experiences": PLACES, "docks": 3, "driven": 5.0}
 MARGIN_PX, BESIDE_M = 26, 0.05  # round the map, on the canvas and in metres
+
+
+@pytest.fixture
+def portal(roaming):
+    """The portal of a test file that imports this."""
+    return roaming
 
 
 class RoamingPortal:
@@ -72,7 +80,7 @@ class RoamingPortal:
 
 
 def place_on(page, number):
-    """Where that place of the ring is drawn, from the canvas's corner (px)."""
+    """Return where that place of the ring is drawn, from the canvas's corner (px)."""
     box = page.locator("#map").bounding_box()
     wide = 2 * (RADIUS_M + BESIDE_M)
     scale = min(box["width"] - 2 * MARGIN_PX, box["height"] - 2 * MARGIN_PX) / wide

@@ -199,7 +199,7 @@ def _mission(robot):
 
 
 def _options(height: int) -> tuple[dict[str, object], ...]:
-    """A large page in the light, one in the dark, and a phone's."""
+    """Return a large page in the light, one in the dark, and a phone's."""
     large = {"width": 1440, "height": height}
     return {"viewport": large}, {"viewport": large, "color_scheme": "dark"}, {"viewport": PHONE}
 

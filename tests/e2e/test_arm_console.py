@@ -30,9 +30,7 @@ pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indi
 def operator(visitor):
     def make(name="ada", **options):
         person = visitor(**options).cleared(name)
-        person.page.click("[data-do=join]")
-        person.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-        person.page.wait_for_selector(".operating", timeout=20_000)
+        person.take_turn()
         return person
 
     return make
@@ -241,8 +239,7 @@ def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
 
 def test_staff_draw_a_box_and_the_controller_refuses_it(portal, visitor, django_user_model):
     django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
-    kim = visitor()
-    session(kim, django_user_model.objects.get(username="root"))
+    kim = session(visitor(), django_user_model.objects.get(username="root"))
     page = kim.page
     address = f"/admin/robots/robot/{portal.robot.pk}/change/"
     page.goto(address)

@@ -11,6 +11,7 @@ from queueing.models import Ticket
 from queueing.services import Asker, ask
 from robots.kit.clock import SYSTEM
 from tests.conftest import at_length
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import size
 from tests.e2e.roaming import MAP, RING
@@ -28,11 +29,6 @@ OTHER_LOOKS = [other.values[0] for other in OTHERS]
 OF_THE_RAT = ["/robots/irat/", "/robots/irat/jobs/", "/robots/irat/statistics/", "/robots/irat/recordings/"]
 GOAL = {"map": MAP, "x": RING[15][0], "y": RING[15][1]}
 OWN = ["/me/", "/accounts/email/", "/accounts/password/change/", "/accounts/logout/", "/robots/mercury/orientation/"]
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 def looked_at(one, addresses, *looks, over=OVER):
@@ -81,8 +77,7 @@ def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, 
     """On the robot's page, and in the bar on another page."""
     ada, bob = portal.person("ada", "mercury"), portal.person("bob", "mercury")
     turn = portal.drive(bob, "mercury")
-    one = visitor(**look)
-    session(one, ada)
+    one = session(visitor(**look), ada)
     page = one.page
     pages = [portal.robot.get_absolute_url(), "/log/"]
     page.goto(pages[0])
@@ -114,8 +109,7 @@ def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, 
 @pytest.mark.parametrize("look", [LIGHT, *OTHERS])
 def test_a_jobs_page_in_each_state(roaming, visitor, look):
     ada = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
-    one = visitor(**look)
-    session(one, ada)
+    one = session(visitor(**look), ada)
     job = ask(roaming.robot, Asker(user=ada), "goal", GOAL, SYSTEM.now())
     looked_at(one, [job.get_absolute_url(), "/robots/irat/jobs/"], *both(look))
     running(job, SYSTEM.now(), progress={"text": "half way", "share": 0.5})
@@ -128,8 +122,7 @@ def test_a_jobs_page_in_each_state(roaming, visitor, look):
 @pytest.mark.parametrize("look", [DARK, at_length(LIGHT), *OTHERS])
 def test_a_turns_page_in_each_state(portal, visitor, look):
     ada = portal.person("ada", "mercury", "pa10")
-    one = visitor(**look)
-    session(one, ada)
+    one = session(visitor(**look), ada)
     turn = portal.drive(ada, "mercury")
     address = turn.get_absolute_url()
     looked_at(one, [address, *OWN])  # still driving
@@ -157,8 +150,7 @@ def test_the_admins_pages(portal, visitor, look):
     entry = portal.entry(cy, "mercury")
     response = log.answer_survey(entry.turn, cy, {1: "4"}, SYSTEM.now())
     load_bank(portal.robot)
-    one = visitor(**look)
-    session(one, root)
+    one = session(visitor(**look), root)
     arm, sand = portal.robots["pa10"].pk, portal.robots["mercury"].pk
     ticket = Ticket.objects.first().pk
     changed = [

@@ -12,6 +12,17 @@ from tests.e2e.test_layout import PUBLIC
 from tests.waiting import CEILING_S, wait_for
 
 
+def release_leave_and_write(page):
+    """Release a stop after a look, leave the turn, and write of it in the log."""
+    page.check("[name=checked]")
+    page.click("button[value=release]")
+    expect(page.locator(".messages")).to_contain_text("released")
+    page.click("summary")
+    page.click("button[value=leave]")
+    page.click("text=Write in the operator's log")
+    page.fill("#text", "Driven without a single script.")
+
+
 @pytest.mark.timed
 def test_the_whole_way_without_scripts(portal, visitor):
     ada = visitor(java_script_enabled=False)
@@ -65,13 +76,7 @@ def test_the_whole_way_without_scripts(portal, visitor):
     expect(page.locator(".messages")).to_contain_text("off the sand")
     page.click("button[value=stop]")
     expect(page.locator("main")).to_contain_text("The robot is stopped")
-    page.check("[name=checked]")
-    page.click("button[value=release]")
-    expect(page.locator(".messages")).to_contain_text("released")
-    page.click("summary")
-    page.click("button[value=leave]")
-    page.click("text=Write in the operator's log")
-    page.fill("#text", "Driven without a single script.")
+    release_leave_and_write(page)
     page.click("text=Put it in the log")
     assert Entry.objects.get().text == "Driven without a single script."
     assert Turn.objects.get().classic
@@ -104,13 +109,7 @@ class TestOnRows:
         page.click("button[value=stop]")
         expect(page.locator("main")).to_contain_text("The robot is stopped")
         assert type(portal.robot).objects.get(pk=portal.robot.pk).stop_latched
-        page.check("[name=checked]")
-        page.click("button[value=release]")
-        expect(page.locator(".messages")).to_contain_text("released")
-        page.click("summary")
-        page.click("button[value=leave]")
-        page.click("text=Write in the operator's log")
-        page.fill("#text", "Driven without a single script.")
+        release_leave_and_write(page)
         page.click("main form.form button")
         expect(page.locator("main")).to_contain_text("Driven without a single script.")
         assert Entry.objects.get().text == "Driven without a single script."

@@ -1,4 +1,4 @@
-"""What a console says follows what is so: gamepads, refusals, the cross, the fields of a pose, the screen."""
+"""A console shows the present state: gamepads, refusals, the cross, the fields of a pose, the screen."""
 
 import io
 import time
@@ -13,6 +13,7 @@ from robots.kit.packets import picture_packet
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e import bare as told
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 
 # ruff: noqa: TID251 - its tests are timed
@@ -33,11 +34,6 @@ Object.defineProperty(navigator, "wakeLock", { value: { request: async () => {
 """
 HELD = "locks.filter((lock) => !lock.released).length"
 TICKS = 300  # ms; the page reads a gamepad every 40 ms
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

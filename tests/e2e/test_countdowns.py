@@ -12,6 +12,7 @@ from accounts.services import load_bank
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots.kit.clock import SYSTEM
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET
 from tests.e2e.told_line import ToldLine, own_time, stopped_clock
@@ -27,11 +28,6 @@ LISTEN = """
   new MutationObserver(() => live.textContent && heard.push([live.getAttribute("aria-live"), live.textContent]))
     .observe(live, { childList: true, characterData: true, subtree: true }); }
 """
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture
@@ -216,8 +212,7 @@ def test_the_pause_after_a_failed_test_counts_down_and_then_the_link_works(porta
     eve = portal.person("eve")
     load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
-    one = visitor()
-    session(one, eve)
+    one = session(visitor(), eve)
     page = one.page
     stopped_clock(page)
     page.goto("/robots/mercury/clearance/")

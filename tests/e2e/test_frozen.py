@@ -11,6 +11,7 @@ from playwright.sync_api import expect
 
 from robots import bus
 from robots.kit.packets import picture_packet
+from tests.e2e.bare import portal as portal
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
@@ -37,11 +38,6 @@ class Camera:
     def stop(self):
         self._over.set()
         self._thread.join()
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

@@ -4,14 +4,10 @@ import pytest
 from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyResponse
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 
 pytestmark = pytest.mark.timed
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 LINE = "A watch \U0001f916, at\nhalf past four.\n"
@@ -20,8 +16,7 @@ LINE = "A watch \U0001f916, at\nhalf past four.\n"
 def test_a_field_filled_to_its_end_with_lines_and_emoji_is_stored_as_written_by_a_double_press(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.end(portal.drive(ada, "mercury"))
-    one = visitor()
-    session(one, ada)
+    one = session(visitor(), ada)
     page = one.page
     page.goto(turn.get_absolute_url())
     written = []

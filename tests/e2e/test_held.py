@@ -27,7 +27,7 @@ window.pad = { axes: [0, 0], connected: true, buttons: Array.from({length: 17}, 
 navigator.getGamepads = () => [window.pad];
 Object.defineProperty(document, "hasFocus", { value: () => true });
 """
-# what the page itself is made to do, to lose its controls
+# ways in which the page itself loses its controls
 INJECTED = {
     "blur": "dispatchEvent(new Event('blur'));",
     # headless Chromium hides none
@@ -57,9 +57,7 @@ def operator(visitor):
         ada.page.context.add_init_script(GAMEPAD)
         ada.page.context.add_init_script(FLAT)
         ada.cleared(name)
-        ada.page.click("[data-do=join]")
-        ada.page.locator("[data-do=accept]").press("Enter", timeout=20_000)
-        ada.page.wait_for_selector(".operating", timeout=20_000)
+        ada.take_turn()
         made.append(ada)
         return ada
 

@@ -15,6 +15,7 @@ from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.roaming import MAP, place_on
+from tests.e2e.roaming import portal as portal
 from tests.e2e.small import SmallPortal
 from tests.rig import Board
 
@@ -29,13 +30,8 @@ WIDTH = "document.documentElement.scrollWidth"
 EXPERIENCES, LOOPS = 60, 5
 
 
-@pytest.fixture
-def portal(roaming):
-    return roaming
-
-
 def opened(visitor, **options):
-    """A stranger on the robot's page, with the map on the screen."""
+    """Return a stranger on the robot's page, with the map on the screen."""
     one = visitor(**options)
     one.asked_for = []
     one.page.on("request", lambda r: one.asked_for.append(r.url))
@@ -97,8 +93,7 @@ def test_two_strangers_one_on_a_phone_give_goals_by_click_and_from_the_list(port
 def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, visitor, people):
     stranger = opened(visitor)
     expect(stranger.page.locator("#drive")).to_be_hidden()
-    kim = visitor(color_scheme="dark")
-    session(kim, people["kim"])
+    kim = session(visitor(color_scheme="dark"), people["kim"])
     expect(stranger.page.locator("#suspended")).to_be_hidden()
     services.lock_out(portal.robot, people["kim"], "driven by hand")
     expect(stranger.page.locator("#suspended")).to_contain_text("wait until staff press Resume jobs")
@@ -230,8 +225,7 @@ class TestTheRobotItself:
         job = Job.objects.latest("pk")
         assert job.runs.count() == 2, "cut short once, then finished"
         expect(one.page.locator("#asked")).to_have_text(re.compile(r"Your goal was (not )?reached\."))
-        kim = visitor()
-        session(kim, people["kim"])
+        kim = session(visitor(), people["kim"])
         services.lock_out(robot, people["kim"], "the map")
         robot = Robot.objects.get(pk=robot.pk)
         services.release_stop(robot, people["kim"], True)
@@ -247,12 +241,12 @@ class TestTheRobotItself:
 
 
 def at(address):
-    """A browser of that address, as a proxy would tell it."""
+    """Return a browser with that address, as a proxy would tell it."""
     return {"extra_http_headers": {"X-Forwarded-For": address}}
 
 
 def shown(robot):
-    """The map as a new viewer of the robot would get it."""
+    """Return the map as a new viewer of the robot would get it."""
     held = MapShown()
     for data in bus.connection().lrange(bus.stream_key(robot.slug, 0), 0, -1):
         packet = unpack(data)
@@ -261,7 +255,7 @@ def shown(robot):
 
 
 def loops(robot):
-    """How many links join places that were not made one after the other."""
+    """Return how many links join places that were not made one after the other."""
     links = shown(robot).links
     return int((abs(links[:, 0] - links[:, 1]) > 20).sum())
 

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from robots.kit.drivers.irat.packets import Why
 from tests.e2e.roaming import MAP, place_on
+from tests.e2e.roaming import portal as portal
 from tests.e2e.test_axe import DARK, LIGHT
 
 pytestmark = pytest.mark.timed
@@ -15,11 +16,6 @@ PAINTED = """() => { const c = document.getElementById('map'), d = c.getContext(
   let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; }"""
 
 OTHER = "() => Math.abs(({})() / {} - 1) > 0.05"
-
-
-@pytest.fixture
-def portal(roaming):
-    return roaming
 
 
 @pytest.mark.parametrize("look", [LIGHT, DARK])

@@ -9,6 +9,7 @@ from queueing.models.jobs import Job, JobRun
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Grant
 from robots.states import GrantKind
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.test_steady import SIZES
 
@@ -17,11 +18,6 @@ pytestmark = pytest.mark.timed
 # each pause before the page is asked for once more, in ms
 PAUSES = """window.pauses = []; const later = window.setTimeout;
 window.setTimeout = (act, ms, ...more) => { if (ms >= 1000) window.pauses.push(ms); return later(act, ms, ...more); };"""
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.conftest import at_length
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET, scroll, settle, size
 
@@ -27,19 +28,13 @@ PLACES = """(hints) => hints.map((words) => {
 
 
 @pytest.fixture
-def portal(bare):
-    return bare
-
-
-@pytest.fixture
 def driving(portal, visitor):
     """Give somebody a turn at a robot, in a browser of their own."""
 
     def make(robot, name="ada", **options):
         user = portal.person(name, robot)
         turn = portal.drive(user, robot)
-        one = visitor(**options)
-        session(one, user)
+        one = session(visitor(**options), user)
         one.turn = turn
         one.page.goto(portal.robots[robot].get_absolute_url())
         one.page.wait_for_selector(".operating")

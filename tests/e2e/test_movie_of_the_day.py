@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -12,13 +11,13 @@ from playwright.sync_api import expect
 from tests.conftest import wait_for
 from tests.e2e.conftest import Visitor
 from tests.e2e.looks import looks
+from tests.environment import ROOT
 from tests.services.test_broadcast_network import free_port
 from tests.services.test_broadcast_network import group as group
 from tests.unit.test_broadcast_served import film
 
 pytestmark = pytest.mark.timed
 
-ROOT = Path(__file__).resolve().parents[2]
 CODEC = 'video/mp4; codecs="avc1.64000a"'
 
 

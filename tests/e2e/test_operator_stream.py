@@ -1,4 +1,4 @@
-"""Whoever drives has a stream of their own, opened with a one-time code: another one after a reload, none after the turn."""
+"""An operator has a stream of their own, opened with a one-time code: another after a reload, none after the turn."""
 
 import re
 
@@ -67,9 +67,7 @@ def test_a_reload_of_the_operators_page_gets_another_code_and_pictures_go_on(por
     page.goto("/robots/mercury/")
     sockets.wait(own=False)
     assert not sockets.codes
-    page.click("[data-do=join]")
-    page.locator("[data-do=accept]").press("Enter", timeout=20_000)
-    page.wait_for_selector(".operating", timeout=20_000)
+    ada.take_turn()
     first = sockets.wait(own=True)
     assert len(sockets.codes) == 1
     before = sockets.codes[0].json()["code"]

@@ -18,7 +18,7 @@ SLOW = 6000  # bytes a second
 
 
 class Heard:
-    """What came over a page's socket, and what it has asked for."""
+    """The messages that came over a page's socket, and what the page has asked for."""
 
     def __init__(self, page):
         self.kinds, self.asked = [], []

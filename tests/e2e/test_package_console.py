@@ -74,9 +74,7 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     for module, name in WIDGETS.items():
         assert name in page.evaluate(f"async () => Object.keys(await import('/static/farhand/v1/{module}.js'))"), module
     expect(page.locator("[data-command=turn]")).to_be_hidden()  # nobody drives
-    page.click("[data-do=join]")
-    page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-    page.wait_for_selector(".operating", timeout=20_000)
+    ada.take_turn()
     expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "false")
     stop = page.locator("[data-command=stop]")
     expect(stop).to_have_count(1)

@@ -25,9 +25,7 @@ def portal(transactional_db, redis_server, monkeypatch, tmp_path):
 def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visitor):
     ada = visitor(viewport={"width": 390, "height": 844}).sign_up("ada").get_cleared()
     page = ada.page
-    page.click("[data-do=join]")
-    page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-    page.wait_for_selector(".operating", timeout=20_000)
+    ada.take_turn()
     turn = page.locator("form.plain-command", has=page.locator("#turn-angle"))
     expect(turn.locator("button")).to_have_attribute("aria-disabled", "false")
     expect(page.locator("#turn-angle")).to_have_attribute("placeholder", "-3 to 3")

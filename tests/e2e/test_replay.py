@@ -17,6 +17,7 @@ from robots.kit.recording.reading import messages
 from robots.models import Movie, RecordingState
 from robots.recordings import keeping
 from tests.conftest import wait_for
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT, OTHERS
 
@@ -26,11 +27,6 @@ SECONDS = 24
 NAMES = ("q1", "q2", "q3", "q4")
 # how bright the middle of the picture is
 GREY = "() => { const c = document.getElementById('picture'); return c.getContext('2d').getImageData(90, 80, 1, 1).data[0]; }"
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 def grey(second):
@@ -129,8 +125,7 @@ def test_a_recording_is_played_and_moved_in_time_by_mouse_and_keyboard(portal, v
 
 
 def test_nothing_can_be_commanded_from_a_recording(portal, visitor, recording):
-    operator = visitor()
-    session(operator, recording.turn.user)
+    operator = session(visitor(), recording.turn.user)
     portal.drive(recording.turn.user, "mercury")  # even by somebody who drives the robot now
     page = operator.page
     page.goto(recording.get_absolute_url())

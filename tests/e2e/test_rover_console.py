@@ -61,8 +61,7 @@ def test_a_mission_is_composed_offline_sent_and_found_done(portal, visitor):
     wait_for(lambda: Job.objects.get().state == "done", 120, "the mission, whose sender has gone")
     told = list(Finding.objects.order_by("number"))
     assert [one.text for one in told] == ["readings", "photograph", "Here begins the tour."]
-    another = visitor()
-    session(another, job.user)
+    another = session(visitor(), job.user)
     back = another.page
     back.goto(job.get_absolute_url())
     expect(back.locator("#job")).to_contain_text("What it found")

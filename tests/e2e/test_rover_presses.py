@@ -1,4 +1,4 @@
-"""What is pressed twice on the rover's page, because the line is slow, is done once."""
+"""A button that is pressed twice on the rover's page, because the line is slow, takes effect once."""
 
 import pytest
 from playwright.sync_api import expect

@@ -16,9 +16,7 @@ PEAKS = {"VS": 0.04, "S": 0.08, "M": 0.12, "F": 0.16, "VF": 0.2}
 @pytest.fixture
 def operator(visitor):
     person = visitor().cleared("ada")
-    person.page.click("[data-do=join]")
-    person.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-    person.page.wait_for_selector(".operating", timeout=20_000)
+    person.take_turn()
     person.page.click("#hall-rules > summary")
     return person
 

@@ -89,7 +89,7 @@ def portal(transactional_db, redis_server, house):
 
 
 def driving(portal, visitor, **options):
-    """Somebody whose turn it is, on the rover's page."""
+    """Return a visitor whose turn it is, on the rover's page."""
     one = visitor(**options)
     one.page.context.add_init_script(PAD)
     one.cleared("ada", None)

@@ -50,7 +50,7 @@ class Truth(threading.Thread):
         return min(self.samples, key=lambda sample: abs(sample[0] - ms))[1]
 
     def at_rest(self, near=True):
-        """Whether it rests for half a second; `near`: where the reflex holds it."""
+        """Tell whether it rests for half a second; `near`: where the reflex holds it."""
         newest = self.samples[-6:]
         return len(newest) == 6 and all(speed < 0.01 and (not near or left < REFLEX_M) for _, left, speed in newest)
 
@@ -74,9 +74,7 @@ def operator(portal, visitor, truth):
         one = visitor(**options)
         one.page.context.add_init_script(PAD + BUZZED)
         one.cleared("ada")
-        one.page.click("[data-do=join]")
-        one.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-        one.page.wait_for_selector(".operating", timeout=20_000)
+        one.take_turn()
         expect(one.page.locator(".stick")).to_have_attribute("aria-disabled", "false", timeout=30_000)
         wait_for(lambda: truth.at_rest(near=False), 20, "it rests")
         portal.sim.fault("carried", PLACE)

@@ -9,6 +9,7 @@ from operatorlog.models import SurveyAnswer, SurveyQuestion
 from portal.keep.seeding import add_robot
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT
 from tests.services.in_use import job_done
@@ -29,19 +30,13 @@ OVERLAP = """() => [...document.querySelectorAll('.bars tr')].flatMap((row) => {
 
 
 @pytest.fixture
-def portal(bare):
-    return bare
-
-
-@pytest.fixture
 def staff(portal, visitor):
     """Open browsers of a superuser, one in each look."""
     root = portal.person("root", is_staff=True, is_superuser=True)
 
     def make():
         for look in (LIGHT, DARK):
-            one = visitor(**look)
-            session(one, root)
+            one = session(visitor(**look), root)
             yield one
 
     return make

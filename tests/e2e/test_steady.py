@@ -1,4 +1,4 @@
-"""Nothing moves under a finger: whatever the page has to say, what can be pressed stays where it is."""
+"""Nothing moves under a finger: whatever the page shows, its buttons stay where they are."""
 
 from contextlib import contextmanager
 
@@ -11,6 +11,7 @@ from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import settle
 from tests.faults.proxy import Proxy
@@ -41,11 +42,6 @@ OVERLAPS = """([first, ...others]) => {
   }));
 }"""
 PICTURES = ("#screen", ".model", ".map")
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

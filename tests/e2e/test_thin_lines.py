@@ -66,9 +66,7 @@ def operator(portal, visitor):
     ada.allowed = ("ERR_", "WebSocket")
     pings = Pings(ada.page)
     ada.page.goto(f"http://localhost:{line.at[1]}/robots/mercury/")
-    ada.page.click("[data-do=join]")
-    ada.page.locator("[data-do=accept]").press("Enter", timeout=20_000)
-    ada.page.wait_for_selector(".operating", timeout=20_000)
+    ada.take_turn()
     expect(ada.page.locator("#age")).to_have_text(re.compile("a second"))
     yield ada, line, pings
     line.set("cut")

@@ -10,17 +10,13 @@ from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots.kit.clock import SYSTEM
 from tests.conftest import at_length, wait_for
+from tests.e2e.bare import portal as portal
 from tests.e2e.drawn import IDLE, settle
 from tests.e2e.told_line import stopped_clock
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR = "#turnbar"
 POLL_MS = 11_000  # so long after it was opened a page without a socket has asked
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture

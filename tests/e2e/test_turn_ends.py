@@ -14,6 +14,7 @@ from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
+from tests.e2e.bare import portal as portal
 from tests.e2e.drawn import QUIET
 from tests.e2e.told_line import ToldLine, own_time
 
@@ -27,11 +28,6 @@ WHERE = (
 BANNER = """() => { const banner = document.getElementById("banner"), was = scrollY;
   [banner.hidden, banner.style.display] = [false, ""]; scrollTo({ top: 400, behavior: "instant" });
   const { top } = banner.getBoundingClientRect(); banner.style.display = "none"; scrollTo({ top: was, behavior: "instant" }); return top; }"""
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 @pytest.fixture
@@ -50,7 +46,7 @@ def driving(portal, visitor):
 
 
 def idle(seconds):
-    """As if nothing had been done for so long while somebody waited, who is there; then advance the queues."""
+    """Let nothing have been done for so long while somebody, who is there, waited; then advance the queues."""
     now = SYSTEM.now()
     at = now - timedelta(seconds=seconds)
     up_for_long()
@@ -60,7 +56,7 @@ def idle(seconds):
 
 
 def up_for_long():
-    """As if people could reach the portal for an hour."""
+    """Let people have reached the portal for an hour."""
     began = SYSTEM.now() - timedelta(hours=1)
     bus.connection().set(bus.web_up_key(), began.timestamp(), ex=web_uptime.LASTS_S)
 

@@ -10,21 +10,16 @@ from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import wait_for
+from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 
 LOADED = "() => [...document.querySelectorAll('.entry img, .frames img')].every((i) => i.complete && i.naturalWidth)"
 
 
-@pytest.fixture
-def portal(bare):
-    return bare
-
-
 def test_what_is_written_is_never_lost(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.end(portal.drive(ada, "mercury"))
-    one = visitor()
-    session(one, ada)
+    one = session(visitor(), ada)
     page = one.page
     page.goto(turn.get_absolute_url())
     # typed and left: it is there again
@@ -71,8 +66,7 @@ def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
     eve = portal.person("eve")
     load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
-    one = visitor(java_script_enabled=False)
-    session(one, eve)
+    one = session(visitor(java_script_enabled=False), eve)
     page = one.page
     page.goto("/robots/mercury/clearance/")
     for group in page.locator("main fieldset").all():
@@ -86,8 +80,7 @@ def test_what_is_written_before_the_script_has_come_is_a_draft_too(portal, visit
     ada = portal.person("ada", "mercury")
     turn = portal.drive(ada, "mercury")
     queue.leave(Robot.objects.get(slug="mercury"), ada, SYSTEM.now())
-    one = visitor()
-    session(one, ada)
+    one = session(visitor(), ada)
     page, held = one.page, []
     page.goto(turn.get_absolute_url())
     page.fill("#text", "An older draft.")

@@ -10,6 +10,7 @@ import pytest
 from robots import bus
 from robots.kit.packets import picture_packet
 from tests.conftest import wait_for
+from tests.e2e.bare import portal as portal
 from tests.e2e.test_pace import Heard
 from workers.media.steps import jpeg
 from workers.media.video import Shot, Video
@@ -24,11 +25,6 @@ PIXELS = """(canvas) => {
   return { size: [canvas.height, canvas.width], pixels: [1, 3, 5].map((sixth) =>
     [...context.getImageData((canvas.width * sixth) / 6, canvas.height / 2, 1, 1).data].slice(0, 3)) };
 }"""
-
-
-@pytest.fixture
-def portal(bare):
-    return bare
 
 
 class Cameras:

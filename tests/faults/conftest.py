@@ -9,6 +9,9 @@ from django.conf import settings
 from django.contrib.auth.models import Permission
 from django.db import connection
 
+from accounts.models import Clearance
+from portal.keep.seeding import add_robot
+from portal.run.processes import robot_processes
 from robots import bus, services
 from robots.grants import owner_alive
 from robots.kit.clock import SYSTEM
@@ -21,7 +24,7 @@ from tests.faults.proxy import Proxy
 from tests.faults.wishes import ROBOTS
 from tests.faults.witness import Witness  # noqa: TID251 - a fixture for timed tests
 from tests.looked import swept
-from tests.rig import free_port, worker
+from tests.rig import Child, free_port, worker
 
 
 class Rig:
@@ -242,3 +245,26 @@ def web(transactional_db, redis_server, robot, people):
     made = WebHere()
     yield made
     made.stop()
+
+
+@pytest.fixture
+def turntable(transactional_db, redis_server, people, installed):
+    """Start the turntable with its owner, in ada's turn, its simulator with `env`; return its row and the processes."""
+    children = []
+
+    def start(**env):
+        bus.connection().flushall()
+        robot = add_robot("turntable")
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        simulator = next(p for p in robot_processes(robot) if p.name.endswith("robot"))
+        children.append(Child("turntable-robot", list(simulator.argv), **simulator.env, **env))
+        children.append(worker("turntable"))
+        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+        Clearance.objects.create(user=people["ada"], robot=robot, granted_at=SYSTEM.now())
+        services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
+        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
+        return robot, children
+
+    yield start
+    for child in children[::-1]:
+        child.kill()

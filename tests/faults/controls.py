@@ -33,7 +33,7 @@ class Controls(threading.Thread):
         self._lost = True
 
     def find(self):
-        """Go on."""
+        """Send keep-alives again."""
         self._lost = False
 
     def run(self):

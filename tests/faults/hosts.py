@@ -33,7 +33,7 @@ class Host:
         subprocess.run(["ip", *words], check=True)
 
     def cut(self):
-        """Nothing passes any more, and nobody is told."""
+        """Let nothing pass any more, and tell nobody."""
         self._ip("link", "set", self.ours, "down")
 
     def join(self):

@@ -116,7 +116,7 @@ class Proxy:
 
     @property
     def carries(self):
-        """Whether somebody is connected through it."""
+        """Tell whether somebody is connected through it."""
         return bool(self._pairs)
 
     def close(self):

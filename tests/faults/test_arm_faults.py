@@ -21,7 +21,7 @@ def line(rig):
 def well(rig):
     """Wait until the arm is in order again by itself, and moves."""
     wait_for(lambda: not Robot.objects.get().reason, 60, "the robot is well")
-    # a soft reset goes home and back first; what waits for it for too long expires, in words
+    # a soft reset goes home and back first; a command that waits for it too long expires, in words
     wait_for(lambda: rig.final(rig.issue("move", x=0.0, y=0.4), 60).state == "completed", 90, "work goes on")
 
 

@@ -1,42 +1,15 @@
 """A setting beside a motion, over the real wire with real processes: a package's robot, its worker killed under both."""
 
-import shutil
-
 import pytest
-from django.conf import settings
 
-from accounts.models import Clearance
-from portal.keep.seeding import add_robot
-from portal.run.processes import robot_processes
-from robots import bus, services
+from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
-from robots.states import Cycle, GrantKind
+from robots.states import Cycle
 from tests.conftest import wait_for
-from tests.rig import Child, worker
+from tests.rig import worker
 
 pytestmark = pytest.mark.timed
-
-SLOWLY = {"TURNTABLE_TAKES_S": "2"}  # so that a new pace is seen on its way
-
-
-@pytest.fixture
-def table(transactional_db, redis_server, people, installed):
-    """The robot with its processes, in ada's turn; yields its row and its worker."""
-    bus.connection().flushall()
-    robot = add_robot("turntable")
-    shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-    simulator = next(p for p in robot_processes(robot) if p.name.endswith("robot"))
-    children = [Child("turntable-robot", list(simulator.argv), **simulator.env, **SLOWLY), worker("turntable")]
-    try:
-        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
-        Clearance.objects.create(user=people["ada"], robot=robot, granted_at=SYSTEM.now())
-        services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
-        yield robot, children
-    finally:
-        for child in children[::-1]:
-            child.kill()
 
 
 def state_of(command):
@@ -44,8 +17,8 @@ def state_of(command):
     return command.state
 
 
-def test_a_setting_completes_beside_a_motion_and_a_crash_under_both_is_unknown(table, people):
-    robot, children = table
+def test_a_setting_completes_beside_a_motion_and_a_crash_under_both_is_unknown(turntable, people):
+    robot, children = turntable(TURNTABLE_TAKES_S="2")  # so that a new pace is seen on its way
 
     def issue(kind, seq, **args):
         return services.issue(robot.slug, people["ada"], kind, args, seq).command

@@ -1,4 +1,4 @@
-"""What Celery does for a robot: it begins and ends the owner, delivers wake-ups, and keeps the schedule."""
+"""Celery begins and ends a robot's owner, delivers wake-ups, and keeps the schedule."""
 
 from celery import current_app
 

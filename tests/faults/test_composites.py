@@ -37,7 +37,7 @@ SPEC = spec_of("irat")
 
 
 class Teller:
-    """What an owner publishes: ten states a second, each another one, a picture, the map."""
+    """Publishes as an owner does: ten states a second, each another one, a picture, the map."""
 
     def __init__(self):
         self._over = threading.Event()

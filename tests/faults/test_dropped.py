@@ -25,8 +25,7 @@ PONG = b"\x8a\x80\0\0\0\0"
 def log(web, caplog, monkeypatch):
     monkeypatch.setattr(counting, "TELL_S", 0.05)
     monkeypatch.setattr(counting, "_waits", set())  # a line that waits for longer
-    monkeypatch.setattr(counting, "_told", Counter(dropped))  # what earlier tests dropped is not told again
-    monkeypatch.setattr(counting, "_told", Counter(dropped))  # of those whom earlier tests dropped nothing is told
+    monkeypatch.setattr(counting, "_told", Counter(dropped))  # drops of earlier tests are not told again
     caplog.set_level(logging.WARNING, "portal.edge.dropped")
     return caplog
 

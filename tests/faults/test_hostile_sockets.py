@@ -40,7 +40,7 @@ FITTING = {
 
 @st.composite
 def messages(draw):
-    """A JSON object that is nearly, or wholly, one of ours."""
+    """Generate a JSON object that is nearly, or wholly, one of ours."""
     said = (
         {"t": draw(st.sampled_from(KINDS))}
         if draw(st.integers(0, 9))

@@ -53,7 +53,7 @@ def web(rat_house):
 
 
 def told(robot):
-    """The values that the robot told last; the queue goes on meanwhile."""
+    """Return the newest values of the robot; the queue goes on meanwhile."""
     queue.tick(SYSTEM.now())
     return (Lease.objects.get(robot=robot).state or {}).get("values", {})
 

@@ -41,7 +41,7 @@ class Guest:
 
 
 def left_behind(robot):
-    """A job that waits on a rail which is taken away meanwhile; nothing is begun, as while the robot charges."""
+    """Return a job that waits on a rail which is taken away meanwhile; nothing is begun, as while the robot charges."""
     Queue.objects.update(paused=True)
     said = Client(REMOTE_ADDR="192.0.2.9").post("/robots/shuttle/jobs/", {"kind": "go", "arg-x": 0.5, "arg-rail": 1})
     job = Job.objects.get(key=said["Location"].split("/")[2])

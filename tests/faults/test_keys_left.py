@@ -16,7 +16,7 @@ TIMES = 50 if AT_LENGTH else 4
 
 
 def without_an_end():
-    """The names of the keys that stay until somebody removes them."""
+    """Return the names of the keys that stay until somebody removes them."""
     store = bus.connection()
     found = {key for key in store.scan_iter() if store.ttl(key) == -1}
     shared = {key for key in found if b"binding" in key and b".robot." not in key}

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.timed
 
 HEAD_S, BODY_S = 1.5, 1.5
 LARGEST = max((Path(settings.FRONTEND_DIST) / "assets").glob("*.js"), key=lambda file: file.stat().st_size)
-OPEN = []  # what a test has opened; closed at its end
+OPEN = []  # connections that a test has opened; closed at its end
 GET = b"GET /livez HTTP/1.1\r\nHost: localhost\r\n"
 POST = b"POST /accounts/login/ HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/x-www-form-urlencoded\r\n"
 UPGRADE = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
@@ -133,30 +133,25 @@ def test_three_hundred_half_sent_requests_do_not_stay_open(start):
     wait_for(lambda: descriptors(web) <= before + 5, 10, "their end")
 
 
-@pytest.mark.asvs("15.2.2")
-def test_a_head_that_trickles_ends(start):
-    web = start()
-    one = raw(web, GET)
+def trickle(one, piece):
+    """Send a piece again and again until something is answered; return the received bytes."""
     begun = time.monotonic()
     with contextlib.suppress(OSError):
         while time.monotonic() - begun < 15:
-            one.sendall(b"X-A: b\r\n")
+            one.sendall(piece)
             if select.select([one], [], [], 0.1)[0]:
                 break
-    assert b"408" in ended(one)
+    return ended(one)
+
+
+@pytest.mark.asvs("15.2.2")
+def test_a_head_that_trickles_ends(start):
+    assert b"408" in trickle(raw(start(), GET), b"X-A: b\r\n")
 
 
 @pytest.mark.asvs("15.2.2")
 def test_a_body_that_trickles_ends(start):
-    web = start()
-    one = raw(web, POST + b"Content-Length: 200000\r\n\r\n")
-    begun = time.monotonic()
-    with contextlib.suppress(OSError):
-        while time.monotonic() - begun < 15:
-            one.sendall(b"x")
-            if select.select([one], [], [], 0.1)[0]:
-                break
-    assert b" 408 " in ended(one)
+    assert b" 408 " in trickle(raw(start(), POST + b"Content-Length: 200000\r\n\r\n"), b"x")
 
 
 @pytest.mark.asvs("5.2.1")
@@ -176,7 +171,7 @@ def test_a_body_of_300_mib_is_refused_before_it_is_stored(start, head, status):
             sent += one.send(chunk)
     assert sent < 8 * 2**20
     answer = b""
-    with contextlib.suppress(OSError):  # what was not read resets the connection
+    with contextlib.suppress(OSError):  # unread data resets the connection
         answer = ended(one)
     assert not answer or status in answer.split(b"\r\n")[0] + b" "
     assert memory_mb(web) - memory < 20

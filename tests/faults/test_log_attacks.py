@@ -1,4 +1,4 @@
-"""What strangers send to the real web process: what its log says of it is short, in lines of its own, and never waited for."""
+"""Attacks on the real web process: its log of them is short, in lines of its own, and no request waits for it."""
 
 import contextlib
 import os
@@ -84,7 +84,6 @@ def records(log):
 @pytest.mark.asvs("16.4.1")
 def test_a_request_writes_little_into_the_log_and_nothing_of_its_own_form(transactional_db, redis_server, robot):
     web = Web(LOG_LEVEL="DEBUG", FARHAND_HEAD_S="1", FARHAND_BODY_S="1")
-    seen = 0
     try:
         for what, attack in ATTACKS.items():
             wait_for(lambda: answers(web.port), CEILING_S, f"an answer after {what}")

@@ -1,4 +1,4 @@
-"""The operator's stream is opened with a one-time code and ends with the turn; whoever tries otherwise goes on as a watcher."""
+"""The operator's stream is opened with a one-time code and ends with the turn; without a valid code a page views."""
 
 import json
 import threading

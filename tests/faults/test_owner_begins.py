@@ -32,6 +32,6 @@ def test_what_was_stopped_while_nobody_owned_the_robot_is_moved_by_a_command_alo
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (0, 0), "a release starts no motion"
     assert rig.final(rig.issue("down")).state == "failed"
     wait_for(lambda: rig.sim.count("calibrate") == 1, 30, "the reset")
-    wait_for(Incident.objects.filter(remedy=MENDED).exists, 30, "its end")  # what waits for it for long expires
+    wait_for(Incident.objects.filter(remedy=MENDED).exists, 30, "its end")  # a command that waits long expires
     wait_for(lambda: rig.reason() == "", 30, "the robot is well")
     assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"

@@ -98,7 +98,7 @@ def test_a_preview_that_dies_or_hangs_is_answered_and_the_next_one_computed(web,
         ask(bob, 3)
         assert heard(bob, "plan", 40)["ok"]
         ask(ada, 4)
-        assert not heard(ada, "plan")["ok"]  # whose preview was cut off rests a moment
+        assert not heard(ada, "plan")["ok"]  # a person whose preview was cut off rests a moment
     web.nothing_left()
 
 

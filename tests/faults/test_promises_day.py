@@ -158,7 +158,7 @@ def held(web):
 
 
 def all_works(watcher, operator, me, seq):
-    """Everything that a page does, as in its first minute."""
+    """Do everything that a page does, as in its first minute."""
     for page in (watcher, operator):
         for what in (STATE, PICTURE):
             page.more(what, lambda: None)

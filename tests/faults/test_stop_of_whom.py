@@ -1,4 +1,4 @@
-"""A stop that comes from a turn that is over: not by the bus, not by the database; every other one stops."""
+"""A stop from a turn that is over has no effect, by the bus or by the database; every other one stops the robot."""
 
 import pytest
 from django.conf import settings

@@ -1,22 +1,14 @@
 """A byte stream over the real wire: from the turntable's socket through its owner and Redis to a page's WebSocket."""
 
 import contextlib
-import shutil
 
 import pytest
-from django.conf import settings
 from websockets.sync.client import connect
 
-from accounts.models import Clearance
-from portal.keep.seeding import add_robot
-from portal.run.processes import robot_processes
-from robots import bus, services
-from robots.kit.clock import SYSTEM
+from robots import services
 from robots.kit.contract.streams import unpack
-from robots.models import Robot
-from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
-from tests.rig import Child, Web, worker
+from tests.rig import Web, worker
 
 pytestmark = pytest.mark.timed
 
@@ -24,22 +16,11 @@ CELLS = 63
 
 
 @pytest.fixture
-def table(transactional_db, redis_server, people, installed):
+def table(turntable, people):
     """The turntable with its simulator, its owner and a web process, in ada's turn."""
-    bus.connection().flushall()
-    robot = add_robot("turntable")
-    shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-    simulator = next(p for p in robot_processes(robot) if p.name.endswith("robot"))
-    children = [Child("turntable-robot", list(simulator.argv), **simulator.env), worker("turntable"), Web()]
-    try:
-        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
-        Clearance.objects.create(user=people["ada"], robot=robot, granted_at=SYSTEM.now())
-        services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
-        yield robot, people["ada"], children
-    finally:
-        for child in children[::-1]:
-            child.kill()
+    robot, children = turntable()
+    children.append(Web())
+    return robot, people["ada"], children
 
 
 class Page:

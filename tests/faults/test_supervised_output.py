@@ -1,4 +1,4 @@
-"""Whatever a child prints, however it ends and whoever reads what the supervisor prints: the child is started again."""
+"""A child is started again, whatever it prints, however it ends, and whoever reads the supervisor's output."""
 
 import asyncio
 import contextlib
@@ -111,7 +111,7 @@ def test_a_child_that_cannot_be_started_is_tried_again(tmp_path, monkeypatch, er
 
 
 def test_a_child_whose_start_cannot_be_watched_does_not_run_twice(tmp_path, monkeypatch):
-    """What watches it fails: it is ended before it is started again."""
+    """The wait for the child fails: the child is ended before it is started again."""
     from asyncio.subprocess import Process
 
     waited = Process.wait
@@ -175,7 +175,7 @@ def test_a_supervisor_whose_output_nobody_reads_goes_on(tmp_path, reads):
 
 
 def test_a_previewer_whose_process_says_more_than_anybody_reads_ends_it():
-    """What is left in the pipe after the process was killed is no answer."""
+    """Text that is left in the pipe of a killed process is no answer."""
 
     async def main():
         made = Previewer()

@@ -1,4 +1,4 @@
-"""What a viewer gets over a slow line, with any compression, and when a thousand ask at once."""
+"""Messages and pictures of a viewer: over a slow line, with any compression, and when a thousand ask at once."""
 
 import contextlib
 import json
@@ -259,7 +259,7 @@ def test_what_everybody_sees_is_read_once_for_all_who_are_signed_in_too(web, peo
         crowd = [stack.enter_context(line(web, people[name])) for name in ("bob", "eve") for _ in range(15)]
         for one in crowd:
             heard(one, "snapshot")
-        while read:  # who came before the link to Redis was up gets a second snapshot, and then a pause
+        while read:  # a viewer that came before the link to Redis was up gets a second snapshot, and then a pause
             read.clear()
             time.sleep(2 * LEAST_S)
         Robot.objects.update(name="Mercury the Second")

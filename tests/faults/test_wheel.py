@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.environment import ROOT
 from tests.rig import free_port
 
-ROOT = Path(__file__).resolve().parents[2]
 UV = Path(sys.executable).parent / "uv"
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
@@ -53,7 +53,7 @@ def get(address):
 
 def test_the_demo_of_an_installed_portal_serves_robots_and_consoles(site, tmp_path):
     away, home, port = tmp_path / "away", tmp_path / "home", free_port()
-    for name in ("robots", "portal"):  # whoever writes a robot may stand beside folders of these names
+    for name in ("robots", "portal"):  # the author of a robot may have folders of these names beside it
         (away / name).mkdir(parents=True)
         (away / name / "__init__.py").touch()
     home.mkdir()

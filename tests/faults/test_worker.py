@@ -9,7 +9,6 @@ from robots.models import Frame, Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import at_length, wait_for
 
-MS = 0.001
 CLICKS = ((-0.15, 0.35), (0.18, 0.5), (0.0, 0.42), (-0.18, 0.5), (0.18, 0.33))
 
 

@@ -35,7 +35,7 @@ each_step = _each("by", STEPS)
 
 
 def drive(robot, people, clock):
-    """Ada joins, is offered the robot and accepts."""
+    """Let Ada join, be offered the robot and accept; return her turn."""
     queue.join(robot, people["ada"], clock.now())
     Lease.objects.update(expires_at=clock.now() + timedelta(seconds=2))
     queue.tick(clock.now())

@@ -7,7 +7,6 @@ import stat
 import subprocess
 import sys
 import tarfile
-from pathlib import Path
 
 import pytest
 from django.db import OperationalError, connection
@@ -16,10 +15,10 @@ from portal import folders
 from portal.keep import archive
 from portal.keep import restore as restoring
 from robots.models import Robot
+from tests.environment import ROOT
 
 pytestmark = pytest.mark.django_db(transaction=True)
 SINCE = ("robots.0018_settings", "robots.0019_settings_alone")
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture

@@ -86,8 +86,8 @@ def test_an_opening_has_a_limit(said, monkeypatch):
 
 
 @contextmanager
-def answering(answer):
-    """Take connections; `answer` gets each, which stays open until the end."""
+def answering(answer, name=None):
+    """Take connections in threads of that name; `answer` gets each, which stays open until the end."""
     server, lines = socket.create_server(("127.0.0.1", 0)), []
 
     def run():
@@ -97,13 +97,13 @@ def answering(answer):
             except OSError:
                 return
             lines.append(line)
-            threading.Thread(target=one, args=(line,), daemon=True).start()
+            threading.Thread(target=one, args=(line,), daemon=True, name=name).start()
 
     def one(line):
         with suppress(OSError):
             answer(line)
 
-    threading.Thread(target=run, daemon=True).start()
+    threading.Thread(target=run, daemon=True, name=name).start()
     yield server.getsockname()[1]
     server.close()
     for line in lines:

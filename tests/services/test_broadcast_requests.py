@@ -34,7 +34,7 @@ async def answer_of(said, close=True):
         server.close()
         for writer in writers:
             writer.transport.abort()
-        await asyncio.sleep(0.01)  # what was aborted is closed in the next turn of the loop
+        await asyncio.sleep(0.01)  # an aborted connection is closed in the next turn of the loop
 
 
 def test_a_gap_is_asked_for_by_its_range():

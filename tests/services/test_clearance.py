@@ -48,7 +48,7 @@ def test_all_right_clears(bank, people, clock):
 
 
 def wrongly(attempt):
-    """Answers of which the first is wrong."""
+    """Return answers of which the first is wrong."""
     answers = right(attempt)
     first = services.questions(attempt)[0]
     answers[first.id] = next(pk for pk, _ in first.choices if pk != answers[first.id])

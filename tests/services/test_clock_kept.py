@@ -1,4 +1,4 @@
-"""What is recorded and kept while the time of day is set, or the date is wrong: nothing is lost, nothing goes early."""
+"""Recordings and pictures while the time of day is set, or the date is wrong: nothing is lost or removed too early."""
 
 import os
 from datetime import UTC, datetime, timedelta

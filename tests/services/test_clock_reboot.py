@@ -101,7 +101,7 @@ def test_an_offer_that_was_open_when_the_machine_went_off_goes_on(robot, people,
 
 
 def test_the_machine_of_the_look_alone_was_off_and_others_turns_go_on(robot, people, owned, boots):
-    """What others wrote meanwhile says that the portal ran."""
+    """The rows that others wrote meanwhile prove that the portal ran."""
     boots.off(10 * HOUR)
     boots.go(-60.0)  # by the clock of another machine
     boots.began = boots.at + 60.0

@@ -111,7 +111,7 @@ def test_a_lock_out_at_the_same_moment_wins(robot, people, owned, clock, first):
 @pytest.mark.skipif(connection.vendor == "sqlite", reason="SQLite has one writer at a time")
 @pytest.mark.parametrize("closes", ["lock-out", "switch"])
 def test_a_robot_is_closed_while_its_grant_is_being_ended(robot, people, owned, clock, closes):
-    """Whoever ends a grant writes the robot afterwards; the other way round each would wait for the other."""
+    """The end of a grant writes the robot last; in the other order each of two would wait for the other."""
     grant, ended, failed = (
         services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"]),
         threading.Event(),

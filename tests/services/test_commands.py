@@ -40,7 +40,7 @@ def test_the_same_command_again_is_answered_though_a_new_one_would_be_refused(ro
     services.stop(robot, people["ada"])
     again = services.issue(robot.slug, people["ada"], "up", {}, 7)
     assert (again.command.pk, again.command.state, again.created) == (first.command.pk, "cancelled", False)
-    with pytest.raises(Stopped):  # what has ended is not counted as waiting
+    with pytest.raises(Stopped):  # an ended command is not counted as waiting
         services.issue(robot.slug, people["ada"], "up", {}, 8)
 
 

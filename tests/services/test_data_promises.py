@@ -15,17 +15,12 @@ from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame, Program, Recording, Robot
 from tests.services.admin_forms import as_sent, controls_of
+from tests.services.browsers import signed_in
 from tests.services.test_later_changes import addresses
 from workers.housekeeping.clean import old_frames, old_sessions
 
 pytestmark = pytest.mark.django_db
 DAY = timedelta(days=1)
-
-
-def signed_in(user):
-    client = Client()
-    client.force_login(user)
-    return client
 
 
 @pytest.fixture
@@ -87,7 +82,7 @@ def test_deleting_an_account_deletes_what_is_of_its_own(used, root):
 
 @pytest.mark.service
 def test_deleting_an_account_ends_its_turn_and_its_jobs_first(used, root, robot):
-    """What it has open is ended first: its turn, its places, its jobs; the robot holds."""
+    """Its turn, its places and its jobs are ended first; the robot holds."""
     ada, irat = used["ada"], Robot.objects.get(slug="irat")
     turn = Turn.objects.get(user=ada, ended_at=None)
     job = ask(irat, Asker(user=ada), "goal", {"map": 1, "x": 0.1, "y": 0.1}, SYSTEM.now())

@@ -184,13 +184,13 @@ def names(patterns):
 
 
 def test_each_address_is_decided_on():
-    """Whoever adds an address says here whether a form that is sent to it makes something."""
+    """An author who adds an address says here whether a form that is sent to it makes something."""
     assert set(names(get_resolver().url_patterns)) == MAKES_NOTHING | MAKES.keys()
     assert {one for made in MAKES.values() for one in made} == {*OF_JOBS, *OTHERS}
 
 
 def test_each_form_of_the_admin_is_decided_on(admin_user):
-    """Whoever adds a page for new rows, or a verb, says here what it makes."""
+    """An author who adds a page for new rows, or a verb, says here what it makes."""
     request = RequestFactory().get("/admin/")
     request.user = admin_user
     assert {model for model, page in admin.site._registry.items() if page.has_add_permission(request)} == NEW.keys()

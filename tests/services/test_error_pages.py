@@ -12,6 +12,7 @@ from django.http import Http404
 from django.test import Client, RequestFactory
 
 from portal.web.pages import errors
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 PLACES = ["/", "/log/", "/admin/", "/static/portal/icon.svg", "/livez", "/nowhere/"]
@@ -95,8 +96,7 @@ def test_the_database_is_away_before_any_middleware_has_run(robot):
 
 @pytest.mark.parametrize("method, path", [("TRACE", "/"), ("PUT", "/log/"), ("POST", "/robots/mercury/statistics/"), ("GET", "/robots/mercury/stream-code/"), ("DELETE", "/robots/mercury/jobs/")])  # fmt: skip
 def test_a_method_that_does_not_fit_is_told_in_words(robot, people, method, path):
-    client = Client()
-    client.force_login(people["ada"])
+    client = signed_in(people["ada"])
     answer = client.generic(method, path)
     assert answer.status_code == 405
     assert "GET" in answer["Allow"] or "POST" in answer["Allow"]

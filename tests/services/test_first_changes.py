@@ -5,7 +5,6 @@ import shutil
 import subprocess
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
 import pytest
 from django.contrib import admin
@@ -13,9 +12,9 @@ from django.contrib import admin
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.find import open_session, spec_of
 from robots.models import Robot
+from tests.environment import ROOT
 from tests.packaged import installed_from
 
-ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/how-to/first-changes.md").read_text()
 COMMAND, VALUE, WEB = (part for part in re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:])
 MOST = {COMMAND: 4, VALUE: 3, WEB: 4}

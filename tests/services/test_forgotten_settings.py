@@ -1,4 +1,4 @@
-"""What a robot forgets when it loses its power is set again before anything moves, in a turn, too."""
+"""Settings that a robot loses with its power are set again before anything moves, also during a turn."""
 
 import pytest
 
@@ -17,7 +17,7 @@ assert issue and owner  # fixtures that the tests here use
 
 @pytest.fixture
 def again(owner):
-    """Return what switches the table off and on: its pace is `pace` then, and it is connected anew."""
+    """Return a function that switches the table off and on; then its pace is `pace`, and it is connected anew."""
     owner.owned.driver.rest.set()
     owner.connection.connected = True
     assert owner.motion.run_due() is False

@@ -13,6 +13,7 @@ from robots.grants import end_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from robots.states import CommandState, GrantEnd
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import GUEST, settle
 from workers.commands import rows
 
@@ -29,7 +30,7 @@ def job(shuttle, people, clock):
 
 
 def run(clock):
-    """What the owner does at the beginning of a command."""
+    """Do what the owner does at the beginning of a command; return the command."""
     command = Command.objects.select_related("robot", "grant").get(ended_at=None)
     assert rows.claim(command, command.epoch, clock.go(1))
     for state in (CommandState.SENT, CommandState.ACKNOWLEDGED):
@@ -42,7 +43,7 @@ def page(job, client=None):
 
 
 def table(answer):
-    """Run, stage and note of each row of the table of stages."""
+    """Return run, stage and note of each row of the table of stages."""
     return [(number, stage.words, stage.note) for number, found in answer.context["runs"] for stage in found]
 
 
@@ -55,8 +56,7 @@ def test_its_kind_is_called_what_the_robot_calls_it(shuttle, job, people, clock,
         settle(clock)
     assert mail.outbox[0].body.startswith("Drive to: done.")
     Job.objects.update(ended_at=SYSTEM.now())
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     assert b"Drive to, done" in ada.get("/story/").content
 
 
@@ -143,8 +143,7 @@ def test_a_failed_job_shows_what_was_measured_and_texts_stay_with_its_asker(shut
     job.refresh_from_db()
     assert job.state == "failed"
     assert page(job).context["result"] == [("driven at its end", "2 m")]
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     assert page(job, ada).context["result"] == [("note", "for my aunt"), ("driven at its end", "2 m")]
 
 

@@ -17,6 +17,7 @@ from queueing.services import Asker, ask, forecast, in_order, queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM, ms_of
 from robots.models import Command, Robot
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import settle
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -160,8 +161,7 @@ def test_wrong_settings_are_named_and_keep_no_other_robot_from_its_queue(shuttle
 def test_the_page_of_a_robot_that_nobody_drives_offers_no_turn_and_names_staffs_commands_to_staff_alone(
     shuttle, people
 ):
-    stranger, kim = Client(), Client()
-    kim.force_login(people["kim"])
+    stranger, kim = Client(), signed_in(people["kim"])
     page, theirs = (one.get("/robots/mercury/").content.decode() for one in (stranger, kim))
     assert "It works by itself" in page
     assert "Drive it yourself" not in page

@@ -14,6 +14,7 @@ from queueing.models import Job
 from queueing.services import Asker, ask
 from robots.kit.clock import SYSTEM
 from robots.models import Command
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import settle
 
 pytestmark = pytest.mark.django_db
@@ -50,10 +51,7 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
 
 @pytest.mark.service
 def test_what_somebody_wrote_is_for_its_asker_and_staff_alone(shuttle, people, clock):
-    ada, reader, staff = Client(), Client(), Client()
-    ada.force_login(people["ada"])
-    staff.force_login(people["kim"])
-    reader.force_login(people["eve"])
+    ada, reader, staff = signed_in(people["ada"]), signed_in(people["eve"]), signed_in(people["kim"])
     job = ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
     Job.objects.filter(pk=job.pk).update(args={"x": 1.0, "note": "for my aunt"})
     for client, seen in ((ada, True), (staff, True), (reader, False), (Client(), False)):
@@ -77,8 +75,7 @@ def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, cloc
 
 @pytest.mark.service
 def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shuttle, people, clock):
-    guest, other, ada = Client(), Client(), Client()
-    ada.force_login(people["ada"])
+    guest, other, ada = Client(), Client(), signed_in(people["ada"])
     for client in (guest, other, ada, ada):
         post(client)
     queue.tick(clock.now())
@@ -93,8 +90,7 @@ def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shut
 @pytest.mark.asvs("2.4.1")
 def test_who_asks_and_cancels_again_and_again_is_refused_for_a_while(shuttle, people, settings):
     settings.RATE_LIMITS = {"ask": "2/5m/key"}
-    guest, kim = Client(), Client()
-    kim.force_login(people["kim"])
+    guest, kim = Client(), signed_in(people["kim"])
     for client in (guest, kim):
         for _ in range(2):
             client.post(post(client)["Location"])
@@ -148,8 +144,7 @@ def test_a_fraction_is_refused_where_a_whole_number_is_meant(shuttle):
 def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     shuttle, people, clock, django_capture_on_commit_callbacks
 ):
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     address = post(ada, name="Ada <b>", mail="yes")["Location"]
     assert b"Ada &lt;b&gt;" in Client().get(address).content
     queue.tick(clock.now())
@@ -169,8 +164,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
 
 @pytest.mark.service
 def test_without_being_asked_no_mail_is_sent(shuttle, people, clock, django_capture_on_commit_callbacks):
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     post(ada)
     queue.tick(clock.now())
     with django_capture_on_commit_callbacks(execute=True):
@@ -185,9 +179,7 @@ def test_staff_resume_on_the_page_and_nobody_else(shuttle, people, clock):
     post(Client())
     services.stop(shuttle, people["kim"])
     services.release_stop(shuttle, people["kim"], True)
-    kim, ada = Client(), Client()
-    kim.force_login(people["kim"])
-    ada.force_login(people["ada"])
+    kim, ada = signed_in(people["kim"]), signed_in(people["ada"])
     assert b"Resume jobs</button>" not in ada.get("/robots/mercury/jobs/").content
     assert b"Resume jobs</button>" in kim.get("/robots/mercury/jobs/").content
     assert ada.post("/robots/mercury/jobs/", {"do": "resume"}).status_code == 403
@@ -202,8 +194,7 @@ def test_staff_resume_on_the_page_and_nobody_else(shuttle, people, clock):
     "admin1", "staff2", "1admin", "admin１", "staff²", "admin٢", "5taff2", "st4ff", "4dm1n7", "ad.min", "S-T-A-F-F_3", "the staff2 of x", "mercury7",
     "@dmin", "adm!n", "@dm!n!", "$taff", "$t@ff", "@admin", "admin!", "adm|n", "adm¡n", "st@ff2", "Ada @dmin!", "$y$t€m"])  # fmt: skip
 def test_a_name_on_the_page_is_no_role_and_nobody_else(shuttle, people, name):
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     answer = post(ada, name=name)
     assert answer.status_code == 400
     assert b"may not be that of a role" in answer.content
@@ -215,8 +206,7 @@ def test_a_name_on_the_page_is_no_role_and_nobody_else(shuttle, people, name):
     ("\u202e", ""), ("Ada", "Ada"), ("Falstaff", "Falstaff"), ("Family of Ada", "Family of Ada"), ("Ada 2", "Ada 2"), ("42", "42"), ("Ada & Bo!", "Ada & Bo!"), ("$am", "$am"), ("!!", "!!"), ("me@home", "me@home"), ("Zoë & Åsa", "Zoë & Åsa"),
 ])  # fmt: skip
 def test_a_name_on_the_page_turns_no_text_round(shuttle, people, name, shown):
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     assert post(ada, name=name).status_code == 302
     assert Job.objects.get().shown_name == shown
 
@@ -233,8 +223,7 @@ def test_older_names_are_freed_of_what_turns_text_round(shuttle, people):
 
     from django.apps import apps
 
-    ada = Client()
-    ada.force_login(people["ada"])
+    ada = signed_in(people["ada"])
     post(ada, name="Ada")
     for old, plain in (("\u202eadA", "adA"), ("Ada", "Ada"), ("admin (staff)", ""), ("5taff", "")):
         Job.objects.update(shown_name=old)
@@ -244,9 +233,7 @@ def test_older_names_are_freed_of_what_turns_text_round(shuttle, people):
 
 @pytest.mark.service
 def test_the_note_of_an_ended_job_is_dismissed_where_one_is(shuttle, people, clock):
-    ada, bob = Client(), Client()
-    ada.force_login(people["ada"])
-    bob.force_login(people["bob"])
+    ada, bob = signed_in(people["ada"]), signed_in(people["bob"])
     address = post(ada)["Location"]
     queue.tick(clock.now())
     settle(clock)

@@ -17,7 +17,7 @@ MAP = 4
 
 
 def told(number, places, key, dock=None):
-    """A packet of the map with experiences `places`: x, y (m) by id."""
+    """Return a packet of the map with experiences `places`: x, y (m) by id."""
     ids, units = np.array(list(places), "<u4"), np.rint(np.array(list(places.values())) / UNIT_M).astype("<i2")
     data = HEAD.pack(VERSION, DOCK if dock else 0, MAP, len(places), 0) + ids.tobytes() + units.T.tobytes()
     data += PLACE.pack(*(round(v / UNIT_M) for v in dock)) if dock else b""

@@ -1,4 +1,4 @@
-"""Two lanes: what changes a setting runs beside a motion, and through the same gate."""
+"""Two lanes: a command that changes a setting runs beside a motion, and through the same gate."""
 
 import threading
 from dataclasses import replace

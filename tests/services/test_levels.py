@@ -3,7 +3,6 @@
 from datetime import timedelta
 
 import pytest
-from django.test import Client
 
 from accounts.models import Clearance
 from portal.live.actions import act
@@ -14,6 +13,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.services.permissions import NotCleared
 from robots.states import Cycle, GrantKind
+from tests.services.browsers import signed_in
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("installed"),
@@ -83,6 +83,5 @@ def test_the_console_offers_what_the_clearance_reaches(people, robot):
     Clearance.objects.create(user=people["ada"], robot=robot, level=2, granted_at=SYSTEM.now())
     assert "fling" in offered(people["ada"])
     assert offered(people["kim"]) - offered(people["ada"]) == {"sway"}
-    client = Client()
-    client.force_login(people["bob"])
+    client = signed_in(people["bob"])
     assert '"kind": "fling"' not in client.get(f"/robots/{robot.slug}/").content.decode()

@@ -1,4 +1,4 @@
-"""Whatever ends a stop, a lock-out, maintenance or a fault starts no motion: a release needs a look at the picture."""
+"""The end of a stop, a lock-out, maintenance or a fault starts no motion: a release needs a look at the picture."""
 
 from dataclasses import replace
 from datetime import timedelta

@@ -59,7 +59,7 @@ TERMINAL = "This is a demo: your mail is in the terminal"
 
 
 def test_a_demo_tells_where_the_mail_for_a_new_password_is_and_shows_its_link_to_nobody(client, demo, people, capfd):
-    """Who asks for it has not shown yet that the account is theirs."""
+    """A person who asks for it has not yet shown that the account is theirs."""
     for email in ("ada@example.org", "nobody@example.org"):
         html = client.post("/accounts/password/reset/", {"email": email}, follow=True).content.decode()
         assert TERMINAL in html

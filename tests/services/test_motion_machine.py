@@ -357,7 +357,7 @@ class MotionMachine(RuleBasedStateMachine):
         assert not ended.filter(reason="").exists()
 
     def teardown(self):
-        """Whatever happened: a new owner ends everything."""
+        """Let a new owner end everything, whatever happened."""
         for owner in list(self.owners):
             self._bury(owner)
         self.clock.go(30)

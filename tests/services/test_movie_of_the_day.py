@@ -16,6 +16,7 @@ from robots.models import Frame, Movie, Recording, RecordingState
 from robots.models.recordings import OfTheDay
 from robots.recordings import cleaning, keeping
 from robots.states import GrantEnd, GrantKind
+from tests.services.browsers import signed_in
 from tests.services.test_job_movies import GREY, ran, taped
 
 pytestmark = [
@@ -56,10 +57,7 @@ def chosen(now=None):
 
 
 def page(user=None):
-    client = Client()
-    if user is not None:
-        client.force_login(user)
-    return client.get(PAGE).content.decode()
+    return signed_in(user).get(PAGE).content.decode()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import asyncio
 
 import pytest
-from django.test import Client
 
 from portal.live import actions, robot_socket
 from portal.live.loop import LoopState
@@ -13,6 +12,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
 from tests.conftest import CALIBRATION
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -24,8 +24,7 @@ def now():
 @pytest.fixture
 def scope(people):
     """The scope of a socket of Ada's."""
-    browser = Client()
-    browser.force_login(people["ada"])
+    browser = signed_in(people["ada"])
     return {"cookies": {name: one.value for name, one in browser.cookies.items()}}
 
 

@@ -15,7 +15,7 @@ NOTHING = '<div id="turntable-all"><p>All that it has.</p></div>'
 
 
 class Page(HTMLParser):
-    """Where in the page each button of a command and each element with an id stands: classes of what is around it."""
+    """The classes of the elements around each button of a command and each element with an id."""
 
     def __init__(self, text):
         super().__init__()

@@ -1,4 +1,4 @@
-"""What an owner sends of a robot with a pose: where it was at each picture, and how it moves with each state."""
+"""The owner of a robot with a pose sends where it was at each picture, and how it moves with each state."""
 
 from dataclasses import replace
 from struct import unpack_from

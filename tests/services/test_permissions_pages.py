@@ -142,7 +142,7 @@ def routes(patterns, before=""):
 
 
 def generated():
-    """The admin's own addresses: route, model, action."""
+    """Return the admin's own addresses: route, model, action."""
     for model, site in admin.site._registry.items():
         stem = f"admin/{model._meta.app_label}/{model._meta.model_name}/"
         for action, tail in (("changelist", ""), ("add", "add/"), ("history", "<path:object_id>/history/"),

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import pytest
 from django.conf import settings
 from django.db import transaction
-from django.test import Client
 
 from portal.live import actions, standing
 from portal.live.messages import Accept, Command, Join, Leave, PersonMessage, Release, RobotMessage, Stop, Trace
 from queueing.models import Ticket
 from robots.kit.clock import SYSTEM
+from tests.services.browsers import signed_in
 from tests.services.conftest import ROLES
 
 pytestmark = pytest.mark.django_db
@@ -41,12 +41,10 @@ def test_promise_35_every_message_is_in_the_table():
 
 @pytest.fixture
 def scopes(roles):
-    """What a socket of each role knows: the cookie of a session."""
+    """Return what a socket of each role knows: the cookie of a session."""
     made = {}
     for role, user in roles.items():
-        client = Client()
-        if user.is_authenticated:
-            client.force_login(user)
+        client = signed_in(user)
         key = client.session.session_key if user.is_authenticated else ""
         made[role] = {"cookies": {settings.SESSION_COOKIE_NAME: key}}
     return made

@@ -3,7 +3,6 @@
 A function that is in no table fails the test, so nobody adds a verb without saying who may use it.
 """
 
-import contextlib
 import inspect
 import pkgutil
 from contextlib import suppress
@@ -38,7 +37,7 @@ from tests.services.conftest import ROLES
 pytestmark = pytest.mark.django_db
 REFUSED = (NotPermitted, QueueError, log.LogError, accounts.NotNow, PermissionDenied)
 
-NOBODY, ANYBODY = frozenset(), frozenset(ROLES)
+ANYBODY = frozenset(ROLES)
 SIGNED_IN = ANYBODY - {"anonymous"}
 OPERATOR, CLEARED = frozenset({"operator"}), frozenset({"cleared", "operator"})
 ROBOT_STAFF = frozenset({"robot_staff", "superuser"})
@@ -199,12 +198,6 @@ OWN = {
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",
     "robots.need_staff", "robots.need_level", "robots.reaches",
 }  # fmt: skip
-
-
-def said(kind, function, *arguments):
-    """Call what says no to everybody for another reason than the person."""
-    with contextlib.suppress(kind):
-        function(*arguments)
 
 
 def refuse(kind, function, *arguments):

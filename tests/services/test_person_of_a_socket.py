@@ -5,10 +5,10 @@ from datetime import timedelta
 import pytest
 from django.conf import settings
 from django.contrib.sessions.models import Session
-from django.test import Client
 
 from portal.live.people import current_user
 from robots.kit.clock import SYSTEM
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -16,8 +16,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 @pytest.fixture
 def signed(people):
     """Return a client in which ada is signed in, and the scope of a socket whose person was read before."""
-    client = Client()
-    client.force_login(people["ada"])
+    client = signed_in(people["ada"])
     scope = {"cookies": {settings.SESSION_COOKIE_NAME: client.cookies[settings.SESSION_COOKIE_NAME].value}}
     assert current_user(scope) == people["ada"]
     return client, scope
@@ -73,8 +72,7 @@ def test_nobody_is_signed_in_any_more(signed, people, change, monkeypatch):
 
 def test_a_session_that_now_belongs_to_another_person_is_theirs(signed, people):
     _, scope = signed
-    other = Client()
-    other.force_login(people["bob"])
+    other = signed_in(people["bob"])
     taken = Session.objects.get(pk=other.cookies[settings.SESSION_COOKIE_NAME].value)
     Session.objects.filter(pk=scope["cookies"][settings.SESSION_COOKIE_NAME]).update(session_data=taken.session_data)
     assert current_user(scope) == people["bob"]

@@ -1,7 +1,6 @@
 """A test of cameras that hang, break off, dribble or answer garbage: it ends, says so, and leaves nothing behind."""
 
 import os
-import socket
 import threading
 import time
 from pathlib import Path
@@ -10,6 +9,7 @@ import pytest
 
 from robots.models import Robot
 from tests.conftest import wait_for
+from tests.services.test_bounded_answers import answering
 from workers.housekeeping import probe
 
 # ruff: noqa: TID251 - its tests are timed
@@ -51,7 +51,7 @@ def dribble_head(line):
 
 
 def bomb(line):
-    """A picture of a few bytes that says it is 60000 points wide and high."""
+    """Send a picture of a few bytes that says it is 60000 points wide and high."""
     line.recv(4096)
     head = b"\xff\xd8\xff\xc0\x00\x0b\x08\xea\x60\xea\x60\x01\x01\x11\x00\xff\xd9"
     line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(head) + head)
@@ -68,31 +68,13 @@ ADDRESSES = (
 @pytest.fixture
 def camera(request):
     """A camera that behaves in the given way, on a port of its own."""
-    server = socket.create_server(("127.0.0.1", 0))
-    lines = []
-
-    def serve():
-        while True:
-            try:
-                line, _ = server.accept()
-            except OSError:
-                return
-            lines.append(line)
-            threading.Thread(target=answer, args=(line,), daemon=True, name="the camera itself").start()
 
     def answer(line):
-        try:
+        with line:
             request.param(line)
-        except OSError:
-            pass
-        finally:
-            line.close()
 
-    threading.Thread(target=serve, daemon=True, name="the camera itself").start()
-    yield server.getsockname()[1]
-    server.close()
-    for line in lines:
-        line.close()
+    with answering(answer, "the camera itself") as port:
+        yield port
 
 
 def descriptors():

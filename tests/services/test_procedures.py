@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import pytest
-from django.test import Client
 
 from robots import services
 from robots.admin import verbs
@@ -16,6 +15,7 @@ from robots.kit.installed import driver_path
 from robots.models import Command, Grant, Lease, Robot
 from robots.services import RobotOffline
 from robots.states import Cycle
+from tests.services.browsers import signed_in
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("installed", "owned")]
 HAVE = {"mercury": ["soft_reset", "calibrate", "still"], "turntable": []}
@@ -69,8 +69,7 @@ def test_a_test_of_a_robot_with_a_camera_takes_a_picture(robot, people):
 
 @pytest.mark.parametrize("which", HAVE, indirect=True)
 def test_the_pages_name_no_procedure_that_it_does_not_have(robot, people):
-    client = Client()
-    client.force_login(people["kim"])
+    client = signed_in(people["kim"])
     page = client.get(f"/admin/robots/robot/{robot.pk}/change/").content.decode()
     assert ('value="soft_reset"' in page) is ("soft_reset" in HAVE[robot.driver])
     public = client.get(f"/robots/{robot.slug}/").content.decode()

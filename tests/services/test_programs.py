@@ -4,7 +4,6 @@ import json
 
 import pytest
 from django.contrib.auth.models import Permission
-from django.test import Client
 
 from accounts.services import preview_job
 from portal.live.messages import ROBOT, NotUnderstood
@@ -18,6 +17,7 @@ from robots.kit.description import load
 from robots.models import Command, Program, Robot
 from robots.services import programs
 from robots.states import GrantKind
+from tests.services.browsers import signed_in
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db, pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -37,15 +37,8 @@ def save(robot, user, name="Wave", text=TEXT, shared=False, pk=None):
     return programs.save(robot, user, name, text, shared, SYSTEM.now(), pk)
 
 
-def client(user=None):
-    made = Client(enforce_csrf_checks=False)
-    if user:
-        made.force_login(user)
-    return made
-
-
 def ask(user, method, robot, **what):
-    return getattr(client(user), method)(
+    return getattr(signed_in(user), method)(
         f"/robots/{robot.slug}/programs/", json.dumps(what), content_type="application/json"
     )
 
@@ -113,12 +106,12 @@ def test_over_the_web(robot, people):
     assert ask(None, "post", robot, name="Wave", text=TEXT).status_code == 403
     made = ask(people["ada"], "post", robot, name="Wave", text=TEXT, shared=True).json()
     assert (made["mine"], made["approved"]) == (True, False)
-    assert [p["name"] for p in client(people["ada"]).get(f"/robots/{robot.slug}/programs/").json()["programs"]] == [
+    assert [p["name"] for p in signed_in(people["ada"]).get(f"/robots/{robot.slug}/programs/").json()["programs"]] == [
         "Wave"
     ]
-    assert client().get(f"/robots/{robot.slug}/programs/").json() == {"programs": []}
+    assert signed_in().get(f"/robots/{robot.slug}/programs/").json() == {"programs": []}
     for body in (b"{", b"[]", b'{"name": 3}', b'{"id": "x", "name": "a", "text": true}'):
-        bad = client(people["ada"]).post(f"/robots/{robot.slug}/programs/", body, content_type="application/json")
+        bad = signed_in(people["ada"]).post(f"/robots/{robot.slug}/programs/", body, content_type="application/json")
         assert bad.status_code in (200, 400), bad.content
     assert ask(people["bob"], "delete", robot, id=made["id"]).status_code == 403
     assert ask(people["ada"], "delete", robot, id=made["id"]).status_code == 200

@@ -92,7 +92,7 @@ def test_what_is_no_program_is_a_goal_and_waits_again_after_it_began(scout, cloc
 
 
 class Tours:
-    """What the driver of `made_owner` does: a mission, at whose second step something happens."""
+    """A driver for `made_owner` that runs a mission, at whose second step something happens."""
 
     def __init__(self, owner, happens):
         self.happens, self.arm = happens, owner.owned.driver

@@ -1,4 +1,4 @@
-"""What a recording knows from its first moment on."""
+"""What a recording contains from its first moment on."""
 
 from datetime import timedelta
 from math import inf

@@ -3,7 +3,6 @@
 from datetime import timedelta
 
 import pytest
-from django.contrib.auth.models import AnonymousUser
 from django.core.cache import cache
 
 from accounts.models import User
@@ -29,7 +28,6 @@ from tests.services.tapes import tape_of
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.usefixtures("media")]
 JPEG = b"\xff\xd8 a picture \xff\xd9"
-NOBODY = AnonymousUser()
 
 
 def written(recording, seconds=10):

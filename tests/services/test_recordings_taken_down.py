@@ -70,7 +70,7 @@ def test_a_file_that_cannot_be_written_again_is_never_shown(of_turns):
     recording = begun(of_turns, SYSTEM.now(), [0] * 4)
     keeping.take_out_pictures(of_turns, recording.began_at, 0)
     keeping.path_of(recording).unlink()
-    keeping.path_of(recording).symlink_to(keeping.path_of(recording).parent)  # whoever opens it gets an error
+    keeping.path_of(recording).symlink_to(keeping.path_of(recording).parent)  # a reader gets an error
     keeping.finish(recording, RecordingState.READY, "", SYSTEM.now())
     assert recording.state == RecordingState.REMOVED and "taken down" in recording.reason
     assert not keeping.path_of(recording).exists()

@@ -123,7 +123,7 @@ def test_what_was_claimed_and_not_yet_said_was_not_carried_out(owner, people):
 
 
 def test_an_end_that_is_heard_after_the_lease_ran_out_is_unknown_too(owner, people):
-    """Whoever owned the robot by then would have moved it."""
+    """Another owner that had the robot by then would have moved it."""
 
     class Late(Arm):
         def execute(self, kind, args, permit, on_stage):
@@ -174,7 +174,7 @@ def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeyp
 
 
 def test_the_watch_holds_without_the_disk(owner, told, monkeypatch):
-    """Whatever touches a file in the watch would keep the hold waiting while the disk stalls."""
+    """Any access to a file in the watch would keep the hold waiting while the disk stalls."""
 
     def stalls(*_, **__):
         told.append("disk")

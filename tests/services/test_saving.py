@@ -5,7 +5,6 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 from django.db import connection
@@ -15,10 +14,10 @@ from robots.kit.contract.errors import NotPermitted
 from robots.models import Program
 from robots.services import programs
 from tests import starts
+from tests.environment import ROOT
 from tests.waiting import CEILING_S
 
 pytestmark = pytest.mark.django_db
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.service

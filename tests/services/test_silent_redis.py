@@ -1,4 +1,4 @@
-"""A Redis that takes connections and says nothing: whoever opens one gives up after a limit and tries again."""
+"""A Redis that takes connections and says nothing: its client gives up after a limit and tries again."""
 
 import asyncio
 import contextlib

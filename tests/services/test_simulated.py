@@ -1,4 +1,4 @@
-"""A robot whose place a program takes is shown as simulated wherever it is shown; nobody is told its address."""
+"""A simulated robot is marked as simulated wherever it is shown; nobody is told its address."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""A controller that boots whenever its port is opened is waited for over the same open port."""
+"""The host keeps the port open while it waits for a controller that boots whenever its port is opened."""
 
 import contextlib
 import errno
@@ -26,7 +26,7 @@ from tests.services.owner import made_owner
 from workers.door import GuardedSession
 from workers.housekeeping import probe
 
-PACE = 4  # so many times faster than real time the host waits
+PACE = 4  # times real time: the pace at which the host waits
 BOOT, SLOW = struct.pack("<I", 7), 25  # questions that are lost while it boots: one attempt asks 11 times
 
 

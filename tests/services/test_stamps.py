@@ -1,4 +1,4 @@
-"""What an owner stamps is the database's time, whatever the clock of its own host shows."""
+"""An owner stamps with the database's time, whatever the clock of its own host shows."""
 
 import threading
 from datetime import timedelta

@@ -184,7 +184,7 @@ def question(db):
 
 
 def ended_job(client, clock):
-    """A job of this browser that has ended."""
+    """Let a job of this browser end; return its address."""
     address = client.post("/robots/mercury/jobs/", {"kind": "go", "arg-x": "1.0"})["Location"]
     queue.tick(clock.now())
     settle(clock)

@@ -86,7 +86,7 @@ def test_what_is_open_again_to_the_public_says_that_it_waits_for_staff(shuttle, 
 
 
 def card(page):
-    """The part of the robot's page about it: its opening tag, and its content."""
+    """Return the part of the robot's page about it: its opening tag, and its content."""
     start = page.index(b'id="suspended"')
     return page[page.rindex(b"<section", 0, start) : page.index(b"</section>", start)]
 

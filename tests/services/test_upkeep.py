@@ -34,7 +34,7 @@ def ready(robot):
 
 
 def in_order(robot):
-    """What the owner does after it."""
+    """Do what the owner does after the command."""
     assert Robot.objects.filter(pk=robot.pk, cycle=Cycle.HANDOVER).update(cycle=Cycle.READY)
     robot.refresh_from_db()
 

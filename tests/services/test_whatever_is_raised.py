@@ -1,4 +1,4 @@
-"""Whatever a driver's or a camera's library raises ends in a sentence and a next attempt, never in the owner."""
+"""Any error of a driver's or a camera's library leads to a sentence and a next attempt, and never ends the owner."""
 
 import threading
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""Whatever the libraries of wires and microphones raise: the wire is gone, and is opened again."""
+"""Any error of the libraries of wires and microphones means that the wire is lost; it is opened again."""
 
 import os
 import threading

@@ -12,5 +12,5 @@ def _computed(seed):
 
 
 def fresh(seed):
-    """A bed that nobody has touched."""
+    """Return a bed that nobody has touched."""
     return copy.deepcopy(_computed(seed))

@@ -2,12 +2,12 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import grimp
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 PAGE = (ROOT / "docs/explanation/architecture.md").read_text()
 ROOMS = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "workers")
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]

@@ -20,25 +20,22 @@ def test_a_motion_ends_at_its_target_and_the_swing_dies_away(x, y, z, speed):
     assert body.amplitude() < AT_REST_M
 
 
-def test_a_hold_brings_it_to_rest_before_the_target():
+def braked(after_s):
+    """Return a body that has come to rest by a hold, so many seconds after its motion began."""
     body = Body(Pose(-0.2, 0.42, 0.0, 0.0), 0.0)
     body.start(Pose(0.2, 0.42, 0.0, 0.0), 0.25)
-    body.advance_to(0.7)
+    body.advance_to(after_s)
     body.brake()
-    body.advance_to(1.2)
+    body.advance_to(after_s + 0.5)
     assert not body.moving
     assert body.last_line is not None
     assert body.last_line.braking
-    assert -0.2 < body.setpoint.x < 0.0
+    return body
+
+
+def test_a_hold_brings_it_to_rest_before_the_target():
+    assert -0.2 < braked(0.7).setpoint.x < 0.0
 
 
 def test_a_hold_before_the_first_step_ends_the_motion_where_it_began():
-    start = Pose(-0.2, 0.42, 0.0, 0.0)
-    body = Body(start, 0.0)
-    body.start(Pose(0.2, 0.42, 0.0, 0.0), 0.25)
-    body.brake()
-    body.advance_to(0.1)
-    assert not body.moving
-    assert body.last_line is not None
-    assert body.last_line.braking
-    assert body.setpoint == start
+    assert braked(0.0).setpoint == Pose(-0.2, 0.42, 0.0, 0.0)

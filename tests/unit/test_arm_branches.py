@@ -99,21 +99,21 @@ def test_all_answers_inside_are_told_each_turn_once():
 
 
 def wrist(dice):
-    """W1 at zero: E2 and W2 turn about the same axis."""
+    """Return joints with W1 at zero: E2 and W2 turn about the same axis."""
     q = dice.uniform(ARM.low, ARM.high)
     q[4] = 0.0
     return q
 
 
 def upright(dice):
-    """S1, E2 and W2 all turn about the same axis; the elbow may be bent back over the base."""
+    """Return joints of which S1, E2 and W2 all turn about the same axis; the elbow may be bent back over the base."""
     q = dice.uniform(ARM.low, ARM.high)
     q[[1, 2, 4]] = 0.0
     return q
 
 
 def over_the_base(dice):
-    """The wrist stands on the axis of S1, which the wrist's joints can make up for."""
+    """Return joints whose wrist stands on the axis of S1, which the wrist's joints can make up for."""
     q = dice.uniform(ARM.low, ARM.high)
     q[2] = dice.choice([-1.0, 1.0]) * dice.uniform(1.2, 2.3)
     q[1] = np.arctan2(-0.48 * np.sin(q[2]), 0.45 + 0.48 * np.cos(q[2]))

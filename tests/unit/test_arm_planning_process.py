@@ -1,7 +1,8 @@
-"""The museum arm's planner in a process of its own: the same answers, the same refusals, begun again when lost."""
+"""The museum arm's planner in a process of its own: the same answers, the same refusals, begun again when lost; its cost."""
 
 import os
 import signal
+import statistics
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from simulators.pa10.planning import Planning
 from tests.conftest import wait_for
 from tests.waiting import CEILING_S
 
+PLAN_S = 0.005  # of processor time, well within what the controller looks ahead
 READY, STILL = posture(load("pa10"), "ready"), np.zeros(6)
 VASE = Box("the vase", (0.4, 0.1, 0.0), (0.6, 0.3, 0.3))
 
@@ -78,3 +80,23 @@ def test_it_ends_with_whoever_asks():
     made._line.close()
     wait_for(lambda: made.process.poll() is not None, 20, "the planner's end")
     made.close()
+
+
+@pytest.mark.timed
+def test_a_target_in_motion_is_planned_in_five_milliseconds_of_processor_time(stopwatch):
+    courses, dice = Courses(), np.random.default_rng(6)
+    full = courses.planner.limits.velocity
+    took = []
+    for _ in range(60):
+        x, y, z = dice.uniform((350, -250, 120), (650, 250, 400))
+        wrist = dice.uniform(-100, 100)
+        target = parse(f"k {x:.1f} {y:.1f} {z:.1f} 180 0 {wrist:.1f}")
+        velocity = dice.uniform(-0.3, 0.3, 6) * full
+        begun = stopwatch.process_time()
+        try:
+            courses.plan(target, READY, velocity)
+        except Refused:
+            continue  # a refusal takes less time than a plan
+        took.append(stopwatch.process_time() - begun)
+    assert len(took) > 30
+    assert statistics.median(took) < PLAN_S

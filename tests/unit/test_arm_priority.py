@@ -1,4 +1,4 @@
-"""What the arm's control loop asks of the system's scheduler, in a process of its own."""
+"""The requests of the arm's control loop to the system's scheduler, each in a process of its own."""
 
 import os
 import platform

@@ -1,4 +1,4 @@
-"""What a benchmark takes from the portal is there, also what it imports only while it runs."""
+"""The names that a benchmark imports from the portal exist, also those that it imports only while it runs."""
 
 import ast
 from importlib import import_module

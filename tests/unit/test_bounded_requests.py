@@ -1,4 +1,4 @@
-"""Whatever is asked of a robot's check, preview or program checker: little work, and an answer in words."""
+"""Any request to a robot's check, preview or program checker costs little work and is answered in words."""
 
 import contextlib
 import gc
@@ -138,7 +138,7 @@ def refused_or_done(measured, name, kind, args, joints):
 
 @pytest.fixture(scope="module", autouse=True)
 def _warm():
-    """What is made once in a process is no request's work, nor is a look through what other tests left behind."""
+    """Do what is no request's work: make what a process makes once, and collect what other tests left behind."""
     for name in ("mercury", "pa10"):
         check(name, "noop", {})
     preview("home", {}, READY)

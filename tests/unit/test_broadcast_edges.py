@@ -1,4 +1,4 @@
-"""Edges of a broadcast: whoever joins when, with losses, with an origin that is gone, or shows something else."""
+"""Edges of a broadcast that join at any time, with losses, with an origin that is gone or that shows another movie."""
 
 import random
 from dataclasses import replace
@@ -24,7 +24,7 @@ def test_ten_edges_play_one_broadcast():
     assert air.late == []
     assert sum(edge.packets_lost for edge in air.edges) > 10
     heard = sum(map(len, shown.contents)) * len(air.edges)
-    assert 0 < air.asked < 0.03 * heard  # what was lost, and little else, went to each edge alone
+    assert 0 < air.asked < 0.03 * heard  # only lost packets, and little else, went to each edge alone
 
 
 @settings(max_examples=25)

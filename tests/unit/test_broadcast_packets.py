@@ -1,4 +1,4 @@
-"""Whatever comes to the group's address: half packets, changed ones, ones of others, and numbers out of all bounds."""
+"""Anything may come to the group's address: half packets, changed ones, foreign ones, and numbers out of all bounds."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is made of a camera's pictures: each way of sending them once, while somebody wants it, as often as wanted."""
+"""A camera's picture is encoded once for each way of sending, only while somebody wants it, as often as wanted."""
 
 from collections import Counter
 

@@ -1,15 +1,14 @@
 """Consoles of the robots that ship with Farhand: found in their folders, with buttons for what the robots can do."""
 
 import re
-from pathlib import Path
 
 import pytest
 
 from portal.web.consoles.console import PARTS, PLAIN, console_of, parts
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import STAFF, TURN
+from tests.environment import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots/kit/drivers").glob("*/console/console.ts"))
 
 

@@ -19,7 +19,7 @@ def command(seq=SEQ, limit_s=20.0):
 
 
 def taken(limit_s=20.0):
-    """A motion that has just begun: its press was heard."""
+    """Return the clock and the timer of a motion that has just begun: its press was heard."""
     clock = FakeClock()
     timer = DeadManTimer(clock)
     timer.hear(SEQ, True)
@@ -45,7 +45,7 @@ def test_a_keep_alive_that_comes_too_late_brings_nothing_back(pauses):
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=12), st.floats(0.0, 4.4))
 def test_a_motion_that_waited_begins_only_if_its_controls_were_heard_a_moment_ago(pauses, silence):
-    """Whatever was heard before: behind another motion, the last quarter of a second counts."""
+    """Behind another motion only the last quarter of a second counts, whatever was heard before."""
     clock, timer = FakeClock(), None
     timer = DeadManTimer(clock)
     timer.hear(SEQ - 1, True)

@@ -3,13 +3,12 @@
 import re
 import tomllib
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 from tests import waiting
+from tests.environment import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("robots/kit/drivers/*/README.md")])
 CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#([\w-]*))?\)")

@@ -1,15 +1,14 @@
-"""Rooms that serve every robot know none of the words of one: they ask for what its spec declares."""
+"""Code that serves every robot contains no word of a single one: it asks for what the robot's spec declares."""
 
 import ast
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 
+from tests.environment import ROOT
 from tools.setup import prepared
 
-ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("robots", "workers", "portal", "queueing", "accounts", "operatorlog")
 OF_ONE_ROBOT = ("robots/kit/drivers/", "robots/kit/arms/", "robots/kit/rovers/", "robots/kit/slam/", "/migrations/")
 WORDS = frozenset({

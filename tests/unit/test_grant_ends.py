@@ -2,9 +2,9 @@
 
 import ast
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 ROOMS = ("accounts", "operatorlog", "portal", "queueing", "robots", "workers")
 OF_A_GRANT = re.compile(r"\bGrant\.|\.grants\b|\bgrant\.(save|ended_at =)|open_grant\(")
 ENDS = {"ended_at", "end_code"}

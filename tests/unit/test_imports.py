@@ -5,14 +5,14 @@ compiler has no rule for who may import what, and another linter's would be one 
 """
 
 import re
-from pathlib import Path
 
 import grimp
 import networkx
 import pytest
 
+from tests.environment import ROOT
+
 PACKAGES = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "tests", "workers")
-ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ("frontend", "robots", "tests/packages")
 # each form of importing: import .. from, export .. from, import "..", import(".."), and @import ".." of a style
 IMPORTED = re.compile(r"""(?:\bfrom|\bimport)\s*\(?\s*(?:url\()?["'`]([^"'`\s]+)["'`]""")

@@ -22,13 +22,13 @@ HALL = np.random.default_rng(5).integers(0, 255, (24, 900), np.uint8)
 
 
 def view(at):
-    """A JPEG of a hall in which one has come so many metres."""
+    """Return a JPEG of a hall, as seen after so many metres."""
     part = HALL[:, int(at * 120) : int(at * 120) + 42]
     return cv2.imencode(".jpg", cv2.resize(part, (416, 240), interpolation=cv2.INTER_CUBIC))[1].tobytes()
 
 
 def walk(mind, steps, at=0.0, speed=0.15):
-    """Go on from `at` m; return the answers."""
+    """Drive on from `at` m; return the answers."""
     found = []
     for n in range(steps):
         at += speed * 0.1
@@ -45,7 +45,7 @@ def packets(answers, name="map"):
 
 
 def decoded(data, known=None):
-    """What a console has after a packet of the map: number, places, links, route, docks, dock."""
+    """Return what a console has after a packet of the map: number, places, links, route, docks, dock."""
     number, places, links, route, docks, dock = known or (0, {}, set(), (), (), (0, 0, 0))
     version, flags, number, nodes, pairs = HEAD.unpack_from(data)
     assert version == 1

@@ -55,7 +55,7 @@ def test_a_first_map_has_none_before_it(tmp_path):
 
 
 def test_a_robot_that_explores_for_long_begins_a_new_map_and_says_why(tmp_path):
-    """What was seen on the page: the map was gone after ten minutes and more, and nothing said why."""
+    """Seen on the page before: the map was gone after ten minutes or more, and nothing said why."""
     trial = explored(tmp_path)
     trial.roaming._clear_s = 40.0
     explore(trial, 20)

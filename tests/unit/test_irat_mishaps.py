@@ -1,4 +1,4 @@
-"""Faults in the middle of the iRat's motions, on a clock of its own: each ends with a word, at rest, or is got over."""
+"""Faults in the middle of the iRat's motions, on a clock of its own: each is reported at rest, or is overcome."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What waits to be sent to one client of the iRat: the newest of each topic, and no more answers than it reads."""
+"""The send queue of one client of the iRat: the newest of each topic, and no more answers than it reads."""
 
 import asyncio
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What nodes of ROS 1 and ROS 2 send through rosbridge_server is read: null, Infinity, rounding, both kinds of stamps."""
+"""Messages of ROS 1 and ROS 2 through rosbridge_server are read: null, Infinity, rounding, both kinds of stamps."""
 
 import json
 import math

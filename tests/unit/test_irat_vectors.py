@@ -12,11 +12,10 @@ from robots.kit.slam.stream import Changes
 
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "irat_streams.json"
 VECTORS = json.loads(FILE.read_text()) if FILE.exists() else {"map": [], "cells": []}
-CELLS = 36 * 15 * 15
 
 
 def map_packets(told):
-    """What the stream sends for a map that changes so, and what is on it at the end."""
+    """Return what the stream sends for a map that changes so, and what is on it at the end."""
     stream, packets, spots, links = MapStream(), [], {}, []
     for one in told:
         poses = np.array([[*at, 0.0] for at in one["poses"]]).reshape(-1, 3)
@@ -41,7 +40,7 @@ def map_packets(told):
 
 
 def cell_packets(told):
-    """What the stream sends for cells that are so active, and their levels at the end where they are not 0."""
+    """Return what the stream sends for cells that are so active, and their levels at the end where they are not 0."""
     stream, packets = CellStream(), []
     cells = np.zeros((36, 15, 15))
     for one in told:

@@ -2,11 +2,11 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 GIVEN_A_CLOCK = (
     "robots/kit/drivers/mercury", "robots/kit/drivers", "robots/kit/arms", "robots/kit/vision", "robots/kit/slam",
     "robots", "robots/services", "accounts", "queueing/jobs", "operatorlog", "portal/live", "workers/guard",

@@ -1,12 +1,9 @@
 """Each mutant still fits the file that it breaks, and names a test that exists."""
 
-from pathlib import Path
-
 import pytest
 
+from tests.environment import ROOT
 from tests.mutants import MUTANTS
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.what)

@@ -1,9 +1,9 @@
 """A public name is a noun or a verb: no participle that leaves open of what."""
 
 import ast
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 ROOMS = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "workers")
 PARTICIPLES = {"asked", "found", "given", "heard", "kept", "looked", "said", "seen", "shown", "told"}
 # Published, on a wire, or in a file that is stored.

@@ -1,4 +1,4 @@
-"""Networks of trusted proxies, and what counts as one network address."""
+"""Networks of trusted proxies, and which addresses count as one."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Whatever a kind of command declares, its robot is held by the end of the bound and of the grant, if not sooner."""
+"""A robot is held by the end of a command's bound and of the grant, if not sooner, whatever the command declares."""
 
 from dataclasses import replace
 from math import inf, nan

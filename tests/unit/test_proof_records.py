@@ -1,4 +1,4 @@
-"""What stands beside a figure of a proof: whose time, commit, pace and discarded samples; and when it is outdated."""
+"""The notes beside a figure of a proof: whose time, commit, pace and discarded samples; and when it is outdated."""
 
 import json
 import shutil

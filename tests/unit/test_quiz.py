@@ -3,7 +3,6 @@
 import random
 import tomllib
 from collections import Counter
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -11,8 +10,8 @@ from hypothesis import strategies as st
 
 from accounts import quiz
 from accounts.orientation import render
+from tests.environment import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = [ROOT / "robots/kit/drivers" / name for name in ("mercury", "pa10", "so101", "irat")]
 FOLDERS.append(ROOT / "tests" / "packages" / "turntable" / "turntable_robot")
 DRAWN, CHOICES = 5, 4

@@ -19,7 +19,7 @@ DT = 0.05
 
 @cache
 def seen(x, seed=1):
-    """The first picture of a small world, from a place in its first corridor."""
+    """Return the first picture of a small world, from a place in its first corridor."""
     return World(seed).picture(x, -0.775, 0.0)
 
 

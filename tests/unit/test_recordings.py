@@ -168,7 +168,7 @@ def test_a_slice_names_the_earliest_that_it_needs(tracks):
         assert 0 <= first <= number
         for times in tracks:
             before = [at for at in times if at <= number * SLICE_MS]
-            if before:  # the newest beginning lies in what is read
+            if before:  # the newest beginning lies in the part that is read
                 assert slice_of(max(before)) >= first
     assert needed_slices([], 3) == [0, 1, 2]
 

@@ -77,7 +77,7 @@ def replayed(path):
 
 
 def judged(path, whole):
-    """Whatever became of a file: what can be read of it was in it, and that something is missing is said."""
+    """Fail unless all that can be read of a damaged file was in it, and a missing part is reported."""
     original, found = list(messages(whole)), list(messages(path))
     assert in_order(found, original)
     index = replayed(path)

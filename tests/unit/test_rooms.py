@@ -1,4 +1,4 @@
-"""What a web process hears and computes for the viewers of a robot: what they want, and nothing else."""
+"""For the viewers of a robot a web process hears and computes what they want, and nothing else."""
 
 import asyncio
 
@@ -19,7 +19,7 @@ ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream"}
 
 @pytest.fixture
 def computed(monkeypatch):
-    """The frames that are made."""
+    """The frames that are computed."""
     made = []
     monkeypatch.setattr(rooms, "binary_frame", lambda data: made.append(data) or data)
     return made

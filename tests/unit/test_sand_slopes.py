@@ -15,7 +15,7 @@ ROW, COLUMN = 420 - Y0_MM, 60 - X0_MM  # nothing lies buried there
 
 @pytest.fixture
 def flat():
-    """A level bed of deep sand without anything in it."""
+    """Return a level bed of deep sand without anything in it."""
     bed = fresh(2)
     bed.sand[:] = LEVEL_MM + 30
     bed.rigid[:] = 0
@@ -27,14 +27,14 @@ def volume(bed):
 
 
 def steepest_deg(bed):
-    """The steepest slope by central differences, a few single cells of a rim left out."""
+    """Return the steepest slope by central differences, a few single cells of a rim left out."""
     slope = np.sort(np.hypot(*np.gradient(bed.sand.astype(float))).ravel())
     assert np.degrees(np.arctan(slope[-1])) < REPOSE_DEG + 4
     return float(np.degrees(np.arctan(slope[-30])))
 
 
 def slopes_deg(bed, near, far):
-    """The slope along a ray in 16 directions from the middle, between two distances (mm); up is positive."""
+    """Return the slope along a ray in 16 directions from the middle, between two distances (mm); up is positive."""
     d = np.arange(near, far)
     found = []
     for way in DIRECTIONS:

@@ -9,7 +9,6 @@ from robots.kit.drivers.mercury.scara import OutOfReach, scara, wrap
 
 D = load("mercury")
 ARM = scara(D)
-angle = st.floats(-3.0, 3.0)
 
 
 @given(st.floats(*D["sand"]["x"]), st.floats(*D["sand"]["y"]), st.floats(0, 0.075), st.floats(-0.3, 0.3))

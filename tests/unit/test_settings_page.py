@@ -1,9 +1,9 @@
 """The page of settings names every variable that the portal reads."""
 
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 READ = re.compile(r"""(?:env(?:\.\w+)?\(|environ(?:\.get\(|\[))\s*"([A-Z_]+)\"""")
 OF_OTHERS = {"XDG_DATA_HOME", "OPENBLAS_NUM_THREADS"}  # of the system and of a library, with their meaning there
 ROOMS = ("portal", "accounts", "queueing", "operatorlog", "robots", "workers")

@@ -1,9 +1,9 @@
 """Files stay short enough to be read: none over 400 lines, nine of ten under 250, half of ours under 90."""
 
-from pathlib import Path
 from statistics import median, quantiles
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 ROOMS = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "workers")
 BESIDE = ("benchmarks", "frontend/src", "frontend/tests", "tests", "tools")
 

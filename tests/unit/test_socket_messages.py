@@ -1,4 +1,4 @@
-"""What a page may say: bounded before anything looks at it."""
+"""The messages of a page are bounded before anything reads them."""
 
 import contextlib
 import json

@@ -195,7 +195,7 @@ def shown(where, status, times):
 
 @given(st.floats(-10, 10), st.booleans())
 def test_sonar_that_contradicts_the_map_makes_it_less_sure_until_they_agree(off, presence):
-    """What is nearer than the map says may be somebody who stands there."""
+    """A thing that is nearer than the map says may be a person who stands there."""
     expected = sonar_at((1.0, 1.0, 0.0))
     sees = min(max(expected + off, 0.15), 10.0)
     where, off = placed(), abs(sees - expected)

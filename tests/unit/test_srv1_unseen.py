@@ -1,4 +1,4 @@
-"""What the rover's journal says of the time when nobody heard it, whatever it says."""
+"""The report of the rover's journal on the time without contact, whatever the journal contains."""
 
 import json
 from dataclasses import replace

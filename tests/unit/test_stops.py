@@ -1,4 +1,4 @@
-"""Which stop is heeded: every one but an operator's whose grant is known to have ended."""
+"""Which stops take effect: all but those of an operator whose grant is known to have ended."""
 
 import pytest
 from hypothesis import given

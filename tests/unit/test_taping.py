@@ -1,5 +1,6 @@
 """The writer of one recording: it takes what comes without waiting, leaves out what the disk cannot take, and ends by itself."""
 
+import json
 import threading
 from types import SimpleNamespace
 
@@ -8,10 +9,11 @@ import pytest
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.streams import Stream, StreamPacket, pack
-from robots.kit.packets import picture_packet, state_packet
+from robots.kit.packets import CommandStage, picture_packet, state_packet
 from robots.kit.recording.container import Tape
 from robots.kit.recording.reading import messages
 from tests.conftest import wait_for
+from workers.recorder.recorder import Recorder
 from workers.recorder.taping import FLUSH_S, Taping
 
 SPEC = SimpleNamespace(joints=("base",), packed=lambda: (), carried=lambda: (), streams=(Stream("map"),))
@@ -147,3 +149,15 @@ def test_a_recorder_that_is_killed_while_it_goes_on_loses_nothing(tmp_path):
     ended(taping(tmp_path / "g.mcap"))
     assert [m.content().get("number", "gap") for m in messages(tmp_path / "g.mcap")] == [*range(5), "gap"]
     assert [p.name for p in tmp_path.iterdir()] == ["g.mcap"]
+
+
+def test_the_end_of_a_command_is_recorded_once():
+    """The recorder learns of an end twice: from the row, and later from the bus."""
+    kept = []
+    one = SimpleNamespace(
+        stages={7: "queued"}, taping=SimpleNamespace(tell=lambda topic, at_ns, data: kept.append(data))
+    )
+    recorder = Recorder()
+    for state in ("acknowledged", "completed", "accepted", "acknowledged", "completed"):
+        recorder._tell_command(one, CommandStage(7, 1, 3, "up", state))
+    assert [json.loads(data)["state"] for data in kept] == ["acknowledged", "completed"]

@@ -67,7 +67,7 @@ def test_a_line_that_is_free_costs_no_wait():
         waiting = asyncio.create_task(writer.wait_until_free())
         await asyncio.sleep(0)
         assert writer._one_by_one.locked() and not waiting.done()
-        line.is_closing = lambda: True  # who waits must not wait for ever
+        line.is_closing = lambda: True  # a waiting message must not wait for ever
         writer.freed.set()
         await asyncio.wait_for(waiting, CEILING_S)
 

@@ -1,4 +1,4 @@
-"""What stands in Python and in TypeScript gives the same for the same vectors (frontend/tests/vectors.test.ts)."""
+"""Code that exists in Python and in TypeScript gives the same for the same vectors (frontend/tests/vectors.test.ts)."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""A viewer of a camera's video is never given a packet without those that it changes, and never many old ones."""
+"""A viewer of a camera's video is never given a packet without those on which it depends, and never many old ones."""
 
 import queue
 from itertools import pairwise

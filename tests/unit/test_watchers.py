@@ -1,4 +1,4 @@
-"""How many watch: people, not pages, and whoever drives is none of them."""
+"""The number of viewers: people are counted, not pages, and an operator is not counted."""
 
 import asyncio
 

@@ -1,15 +1,15 @@
-"""What the wheel says of itself: the same packages as a clone runs, and one version."""
+"""The wheel's metadata names the same packages as a clone runs, and one version."""
 
 import json
 import tomllib
 from configparser import ConfigParser
-from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.environment import ROOT
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 TURNTABLE = ROOT / "tests" / "packages" / "turntable"
 

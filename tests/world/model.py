@@ -1,4 +1,4 @@
-"""What is true of people's turns, places and commands, judged while a world runs and when it is over.
+"""The rules of people's turns, places and commands, judged while a world runs and when it is over.
 
 Each rule writes what cannot be into `wrong`. Times are judged by the world's clock that stands still while the machine
 sleeps; a time limit counts only where nothing was away, frozen or killed (`disturbed`).
@@ -23,9 +23,9 @@ RULES = settings.FARHAND
 EVERY_S = 0.4
 AFTER_S = 10.0  # after its limit a command is final
 TURN_S = 1.2  # after its deadline the row of a grant is ended, by a tick; nobody may drive any more before
-TICK_S = 2.5  # what the row of a turn or an offer may lag behind, where the grant's own did already
+TICK_S = 2.5  # by which the row of a turn or an offer may come after that of its grant, which may be late itself
 CALM_S = 20.0  # after a disturbance, until everything is in order again
-EARLY_S = 2.5  # what is measured by looks each so often may seem shorter
+EARLY_S = 2.5  # a time that is measured by repeated looks may seem shorter
 
 
 class Model(Motions):

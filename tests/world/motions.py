@@ -1,4 +1,4 @@
-"""What is true of every motion, judged at the moment at which the simulator begins it, and when a run is over."""
+"""The rules of every motion, judged at the moment at which the simulator begins it, and when a run is over."""
 
 from collections import Counter
 from math import inf

@@ -24,7 +24,7 @@ REFUSALS = (QueueError, RobotError, LogError)
 
 @dataclass
 class Told:
-    """What a person was told that they have, by primary key, and what they did themselves that ends it."""
+    """The things that a person was told that they have, by primary key, and their own acts that end them."""
 
     tickets: set[int] = field(default_factory=set)
     turns: set[int] = field(default_factory=set)

@@ -2,6 +2,8 @@
 
 import os
 from collections.abc import Callable
+from functools import wraps
+from inspect import Parameter, Signature
 
 import pytest
 
@@ -69,3 +71,17 @@ def hunt(worlds, seed: int, run: Callable, delays: Callable[[int], Delays] | Non
             left = fewest(dict(late.given), fails)
             error.add_note(f"Of {len(late.given)} delays these are enough (wait: s): {left}")
         raise
+
+
+def hunts(gate: int, length: int, full: int = 0, begin: str = "worlds"):
+    """Make `run(portal)` a test that `hunt`s through so many `seeds`; `begin` is the fixture that begins its worlds."""
+
+    def of(run):
+        @wraps(run)
+        def test(seed, **fixtures):
+            hunt(fixtures[begin], seed, run)
+
+        test.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in (begin, "seed")])
+        return seeds(gate, length, full)(test)
+
+    return of

@@ -6,7 +6,7 @@ import pytest
 
 from robots.kit.description import load
 from tests.world.motions import Motions
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 from tests.world.test_lines import in_mid_motion
 
 pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
@@ -26,7 +26,8 @@ def told(portal, event):
     return [record for record in portal.rig.journal() if record["event"] == event]
 
 
-def killed(portal):
+@hunts(1, 10, 100)
+def test_the_end_of_a_killed_owners_connection_holds_the_arm(portal):
     portal.grant()
     (connection,) = told(portal, "connected")
     slowly(portal)
@@ -41,12 +42,8 @@ def killed(portal):
     assert second["t"] > at
 
 
-@seeds(1, 10, 100)
-def test_the_end_of_a_killed_owners_connection_holds_the_arm(worlds, seed):
-    hunt(worlds, seed, killed)
-
-
-def vanished(portal):
+@hunts(1, 10, 100)
+def test_the_watchdog_holds_the_arm_of_an_owner_who_vanished(portal):
     """An owner's host loses its power: nobody tells the arm that the connection is over."""
     watchdog_s = load("pa10")["line"]["watchdog_s"]
     history = Motions(portal)
@@ -66,12 +63,8 @@ def vanished(portal):
     history.check()
 
 
-@seeds(1, 10, 100)
-def test_the_watchdog_holds_the_arm_of_an_owner_who_vanished(worlds, seed):
-    hunt(worlds, seed, vanished)
-
-
-def half_a_line(portal):
+@hunts(1, 10, 100)
+def test_half_a_line_is_dropped_and_the_end_of_the_connection_holds(portal):
     history = Motions(portal)
     portal.grant()
     in_mid_motion(portal)
@@ -81,8 +74,3 @@ def half_a_line(portal):
     portal.all_final()
     portal.works_on()
     history.check()
-
-
-@seeds(1, 10, 100)
-def test_half_a_line_is_dropped_and_the_end_of_the_connection_holds(worlds, seed):
-    hunt(worlds, seed, half_a_line)

@@ -1,4 +1,4 @@
-"""Promises 1 to 4, 8, 10, 11, 22 and 23 in virtual time: whatever happens, no motion that must not be."""
+"""Promises 1 to 4, 8, 10, 11, 22 and 23 in virtual time: no forbidden motion, whatever happens."""
 
 import pytest
 

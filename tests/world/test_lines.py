@@ -7,7 +7,7 @@ from robots.states import GrantKind
 from tests.world.delays import Delays
 from tests.world.motions import Motions
 from tests.world.portal import EACH
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 
 pytestmark = EACH
 
@@ -21,7 +21,8 @@ def in_mid_motion(portal):
     return command
 
 
-def a_move(portal):
+@hunts(1, 10, 100)
+def test_a_robot_is_handed_over_and_moves_where_it_was_asked_to(portal):
     portal.ready()
     handover = Grant.objects.get(kind=GrantKind.HANDOVER)
     assert Frame.objects.filter(grant=handover).exists(), "a robot was offered without a picture"
@@ -34,12 +35,8 @@ def a_move(portal):
     assert not portal.rig.moving
 
 
-@seeds(1, 10, 100)
-def test_a_robot_is_handed_over_and_moves_where_it_was_asked_to(worlds, seed):
-    hunt(worlds, seed, a_move)
-
-
-def lost_line(portal):
+@hunts(1, 20, 200)
+def test_a_lost_line_is_opened_again_and_no_motion_is_repeated(portal):
     history = Motions(portal)
     portal.grant()
     command = in_mid_motion(portal)
@@ -52,11 +49,6 @@ def lost_line(portal):
     portal.rig.plug()
     portal.works_on()
     history.check()
-
-
-@seeds(1, 20, 200)
-def test_a_lost_line_is_opened_again_and_no_motion_is_repeated(worlds, seed):
-    hunt(worlds, seed, lost_line)
 
 
 def test_a_run_depends_on_its_seed_alone(worlds):

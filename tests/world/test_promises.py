@@ -142,7 +142,7 @@ def test_promise_03_claimed_in_time_but_said_too_late(worlds, proof, seed, setti
 @seeds(1, 10, 60)
 @pytest.mark.parametrize("how", ["store silent", "store away", "owner frozen"])
 def test_promise_03_late_commands_never_move(worlds, proof, seed, how):
-    """What could not begin within its ten seconds never begins."""
+    """A command that could not begin within its ten seconds never begins."""
     times = proof.count("stalls of 1 to 60 s", 2, 10)
 
     def run(portal):

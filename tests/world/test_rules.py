@@ -1,11 +1,11 @@
-"""What the model judges in a crowd by chance, once each on purpose: these rules of it are shown to fail by mutants."""
+"""Situations that a crowd meets by chance, here on purpose: mutants show that these rules of the model can fail."""
 
 from robots import bus, services
 from robots.models import Grant
 from robots.services import START_S
 from tests.conftest import BOTH_AT_LENGTH
 from tests.world.model import AFTER_S
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 from tests.world.test_deadlines import begun
 
 NOOP_S = START_S + 5.0 + AFTER_S  # within which one is over, whatever happens
@@ -16,7 +16,9 @@ def judged(crowd) -> None:
     assert not crowd.model.wrong, "\n".join(crowd.model.wrong)
 
 
-def held_beyond_the_turn(portal):
+@hunts(1, 10, 50, begin="crowds")
+def test_nothing_begins_to_move_without_a_grant(portal):
+    """Somebody holds the controls beyond the end of the turn."""
     crowd, (ada, _) = begun(portal, 15, "ada", "bob")  # for whom her turn ends
     world, turn = portal.world, ada.accept()
     portal.final(crowd.issue(ada.user, *portal.wishes.spell("move", {"x": -0.2, "y": 0.4}, None)))
@@ -29,13 +31,9 @@ def held_beyond_the_turn(portal):
     judged(crowd)
 
 
-@seeds(1, 10, 50)
-def test_nothing_begins_to_move_without_a_grant(crowds, seed):
-    """Somebody holds the controls beyond the end of the turn."""
-    hunt(crowds, seed, held_beyond_the_turn)
-
-
-def stopped_in_mid_motion(portal):
+@BOTH_AT_LENGTH
+@hunts(1, 10, 50, begin="crowds")
+def test_what_is_completed_came_to_its_end(portal):
     crowd, (ada,) = begun(portal, 60, "ada")
     ada.accept()
     for _ in range(2):
@@ -49,12 +47,8 @@ def stopped_in_mid_motion(portal):
 
 
 @BOTH_AT_LENGTH
-@seeds(1, 10, 50)
-def test_what_is_completed_came_to_its_end(crowds, seed):
-    hunt(crowds, seed, stopped_in_mid_motion)
-
-
-def killed_while_commands_wait(portal):
+@hunts(1, 10, 50, begin="crowds")
+def test_every_command_is_over_in_time(portal):
     crowd, (ada,) = begun(portal, 120, "ada")
     ada.accept()
     crowd.move(ada.user)
@@ -63,9 +57,3 @@ def killed_while_commands_wait(portal):
     portal.supervisor.worker.kill()
     portal.world.sleep(NOOP_S + 2.0)
     judged(crowd)
-
-
-@BOTH_AT_LENGTH
-@seeds(1, 10, 50)
-def test_every_command_is_over_in_time(crowds, seed):
-    hunt(crowds, seed, killed_while_commands_wait)

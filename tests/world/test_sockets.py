@@ -9,7 +9,7 @@ from robots.models import Command
 from robots.states import COMMAND_FINAL
 from tests.world.delays import Delays
 from tests.world.portal import EACH
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunt, hunts, seeds
 from tests.world.web import AT_ME, AT_ROBOT, Browser, Page, Sockets
 
 TOLD_S = 1.0  # until a page shows what has changed
@@ -167,7 +167,9 @@ def stalls(page, command):
 ENDS = {let_go: "completed", stalls: "cancelled", closes: "completed"}
 
 
-def lost_controls(portal):
+@EACH
+@hunts(1, 20, 200)
+def test_a_held_motion_ends_with_the_controls_of_its_page(portal):
     """A held motion ends when the page lets go, is closed, or can say nothing more; nothing brings it back."""
     portal.grant()
     sockets = Sockets(portal.world)
@@ -184,12 +186,8 @@ def lost_controls(portal):
 
 
 @EACH
-@seeds(1, 20, 200)
-def test_a_held_motion_ends_with_the_controls_of_its_page(worlds, seed):
-    hunt(worlds, seed, lost_controls)
-
-
-def stopped(portal):
+@hunts(1, 20, 200)
+def test_a_stop_on_a_page_holds_the_robot_and_every_page_shows_it(portal):
     """A stop that the operator presses on a page holds the robot, and every page shows it; nobody else's does."""
     portal.grant()
     sockets, path = Sockets(portal.world), AT_ROBOT.format(portal.slug)
@@ -215,14 +213,8 @@ def stopped(portal):
     portal.until(lambda: not any(page.snapshot["stopped"] for page in pages), TOLD_S, "the release on every page")
 
 
-@EACH
-@seeds(1, 20, 200)
-def test_a_stop_on_a_page_holds_the_robot_and_every_page_shows_it(worlds, seed):
-    hunt(worlds, seed, stopped)
-
-
 def test_a_seed_is_a_run_with_sockets(worlds):
-    """Nor does the order of sets or the id of an object decide: `PYTHONHASHSEED` does not matter either."""
+    """Neither the order of sets nor the id of an object decides: `PYTHONHASHSEED` does not matter."""
     runs = []
     for _ in range(2):
         offers(portal := worlds(7, jitter(7)), 1)

@@ -8,12 +8,12 @@ import pytest
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.motions import ENCODER, IN_THE_WAY, TOO_NEAR
 from robots.kit.drivers.srv1.whereabouts import KNOWN_M
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 LOOK_S = 0.05
 SLACK_M, SHARE = 0.1, 2.0  # a spread holds it 95 times of 100: twice as far away it hardly ever is
-DOOR, SOUTH, BLACK = hall().nodes[0].at, hall().nodes[7].at, next(case for case in hall().cases if case.black)
+DOOR, BLACK = hall().nodes[0].at, next(case for case in hall().cases if case.black)
 
 
 class Truth:
@@ -64,7 +64,26 @@ def sent(portal, *lines):
     return portal.issue("mission", text="".join(f"{line}\n" for line in lines))
 
 
-def before_black_glass(portal):
+def toured(portal, dice, truth, count, seconds):
+    """Let it go to some nodes; a step that cannot be done is named, and it touches nothing."""
+    command = portal.final(sent(portal, *tour(dice, count)), seconds)
+    assert command.state == "completed" or command.reason.startswith("Step "), command.reason
+    truth.holds()
+
+
+def sent_into_a_moved_showcase(portal, *faults):
+    """Move a showcase into its way, and fail unless its mission names the step that this prevents."""
+    truth = begin(portal, *DOOR, 0.0)
+    for fault in faults:
+        portal.rig.fault(fault)
+    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
+    command = portal.final(sent(portal, "look around", "go South", "photograph"), 300)
+    assert (command.state, command.reason) == ("failed", f"Step 2 of 3, go South: {IN_THE_WAY}")
+    truth.holds()
+
+
+@hunts(1, 10, 100)
+def test_it_stops_before_black_glass_by_hand(portal):
     """By hand, straight at a showcase that infrared does not see: the sonar slows it down, and stops it."""
     dice = random.Random(portal.world.seed)
     x = BLACK.at[0] + dice.uniform(-0.4, 0.4)
@@ -93,12 +112,8 @@ def before_black_glass(portal):
     portal.final(back)
 
 
-@seeds(1, 10, 100)
-def test_it_stops_before_black_glass_by_hand(worlds, seed):
-    hunt(worlds, seed, before_black_glass)
-
-
-def patrols(portal):
+@hunts(1, 10, 100)
+def test_on_patrol_it_turns_away_from_black_glass(portal):
     """By its rules, for a while, from before black glass on: it turns away from that, and from walls at any angle."""
     truth = begin(portal, BLACK.at[0], 6.2, pi / 2)
     command = portal.final(sent(portal, "patrol 30"), 120)
@@ -106,44 +121,25 @@ def patrols(portal):
     assert not truth.touched, f"it touched {truth.touched}"
 
 
-@seeds(1, 10, 100)
-def test_on_patrol_it_turns_away_from_black_glass(worlds, seed):
-    hunt(worlds, seed, patrols)
-
-
-def blind(portal):
+@pytest.mark.length
+@hunts(1, 5, 50)
+def test_a_mission_with_blind_infrared_waits_before_what_stands_in_its_way(portal):
     """Infrared sees nothing at all: the sonar shows what was pushed into its way, and the mission says which step."""
-    truth = begin(portal, *DOOR, 0.0)
-    portal.rig.fault("blind_infrared")
-    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
-    command = portal.final(sent(portal, "look around", "go South", "photograph"), 300)
-    assert (command.state, command.reason) == ("failed", f"Step 2 of 3, go South: {IN_THE_WAY}")
-    truth.holds()
+    sent_into_a_moved_showcase(portal, "blind_infrared")
 
 
 @pytest.mark.length
-@seeds(1, 5, 50)
-def test_a_mission_with_blind_infrared_waits_before_what_stands_in_its_way(worlds, seed):
-    hunt(worlds, seed, blind)
-
-
-def ghosts(portal):
+@hunts(1, 10, 100)
+def test_ghosts_of_the_sonar_make_it_no_surer(portal):
     """The sonar reads now and then something nearer or farther: it goes slowly, and is not surer than it is."""
     dice = random.Random(portal.world.seed)
     truth = at_a_node(portal, dice)
     portal.rig.fault("sonar_ghost", dice.choice((0.05, 0.15, 0.3)))
-    command = portal.final(sent(portal, *tour(dice, 2)), 600)
-    assert command.state == "completed" or command.reason.startswith("Step "), command.reason
-    truth.holds()
+    toured(portal, dice, truth, 2, 600)
 
 
-@pytest.mark.length
-@seeds(1, 10, 100)
-def test_ghosts_of_the_sonar_make_it_no_surer(worlds, seed):
-    hunt(worlds, seed, ghosts)
-
-
-def dead_encoder(portal):
+@hunts(1, 12, 100)
+def test_a_dead_encoder_ends_a_mission_and_its_place_is_not_shown(portal):
     """Its odometry is wrong from then on: it stops, says why, and its place is not shown any more."""
     dice = random.Random(portal.world.seed)
     truth = at_a_node(portal, dice)
@@ -164,12 +160,9 @@ def dead_encoder(portal):
     truth.holds()
 
 
-@seeds(1, 12, 100)
-def test_a_dead_encoder_ends_a_mission_and_its_place_is_not_shown(worlds, seed):
-    hunt(worlds, seed, dead_encoder)
-
-
-def alone(portal):
+@pytest.mark.length
+@hunts(1, 10, 100)
+def test_a_dead_encoder_ends_a_permit(portal):
     """A dead encoder ends the permit of a rover that nobody reaches: it cannot know whether it keeps to its area."""
     at_a_node(portal, random.Random(portal.world.seed))
     command = portal.issue("patrol")
@@ -189,37 +182,17 @@ def alone(portal):
 
 
 @pytest.mark.length
-@seeds(1, 10, 100)
-def test_a_dead_encoder_ends_a_permit(worlds, seed):
-    hunt(worlds, seed, alone)
-
-
-def moved(portal):
+@hunts(1, 18, 100)
+def test_a_moved_showcase_is_not_hit(portal):
     """A showcase stands elsewhere than on the map: it touches nothing, and a step that cannot be done is named."""
     dice = random.Random(portal.world.seed)
     truth = at_a_node(portal, dice)
     portal.rig.fault("moved_case", 1 + portal.world.seed % len(hall().cases))
     portal.world.sleep(0.5)
-    command = portal.final(sent(portal, *tour(dice, 3)), 900)
-    assert command.state == "completed" or command.reason.startswith("Step "), command.reason
-    truth.holds()
+    toured(portal, dice, truth, 3, 900)
 
 
 @pytest.mark.length
-@seeds(1, 18, 100)
-def test_a_moved_showcase_is_not_hit(worlds, seed):
-    hunt(worlds, seed, moved)
-
-
-def in_its_way(portal):
-    truth = begin(portal, *DOOR, 0.0)
-    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
-    command = portal.final(sent(portal, "look around", "go South", "photograph"), 300)
-    assert (command.state, command.reason) == ("failed", f"Step 2 of 3, go South: {IN_THE_WAY}")
-    truth.holds()
-
-
-@pytest.mark.length
-@seeds(1, 5, 50)
-def test_a_mission_says_which_step_a_moved_showcase_prevents(worlds, seed):
-    hunt(worlds, seed, in_its_way)
+@hunts(1, 5, 50)
+def test_a_mission_says_which_step_a_moved_showcase_prevents(portal):
+    sent_into_a_moved_showcase(portal)

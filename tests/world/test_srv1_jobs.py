@@ -9,7 +9,7 @@ from queueing.models import Job, JobState
 from queueing.services import Asker, ask
 from robots.models import Command
 from robots.states import Cycle
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 MISSION = "turn 90\nturn -90\nturn 90\nread\n"
@@ -29,7 +29,8 @@ def state_of(job):
     return Job.objects.values_list("state", flat=True).get(pk=job.pk)
 
 
-def cut_off(portal):
+@hunts(2, 10, 100)
+def test_a_mission_that_is_cut_off_is_not_begun_again(portal):
     """Its line is pulled in a step: the job has failed at that step, for nothing; nothing begins it again."""
     portal.ready()
     job = ask(portal.robot, Asker(user=portal.people["ada"]), "mission", {"text": MISSION}, portal.world.now())
@@ -47,8 +48,3 @@ def cut_off(portal):
     assert Command.objects.filter(kind="mission").count() == 1, "it was begun again"
     job.refresh_from_db()
     assert (job.state, job.runs.count()) == ("failed", 1)
-
-
-@seeds(2, 10, 100)
-def test_a_mission_that_is_cut_off_is_not_begun_again(worlds, seed):
-    hunt(worlds, seed, cut_off)

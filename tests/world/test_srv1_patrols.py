@@ -6,13 +6,14 @@ from math import dist
 import pytest
 
 from robots.kit.drivers.srv1.hall import hall
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 PLACE = hall().nodes[1].at
 
 
-def carried_while_on(portal):
+@hunts(1, 10, 100)
+def test_it_goes_where_it_is_sent_also_when_it_was_carried_off(portal):
     """Somebody carries it off while it is on, and its odometry does not notice: it is not where it says for long."""
     portal.grant()
     dice, plant = random.Random(portal.world.seed), portal.rig.sim.world.plant
@@ -25,12 +26,8 @@ def carried_while_on(portal):
     assert plant.contacts == ()
 
 
-@seeds(1, 10, 100)
-def test_it_goes_where_it_is_sent_also_when_it_was_carried_off(worlds, seed):
-    hunt(worlds, seed, carried_while_on)
-
-
-def patrols_and_goes(portal):
+@hunts(1, 10, 100)
+def test_from_a_patrol_it_goes_where_it_is_sent(portal):
     """A patrol leads around the map and touches nothing; from wherever it ends, the rover goes where it is sent."""
     plant, touched = portal.rig.sim.world.plant, set()
     portal.grant()
@@ -47,8 +44,3 @@ def patrols_and_goes(portal):
     place = random.Random(portal.world.seed).choice(hall().nodes).at
     command = portal.final(portal.issue("go", x=place[0], y=place[1]), 300)
     assert command.state == "completed", command.reason
-
-
-@seeds(1, 10, 100)
-def test_from_a_patrol_it_goes_where_it_is_sent(worlds, seed):
-    hunt(worlds, seed, patrols_and_goes)

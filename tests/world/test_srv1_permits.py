@@ -14,7 +14,7 @@ from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.modes import Mode
 from robots.models import Grant, Robot
 from robots.states import GrantEnd, GrantKind
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 PERMIT_S = 20.0
@@ -51,14 +51,31 @@ def rests_by(portal, latest, end="permit"):
     rest = notes(portal, "rest")[-1]
     assert rest["t"] <= latest
     assert rest["end"] in (end, "done"), "done: it stood between driving and turning"
-    begun = portal.rig.count("motion")
-    portal.world.sleep(5.0)
-    assert portal.rig.count("motion") == begun, "something moved by itself"
+    nothing_begins(portal, 5.0)
     return rest["t"]
 
 
+def stopped_out_of_reach(portal):
+    """Press Stop; return by when the rover rests, as the portal says (s, monotonic)."""
+
+    def told():
+        shown = services.stop_shown(portal.row, portal.world.now())
+        return shown and shown.rests_by and shown
+
+    bus.send_stop(portal.slug)
+    shown = portal.until(told, 30, "the time by which it rests")
+    return portal.world.monotonic() + (shown.rests_by - portal.world.now()).total_seconds()
+
+
+def nothing_begins(portal, seconds, why="something moved by itself"):
+    """Fail if a motion begins within so many seconds."""
+    begun = portal.rig.count("motion")
+    portal.world.sleep(seconds)
+    assert portal.rig.count("motion") == begun, why
+
+
 def told_unseen(portal):
-    """Return what the stream says that it did while nobody heard it."""
+    """Return what the rover did while nobody heard it, by its stream."""
     packets = portal.owner.streams._out[0].packets
     return json.loads(unpack(packets[-1]).data) if packets else None
 
@@ -72,7 +89,8 @@ def set_permit(portal, seconds):
     portal.ready_again()
 
 
-def cut(portal):
+@hunts(2, 20, 200)
+def test_on_patrol_it_drives_on_inside_its_permit_and_rests_by_its_end(portal):
     command = patrolling(portal)
     at = portal.world.monotonic()
     portal.rig.pull()
@@ -96,12 +114,8 @@ def cut(portal):
     assert portal.final(portal.issue("turn", angle=0.5)).state == "completed"
 
 
-@seeds(2, 20, 200)
-def test_on_patrol_it_drives_on_inside_its_permit_and_rests_by_its_end(worlds, seed):
-    hunt(worlds, seed, cut)
-
-
-def back(portal):
+@hunts(2, 10, 100)
+def test_a_patrol_goes_on_when_its_line_is_back_in_time(portal):
     command = patrolling(portal)
     dice = random.Random(portal.world.seed)
     for _ in range(2):
@@ -120,12 +134,8 @@ def back(portal):
     assert told_unseen(portal)["ways"]
 
 
-@seeds(2, 10, 100)
-def test_a_patrol_goes_on_when_its_line_is_back_in_time(worlds, seed):
-    hunt(worlds, seed, back)
-
-
-def without(portal):
+@hunts(1, 10, 100)
+def test_without_a_permit_it_rests_at_once(portal):
     set_permit(portal, 0)
     command = patrolling(portal)
     at = portal.world.monotonic()
@@ -135,12 +145,8 @@ def without(portal):
     assert portal.final(command).state == "failed"
 
 
-@seeds(1, 10, 100)
-def test_without_a_permit_it_rests_at_once(worlds, seed):
-    hunt(worlds, seed, without)
-
-
-def grant_ends(portal):
+@hunts(2, 20, 200)
+def test_it_rests_before_its_grant_ends(portal):
     seconds = 9.0 + 10.0 * random.Random(portal.world.seed).random()
     command = patrolling(portal, seconds)
     until = portal.world.monotonic() + (services.open_grant(portal.robot).until - portal.world.now()).total_seconds()
@@ -150,28 +156,18 @@ def grant_ends(portal):
     assert portal.final(command).state == "failed"
 
 
-@seeds(2, 20, 200)
-def test_it_rests_before_its_grant_ends(worlds, seed):
-    hunt(worlds, seed, grant_ends)
-
-
-def held_before(portal):
+@hunts(1, 10, 100)
+def test_a_hold_ends_its_permit(portal):
     command = patrolling(portal)
     portal.stop()
     portal.rig.pull()
-    begun = portal.rig.count("motion")
-    portal.world.sleep(PERMIT_S + 5.0)
-    assert portal.rig.count("motion") == begun
+    nothing_begins(portal, PERMIT_S + 5.0)
     assert not portal.rig.moving
     assert portal.final(command).state == "cancelled"
 
 
-@seeds(1, 10, 100)
-def test_a_hold_ends_its_permit(worlds, seed):
-    hunt(worlds, seed, held_before)
-
-
-def killed(portal):
+@hunts(2, 20, 200)
+def test_a_kill_of_its_owner_on_patrol(portal):
     """The next owner stops it where it can; out of reach it rests by the end of its permit."""
     command = patrolling(portal)
     away = portal.world.seed % 2 == 0
@@ -188,30 +184,18 @@ def killed(portal):
         portal.at_rest(30)
         assert notes(portal, "rest")[-1]["end"] in ("replaced", "held")
     assert portal.final(command).state == "unknown"
-    begun = portal.rig.count("motion")
-    portal.world.sleep(8.0)
-    assert portal.rig.count("motion") == begun
+    nothing_begins(portal, 8.0)
 
 
-@seeds(2, 20, 200)
-def test_a_kill_of_its_owner_on_patrol(worlds, seed):
-    hunt(worlds, seed, killed)
-
-
-def out_of_reach(portal):
+@hunts(3, 20, 200)
+def test_a_stop_out_of_reach_says_by_when_it_rests(portal):
     """A stop is not confirmed; it says by when the rover rests, and then it does."""
     command = patrolling(portal)
     dice = random.Random(portal.world.seed)
     portal.rig.pull()
     portal.world.sleep(0.5 + dice.random() * 8)
-    bus.send_stop(portal.slug)
-
-    def shown():
-        return services.stop_shown(portal.row, portal.world.now())
-
-    told = portal.until(lambda: (one := shown()) and one.rests_by and one, 30, "the time by which it rests")
-    assert not told.confirmed
-    by = portal.world.monotonic() + (told.rests_by - portal.world.now()).total_seconds()
+    by = stopped_out_of_reach(portal)
+    assert not services.stop_shown(portal.row, portal.world.now()).confirmed
     assert permitted_until(portal) <= by <= permitted_until(portal) + 1.5
     assert portal.rig.moving, "nothing reaches it"
     if dice.random() < 0.5:
@@ -221,30 +205,22 @@ def out_of_reach(portal):
         portal.world.sleep(dice.random() * 3)
         portal.rig.plug()
         portal.at_rest(10)
-    portal.until(lambda: shown().confirmed, 30, "a confirmed stop")
+    portal.until(lambda: services.stop_shown(portal.row, portal.world.now()).confirmed, 30, "a confirmed stop")
     begun = portal.rig.count("motion")
     assert portal.final(command).state == "cancelled"
     portal.world.sleep(10.0)
     assert portal.rig.count("motion") == begun, "nothing moves after a confirmed stop"
 
 
-@seeds(3, 20, 200)
-def test_a_stop_out_of_reach_says_by_when_it_rests(worlds, seed):
-    hunt(worlds, seed, out_of_reach)
-
-
-def stopped_anew(portal):
+@hunts(1, 10, 100)
+def test_a_new_owner_counts_it_as_moving_until_it_has_asked(portal):
     """An owner that has not asked the rover yet counts it as moving by the permit of the one before."""
     command = patrolling(portal)
     portal.rig.pull()
     portal.supervisor.worker.kill()
     killed = portal.world.monotonic()
     portal.until(lambda: portal.owner, 30, "another owner")
-    bus.send_stop(portal.slug)
-    told = portal.until(
-        lambda: (one := services.stop_shown(portal.row, portal.world.now())) and one.rests_by and one, 30, "a time"
-    )
-    by = portal.world.monotonic() + (told.rests_by - portal.world.now()).total_seconds()
+    by = stopped_out_of_reach(portal)
     assert by >= killed + PERMIT_S
     assert portal.row.stop_latched
     command.refresh_from_db()
@@ -254,12 +230,8 @@ def stopped_anew(portal):
     assert portal.world.monotonic() >= permitted_until(portal)
 
 
-@seeds(1, 10, 100)
-def test_a_new_owner_counts_it_as_moving_until_it_has_asked(worlds, seed):
-    hunt(worlds, seed, stopped_anew)
-
-
-def by_hand(portal):
+@hunts(2, 20, 200)
+def test_a_held_joystick_that_loses_its_line_rests_within_half_a_second(portal):
     portal.grant()
     portal.controls.moment_s = inf
     command = portal.move()
@@ -273,13 +245,9 @@ def by_hand(portal):
     portal.final(command)
 
 
-@seeds(2, 20, 200)
-def test_a_held_joystick_that_loses_its_line_rests_within_half_a_second(worlds, seed):
-    hunt(worlds, seed, by_hand)
-
-
-def ended_early(portal):
-    """Whoever ends its grant, it moves under an open one; that it comes to rest is one, which nothing else may use."""
+@hunts(4, 20, 200)
+def test_a_grant_that_ends_early_is_followed_until_it_rests(portal):
+    """Whoever ends its grant, the rover moves under an open one, which is for coming to rest and for nothing else."""
     command = patrolling(portal)
     dice, away = random.Random(portal.world.seed), portal.world.seed % 2 == 0
     if away:
@@ -301,13 +269,8 @@ def ended_early(portal):
     portal.rig.plug()
 
 
-@seeds(4, 20, 200)
-def test_a_grant_that_ends_early_is_followed_until_it_rests(worlds, seed):
-    hunt(worlds, seed, ended_early)
-
-
-def mission(portal):
-    """Between its patrols a mission has no permit; on patrol it has one."""
+@hunts(1, 10, 100)
+def test_a_mission_has_a_permit_while_it_patrols(portal):
     portal.grant()
     command = portal.issue("mission", text="go 2.0 1.0\nwait 1\npatrol 30\n")
     portal.until(lambda: notes(portal, "permit"), 60, "its patrol")
@@ -317,12 +280,8 @@ def mission(portal):
     assert portal.final(command).state == "failed"
 
 
-@seeds(1, 10, 100)
-def test_a_mission_has_a_permit_while_it_patrols(worlds, seed):
-    hunt(worlds, seed, mission)
-
-
-def terminated(portal):
+@hunts(1, 10, 100)
+def test_an_owner_that_ends_takes_the_permit_back(portal):
     """An owner that is told to end holds the rover, and opens nothing again."""
     command = patrolling(portal)
     at = portal.world.monotonic()
@@ -332,19 +291,13 @@ def terminated(portal):
     portal.at_rest(1.0)
     assert notes(portal, "rest")[-1]["end"] == "held"
     portal.until(lambda: portal.owner, 30, "another owner")
-    begun = portal.rig.count("motion")
-    portal.world.sleep(5.0)
-    assert portal.rig.count("motion") == begun
+    nothing_begins(portal, 5.0)
     assert portal.final(command).state in ("cancelled", "unknown", "failed")
 
 
-@seeds(1, 10, 100)
-def test_an_owner_that_ends_takes_the_permit_back(worlds, seed):
-    hunt(worlds, seed, terminated)
-
-
-def terminated_out_of_reach(portal):
-    """What may go on is not ended by the owner that ends: the next one counts it as moving until it has asked."""
+@hunts(2, 10, 100)
+def test_an_owner_that_ends_out_of_reach_leaves_the_end_to_the_next(portal):
+    """An owner that ends leaves a motion that may go on: the next owner counts it as moving until it has asked."""
     command = patrolling(portal)
     portal.rig.pull()
     portal.world.sleep(random.Random(portal.world.seed).random())
@@ -358,8 +311,3 @@ def terminated_out_of_reach(portal):
     assert portal.world.monotonic() <= permitted_until(portal) + BRAKING_S
     portal.rig.plug()
     assert portal.final(command, 40).state == "unknown"
-
-
-@seeds(2, 10, 100)
-def test_an_owner_that_ends_out_of_reach_leaves_the_end_to_the_next(worlds, seed):
-    hunt(worlds, seed, terminated_out_of_reach)

@@ -14,7 +14,7 @@ from robots.kit.drivers.srv1 import flash
 from robots.kit.drivers.srv1.extension import HOLD
 from robots.kit.drivers.srv1.rules import canonical, crc_of, paper
 from robots.states import GrantEnd
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunt, hunts, seeds
 from tests.world.test_srv1 import REST_S, patrolling
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
@@ -59,7 +59,8 @@ def on_the_way(portal):
     return command
 
 
-def halved(portal):
+@hunts(2, 20, 200)
+def test_rules_that_are_changed_on_patrol_halve_the_speed_there(portal):
     """The motion goes on, and is half as fast: the set was swapped between two of the firmware's ticks."""
     command = on_the_way(portal)
     before, motions, rests = speed(portal), len(portal.motions()), portal.rig.count("rest")
@@ -74,12 +75,8 @@ def halved(portal):
     assert portal.owner.owned.driver.latest().values["rules"] == crc_of(HALF)
 
 
-@seeds(2, 20, 200)
-def test_rules_that_are_changed_on_patrol_halve_the_speed_there(worlds, seed):
-    hunt(worlds, seed, halved)
-
-
-def explained(portal):
+@hunts(1, 5, 50)
+def test_what_explains_the_rules_is_not_sent(portal):
     """Comments stay here: the rover gets the rules alone, and a comment that is a hold holds nothing."""
     command = on_the_way(portal)
     held, hold = portal.rig.count("hold"), HOLD.decode().strip()
@@ -93,13 +90,9 @@ def explained(portal):
     assert command.state == "acknowledged"
 
 
-@seeds(1, 5, 50)
-def test_what_explains_the_rules_is_not_sent(worlds, seed):
-    hunt(worlds, seed, explained)
-
-
-def refused(portal):
-    """What cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
+@hunts(1, 5, 50)
+def test_rules_that_are_refused_change_nothing(portal):
+    """A set that cannot brake, or leaves a pair out, changes nothing; the refusal names the rule."""
     on_the_way(portal)
     before = speed(portal)
     for text, words in (
@@ -112,11 +105,6 @@ def refused(portal):
             portal.issue("rules", text=text)
     assert (in_force(portal), portal.rig.count("rules")) == (0, 0)
     assert speed(portal) > 0.8 * before
-
-
-@seeds(1, 5, 50)
-def test_rules_that_are_refused_change_nothing(worlds, seed):
-    hunt(worlds, seed, refused)
 
 
 def by_staff(portal, text):
@@ -142,8 +130,9 @@ def by_staff(portal, text):
     return done
 
 
-def set_back(portal):
-    """What an operator has set is gone after the turn; what staff have set stays, and comes back after the next turn."""
+@hunts(1, 5, 50)
+def test_an_operators_rules_are_set_back_at_handover_to_what_staff_set(portal):
+    """An operator's rules are gone after the turn; those of staff stay, and come back after the next turn."""
     portal.grant()
     assert put(portal).state == "completed"
     next_turn(portal)
@@ -156,11 +145,6 @@ def set_back(portal):
     assert in_force(portal) == crc_of(HALF)
     next_turn(portal)
     assert in_force(portal) == crc_of(THIRD)
-
-
-@seeds(1, 5, 50)
-def test_an_operators_rules_are_set_back_at_handover_to_what_staff_set(worlds, seed):
-    hunt(worlds, seed, set_back)
 
 
 def switched_off(portal):
@@ -185,8 +169,9 @@ def before_motions(portal, rules):
     assert since[:3] == [("power_on", None), ("rules", rules), ("motion", None)]
 
 
-def approved(portal):
-    """What staff have set is in force again after a loss of power, before anything moves: the firmware forgets it."""
+@hunts(1, 5, 50)
+def test_what_staff_approved_is_in_force_again_after_a_loss_of_power(portal):
+    """Staff's rules are in force again after a loss of power, before anything moves: the firmware forgets them."""
     portal.grant()
     assert by_staff(portal, THIRD).state == "completed"
     released(portal)
@@ -206,12 +191,8 @@ def approved(portal):
     assert portal.owner.owned.driver.latest().values["rules"] == crc_of(THIRD)
 
 
-@seeds(1, 5, 50)
-def test_what_staff_approved_is_in_force_again_after_a_loss_of_power(worlds, seed):
-    hunt(worlds, seed, approved)
-
-
-def foreign(portal):
+@hunts(1, 5, 50)
+def test_rules_that_nobody_approved_are_replaced(portal):
     """Somebody has stored rules in the rover's flash memory, which it reads when it starts: nothing patrols by them."""
     portal.ready()
     flash = portal.rig.sim.firmware.flash
@@ -225,12 +206,8 @@ def foreign(portal):
     before_motions(portal, crc_of(paper()))
 
 
-@seeds(1, 5, 50)
-def test_rules_that_nobody_approved_are_replaced(worlds, seed):
-    hunt(worlds, seed, foreign)
-
-
-def killed_and_off(portal):
+@hunts(1, 5, 50)
+def test_a_loss_of_power_while_nobody_owns_the_rover(portal):
     """The rover loses its power while its owner is away: the next one finds it out by what the rover shows."""
     portal.grant()
     assert by_staff(portal, THIRD).state == "completed"
@@ -242,11 +219,6 @@ def killed_and_off(portal):
     next_turn(portal)
     patrolling(portal)
     before_motions(portal, crc_of(THIRD))
-
-
-@seeds(1, 5, 50)
-def test_a_loss_of_power_while_nobody_owns_the_rover(worlds, seed):
-    hunt(worlds, seed, killed_and_off)
 
 
 def slowed(portal):
@@ -263,7 +235,8 @@ def asked(portal, text=HALF):
     return command
 
 
-def stopped(portal):
+@hunts(3, 20, 200)
+def test_a_stop_during_the_upload(portal):
     """A stop during the upload rests the rover as always, and ends the upload; the line is in order."""
     patrol = on_the_way(portal)
     slowed(portal)
@@ -280,12 +253,8 @@ def stopped(portal):
     assert in_force(portal) == crc_of(HALF)
 
 
-@seeds(3, 20, 200)
-def test_a_stop_during_the_upload(worlds, seed):
-    hunt(worlds, seed, stopped)
-
-
-def cut(portal):
+@hunts(2, 20, 200)
+def test_the_line_is_lost_during_the_upload(portal):
     """The line is pulled in the middle: the rover rests by its permit's end, and takes new rules after that."""
     on_the_way(portal)
     slowed(portal)
@@ -305,12 +274,8 @@ def cut(portal):
     assert in_force(portal) == crc_of(THIRD)
 
 
-@seeds(2, 20, 200)
-def test_the_line_is_lost_during_the_upload(worlds, seed):
-    hunt(worlds, seed, cut)
-
-
-def killed(portal):
+@hunts(2, 20, 200)
+def test_an_owner_is_killed_during_the_upload(portal):
     """An owner is killed in the middle of a block: the next one ends what it left open, whatever is lacking."""
     on_the_way(portal)
     slowed(portal)
@@ -324,11 +289,6 @@ def killed(portal):
     next_turn(portal)
     assert put(portal, THIRD).state == "completed"
     assert in_force(portal) == crc_of(THIRD)
-
-
-@seeds(2, 20, 200)
-def test_an_owner_is_killed_during_the_upload(worlds, seed):
-    hunt(worlds, seed, killed)
 
 
 def corrupted(portal, monkeypatch):
@@ -357,7 +317,8 @@ def test_a_spoilt_byte(worlds, seed, monkeypatch):
     hunt(worlds, seed, lambda portal: corrupted(portal, monkeypatch))
 
 
-def ended_beside(portal):
+@hunts(2, 10, 100)
+def test_a_motion_that_ends_beside_the_upload(portal):
     """A motion that ends beside the upload holds the rover, and with it the upload, which is begun again."""
     portal.grant()
     portal.controls.moment_s = inf
@@ -369,8 +330,3 @@ def ended_beside(portal):
     portal.final(command)
     assert portal.final(rules, 30).state == "completed"
     assert in_force(portal) == crc_of(HALF)
-
-
-@seeds(2, 10, 100)
-def test_a_motion_that_ends_beside_the_upload(worlds, seed):
-    hunt(worlds, seed, ended_beside)

@@ -6,7 +6,7 @@ from math import inf, nan
 import pytest
 
 from robots import bus
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunts
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 SOON_S = 1.0  # a keep-alive, a velocity, the way from one to the other, and how fast the rims change
@@ -27,7 +27,8 @@ def target(portal):
     return (left + right) / 2, (right - left) / 0.2
 
 
-def steers(portal):
+@hunts(2, 20, 200)
+def test_the_latest_value_wins(portal):
     command = driving(portal)
     dice = random.Random(portal.world.seed)
     for _ in range(4):
@@ -50,12 +51,8 @@ def steers(portal):
     portal.at_rest(1.0)
 
 
-@seeds(2, 20, 200)
-def test_the_latest_value_wins(worlds, seed):
-    hunt(worlds, seed, steers)
-
-
-def refuses(portal):
+@hunts(5, 10, 50)
+def test_values_that_are_refused_end_the_motion(portal):
     command = driving(portal)
     at = portal.world.monotonic()
     portal.controls.args = BAD[portal.world.seed % len(BAD)]
@@ -68,15 +65,9 @@ def refuses(portal):
     assert portal.rig.count("motion") == begun
 
 
-@seeds(5, 10, 50)
-def test_values_that_are_refused_end_the_motion(worlds, seed):
-    hunt(worlds, seed, refuses)
-
-
-def one_refused(portal):
-    """A single one among good ones changes nothing."""
+@hunts(1, 10, 50)
+def test_one_that_is_refused_among_others_changes_nothing(portal):
     command = driving(portal)
-    ahead = target(portal)
     for bad in BAD:
         bus.send_keep_alive(portal.slug, command.pk, True, bad)
         portal.world.sleep(0.2)
@@ -85,8 +76,3 @@ def one_refused(portal):
     portal.controls.let_go()
     portal.at_rest(1.0)
     portal.final(command)
-
-
-@seeds(1, 10, 50)
-def test_one_that_is_refused_among_others_changes_nothing(worlds, seed):
-    hunt(worlds, seed, one_refused)

@@ -6,7 +6,7 @@ from robots import bus, services
 from robots.models import Robot
 from tests.world.delays import Delays
 from tests.world.portal import EACH
-from tests.world.seeds import hunt, seeds
+from tests.world.seeds import hunt, hunts, seeds
 
 
 def busy(seed):
@@ -46,11 +46,13 @@ def test_a_stop_on_a_busy_machine(worlds, seed):
     hunt(worlds, seed, lambda portal: stops(portal, 5, 3.0), busy)
 
 
-def lost_controls(portal, number, within_s):
+@EACH
+@hunts(1, 30, 300)
+def test_a_held_motion_ends_with_its_controls(portal):
     portal.grant()
     dice, world = random.Random(portal.world.seed), portal.world
     portal.final(portal.move())
-    for i in range(number):
+    for i in range(5):
         kind, args = portal.wishes.jog((-1) ** i)
         command = portal.issue(kind, **args)
 
@@ -67,20 +69,15 @@ def lost_controls(portal, number, within_s):
         assert portal.final(command).state == "cancelled"
         portal.at_rest()
         took = portal.moved_until - last
-        assert took <= within_s, f"at rest {took:.3f} s after the last keep-alive"
+        assert took <= 0.5, f"at rest {took:.3f} s after the last keep-alive"
 
 
-@EACH
-@seeds(1, 30, 300)
-def test_a_held_motion_ends_with_its_controls(worlds, seed):
-    hunt(worlds, seed, lambda portal: lost_controls(portal, 5, 0.5))
-
-
-def presses(portal, number):
+@hunts(1, 30, 300)
+def test_a_press_after_a_release_counts(portal):
     """Press again after the release of a stop whose hold is still under way: the later press counts."""
     portal.grant()
     dice, world = random.Random(portal.world.seed), portal.world
-    for _ in range(number):
+    for _ in range(3):
         portal.rig.fault("awol")  # a hold is not confirmed before its line gives up
         bus.send_stop(portal.slug)
         world.sleep(dice.random() * 2.5)
@@ -97,16 +94,12 @@ def presses(portal, number):
         portal.works_on()
 
 
-@seeds(1, 30, 300)
-def test_a_press_after_a_release_counts(worlds, seed):
-    hunt(worlds, seed, lambda portal: presses(portal, 3))
-
-
-def releases(portal, number):
+@hunts(1, 30, 300)
+def test_a_release_after_a_press_counts(portal):
     """Release a stop that is pressed again while the hold of the first is under way: the release counts, it came last."""
     portal.grant()
     dice, world = random.Random(portal.world.seed), portal.world
-    for _ in range(number):
+    for _ in range(3):
         portal.rig.fault("awol")
         Robot.objects.filter(pk=portal.robot.pk).update(stop_latched=True)
         portal.until(lambda: portal.owner.latch.latched, 10, "the latch")
@@ -120,8 +113,3 @@ def releases(portal, number):
         assert not portal.row.stop_latched, "the stop came back after its release"
         assert not portal.owner.latch.latched
         portal.works_on()
-
-
-@seeds(1, 30, 300)
-def test_a_release_after_a_press_counts(worlds, seed):
-    hunt(worlds, seed, lambda portal: releases(portal, 3))

@@ -1,4 +1,4 @@
-"""The world itself: the same seed is the same run; processes die as processes do; whoever waits elsewhere is named."""
+"""The world itself: a seed is a run; processes die as real ones do; a thread that waits elsewhere is named."""
 
 import threading
 from math import inf

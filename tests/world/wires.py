@@ -14,7 +14,7 @@ READ_S = 1.0
 
 
 class Wire:
-    """What can happen to a wire: it is pulled, it stalls, and it loses the rest of a message."""
+    """The faults of a wire: it is pulled, it stalls, and it loses the rest of a message."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -22,7 +22,7 @@ class Wire:
         self._halved = False
 
     def pull(self) -> None:
-        """Pull the plug: bytes on their way are lost, and who uses it is told."""
+        """Pull the plug: bytes on their way are lost, and its user is told."""
         self.world.note("the cable was pulled")
         self.plugged = False
         self.lose()

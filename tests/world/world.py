@@ -44,7 +44,7 @@ class Process:
         self.killed = self.frozen = False
         self.delayed = True  # whether its threads may be late
         self.judges = False  # whether the database never goes away from it
-        self.at_kill: list[Callable[[], object]] = []  # what the kernel does when it dies: files are closed
+        self.at_kill: list[Callable[[], object]] = []  # called when it dies, as the kernel closes files
         self.moment: tuple[int, Callable[[], object]] | None = None  # see `World.at_moment`
 
 
@@ -227,7 +227,7 @@ class World:
             came = bool(holds and holds())
             if came or self._t >= due:
                 return came
-            me.late_s = 0.0  # what it waited for was over when it came back
+            me.late_s = 0.0  # its condition no longer held when it came back
 
     def _here(self) -> Thread:
         """Return the thread that runs. Fails in a thread that is none of this world's."""

@@ -12,7 +12,6 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any, Protocol
 
 from websockets.exceptions import ConnectionClosed
@@ -22,6 +21,7 @@ from robots.kit.clock import TIMER, Timer
 from robots.kit.contract.errors import ControllerRefused, LineGone, LineSilent, why
 from robots.kit.contract.session import Permit
 from robots.kit.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
+from robots.kit.drivers.stream import written_address
 from robots.kit.opening import why_not
 
 log = logging.getLogger(__name__)
@@ -103,9 +103,7 @@ class Bridge:
             self._subscribe(topic, kind, every_s)
 
     def _where(self) -> str:
-        text = self._address
-        if text.startswith("/"):
-            text = Path(text).read_text().strip()
+        text = written_address(self._address)
         return text if text.startswith(("ws://", "wss://")) else f"ws://{text.removeprefix('tcp:')}"
 
     def close(self) -> None:

@@ -8,9 +8,8 @@ from math import pi
 from robots.kit.contract.errors import GaveUp
 from robots.kit.contract.session import JSON, OnStage, Permit, Progress
 from robots.kit.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Seen
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import Velocity
-from robots.kit.drivers.irat.spec import FULL
+from robots.kit.drivers.irat.spec import FULL, Mode
 from robots.kit.drivers.irat.wheels import REST, STEP_S, Wheels
 from robots.kit.rovers.docking import Docking, Sighting, dock
 

@@ -12,10 +12,10 @@ from robots.kit.drivers.irat.brain.messages import Care, Clear, Key, Packet
 from robots.kit.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.kit.drivers.irat.charging import Charging
 from robots.kit.drivers.irat.line import IratLine
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import Status, Velocity
 from robots.kit.drivers.irat.roaming import Roaming
 from robots.kit.drivers.irat.senses import Senses
+from robots.kit.drivers.irat.spec import Mode
 from robots.kit.drivers.irat.wheels import FLAT, REST, STEP_S, Wheels
 from robots.kit.drivers.rosbridge_client import connected
 

@@ -10,11 +10,10 @@ from robots.kit.description import load
 from robots.kit.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
 from robots.kit.drivers.irat.brain.places import MapCleared
 from robots.kit.drivers.irat.brain.process import ANSWER_S
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.packets import Why
 from robots.kit.drivers.irat.protocol import Velocity
 from robots.kit.drivers.irat.senses import between
-from robots.kit.drivers.irat.spec import SLICE_S
+from robots.kit.drivers.irat.spec import SLICE_S, Mode
 from robots.kit.drivers.irat.wheels import Wheels
 
 EARLY_S = 3.0  # a slice ends by itself so long before its grant

@@ -13,8 +13,8 @@ from robots.kit.drivers.irat.brain.messages import Feed
 from robots.kit.drivers.irat.brain.process import BrainProcess
 from robots.kit.drivers.irat.line import IratLine
 from robots.kit.drivers.irat.messages import BatteryState, Odometry, Picture
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import FULL
+from robots.kit.drivers.irat.spec import Mode
 
 STEP_S, REST_S = 0.1, 1.0  # between two steps: on the way, and at rest
 LONGEST_STEP_S = 1.0

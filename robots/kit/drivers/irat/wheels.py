@@ -12,9 +12,9 @@ from robots.kit.contract.session import Permit
 from robots.kit.drivers.irat.brain.messages import Save, Seen
 from robots.kit.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.kit.drivers.irat.line import IratLine
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import Velocity
 from robots.kit.drivers.irat.senses import Senses
+from robots.kit.drivers.irat.spec import Mode
 from robots.kit.drivers.permits import until_held
 from robots.kit.rovers.steering import Limits, Memory, Sensed, Steer, steer
 

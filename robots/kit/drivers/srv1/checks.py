@@ -1,4 +1,4 @@
-"""Checks and previews of the rover's commands, before anything moves.
+"""Checks and previews of the rover's commands, before anything moves, and the floor of its hall.
 
 A command is refused that leads to a place where the rover cannot stand, or rules by which it cannot brake. A preview
 is the path in the rover's own frame, with the judgements of its steps.
@@ -10,6 +10,7 @@ from math import ceil, cos, hypot, isfinite, remainder, sin, tau
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
+from robots.kit.contract.floor import Floor
 from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.spec import Spec
 from robots.kit.contract.values import known_command, number, within
@@ -136,3 +137,11 @@ def _step_at(found: list[Leg], at: float) -> int:
     for leg in found:
         ends.append((ends[-1] if ends else 0.0) + leg.seconds)
     return 0 if at <= 0 or not found else found[min(bisect_right(ends, at - 1e-9), len(found) - 1)].step
+
+
+def floor_plan(_settings: JSON) -> Floor:
+    """Return the hall as plots of the path show it: walls, showcases and exhibits."""
+    place = hall()
+    boxes = ((c.at[0] - c.half[0], c.at[1] - c.half[1], c.at[0] + c.half[0], c.at[1] + c.half[1]) for c in place.cases)
+    rounds = ((e.at[0], e.at[1], e.radius) for e in place.exhibits)
+    return Floor((0.0, 0.0, place.width, place.depth), tuple(boxes), tuple(rounds))

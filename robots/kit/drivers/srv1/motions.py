@@ -9,8 +9,8 @@ from robots.kit.contract.session import Permit
 from robots.kit.description import load
 from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.following import TURNED_RAD, Pose, is_reached, room_ahead, toward, turning
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.rounds import Round
+from robots.kit.drivers.srv1.spec import Mode
 from robots.kit.drivers.srv1.ways import Place, length, way
 from robots.kit.drivers.srv1.wheels import Wheels
 

@@ -17,8 +17,8 @@ from robots.kit.description import load
 from robots.kit.drivers.permits import until_held
 from robots.kit.drivers.srv1 import protocol, sensors
 from robots.kit.drivers.srv1.line import RoverLine
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.sensors import Channel
+from robots.kit.drivers.srv1.spec import Mode
 
 BURST_S = 0.1
 ASKED = 2  # times that its wheels do not turn: they may be between two counts

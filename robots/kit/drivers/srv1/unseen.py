@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from robots.kit.contract.errors import HardwareFault
-from robots.kit.drivers.srv1.answers import Status
+from robots.kit.drivers.srv1.answers import Entries, Entry, Event, Status
 from robots.kit.drivers.srv1.extension import Journal
-from robots.kit.drivers.srv1.journal import Entries, Entry, Event
 from robots.kit.drivers.srv1.line import RoverLine
 
 GAP_MS = 2000  # without a status for so long, something was missed

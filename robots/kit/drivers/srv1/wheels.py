@@ -12,9 +12,9 @@ from robots.kit.drivers.srv1 import extension
 from robots.kit.drivers.srv1.alone import Alone
 from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.line import RoverLine
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.refusals import NotNow
 from robots.kit.drivers.srv1.rules import channel_value
+from robots.kit.drivers.srv1.spec import Mode
 from robots.kit.drivers.srv1.unseen import Unseen
 from robots.kit.drivers.srv1.whereabouts import Whereabouts
 

@@ -16,10 +16,9 @@ from robots.kit.contract.errors import BadRequest
 from robots.kit.description import load as described
 from robots.kit.drivers.irat import markers as dock
 from robots.kit.drivers.irat.brain import messages
-from robots.kit.drivers.irat.brain.earlier import EarlierMap
 from robots.kit.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
 from robots.kit.drivers.irat.brain.places import NO_PLACE, MapCleared, goal_place
-from robots.kit.drivers.irat.brain.streams import CellStream, MapStream
+from robots.kit.drivers.irat.brain.streams import CellStream, EarlierMap, MapStream
 from robots.kit.drivers.irat.composites.decoding import MapShown
 from robots.kit.files import replaced
 from robots.kit.rovers.docking import Sighting

@@ -1,12 +1,12 @@
 """Local navigation: the six states of section 3.4, from three ranges and a waypoint to a velocity.
 
+It remembers where walls were a moment ago and where the robot stalled (the local map), as seen from the robot now.
 Pure: its memory is an argument and a result. Angles in rad, left positive; speeds in m/s and rad/s.
 """
 
 import math
 from dataclasses import dataclass, replace
 
-from robots.kit.rovers.local_map import blocked, bumped, mapped, past
 from robots.kit.rovers.steering_state import Limits, Memory, Sensed, Steer, plausible
 
 __all__ = ["Limits", "Memory", "Sensed", "Steer", "steer"]
@@ -38,8 +38,8 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     sensed, memory = _alive(sensed, memory, dt, kept)
     sensed, memory = _freed(sensed, memory, dt, kept)
     memory = _wander(sensed, memory, dt, dice, kept)
-    memory = _stalling(sensed, replace(memory, bumps=bumped(sensed, memory, dt)), dt, kept)
-    memory = replace(memory, points=mapped(sensed, memory, dt, kept))
+    memory = _stalling(sensed, replace(memory, bumps=_bumped(sensed, memory, dt)), dt, kept)
+    memory = replace(memory, points=_mapped(sensed, memory, dt, kept))
     seen = _view(sensed, memory, kept)
     if not seen.alive:
         return Steer("blind", 0.0, 0.0), replace(memory, v=0.0, w=0.0, side=0)
@@ -50,7 +50,7 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     v = max(-kept.slow, min(chosen.v, most))
     w = max(-kept.turn, min(chosen.w, kept.turn))
     if chosen.state in ("corridor", "wall", "default"):
-        allowed = past(w, memory.points, kept)
+        allowed = _past(w, memory.points, kept)
         v = max(v, min(kept.slow, most)) if allowed != w else v  # past it first, else it would stand there for ever
         w = allowed
     trouble = chosen.state in ("stall", "obstacle")
@@ -162,7 +162,7 @@ def _obstacle(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]
     more = kept.clear if memory.side and not memory.behind else 0.0
     if memory.behind:
         more = -kept.clear  # it turns on the spot, which needs less room
-    ahead = seen.front < kept.front_near + more or blocked(memory, kept)
+    ahead = seen.front < kept.front_near + more or _blocked(memory, kept)
     beside = min(seen.left, seen.right) < kept.side_near + more
     if not (ahead or beside):
         return None
@@ -172,3 +172,41 @@ def _obstacle(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]
         side = 1 if (apart > 0.0 if abs(apart) > 0.02 else seen.bearing >= 0.0) else -1
     v = -kept.slow if seen.front < kept.front_close else 0.0 if ahead else kept.slow
     return Steer("obstacle", v, side * kept.turn), replace(memory, side=side)
+
+
+def _bumped(sensed: Sensed, memory: Memory, dt: float) -> tuple[tuple[float, float, float], ...]:
+    """Return the places of stalls after a step."""
+    cos, sin, along = math.cos(sensed.w * dt), math.sin(sensed.w * dt), sensed.v * dt
+    return tuple(
+        (cos * (x - along) + sin * y, cos * y - sin * (x - along), left - dt)
+        for x, y, left in memory.bumps
+        if left > dt and max(abs(x), abs(y)) < 1.0
+    )
+
+
+def _blocked(memory: Memory, kept: Limits) -> bool:
+    """Tell whether a place where it stalled lies right ahead."""
+    long, wide = kept.half[0] + 0.06, kept.half[1] + 0.015
+    return any(0.0 < x < long and abs(y) < wide for x, y, _ in memory.bumps)
+
+
+def _mapped(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[tuple[float, float], ...]:
+    """Return the local map after a step: old points moved back as the robot moved, and what is seen now."""
+    turned, along = sensed.w * dt, sensed.v * dt
+    cos, sin = math.cos(turned), math.sin(turned)
+    moved = ((cos * (x - along) + sin * y, cos * y - sin * (x - along)) for x, y in memory.points)
+    held = [(x, y) for x, y in moved if abs(x) < kept.far and abs(y) < kept.far]
+    for distance, side in ((sensed.left, 1), (sensed.front, 0), (sensed.right, -1)):
+        if distance is not None and plausible(distance) and distance < 0.95 * kept.far:
+            angle = side * kept.sensors[1]
+            held.append((kept.sensors[0] + distance * math.cos(angle), distance * math.sin(angle)))
+    return tuple(held[-kept.points :])
+
+
+def _past(w: float, points: tuple[tuple[float, float], ...], kept: Limits) -> float:
+    """Return the turn without what would bring the flank against a wall that the sensors have passed already."""
+    long, wide = kept.half[0] + 0.02, kept.half[1]
+    beside = [y for x, y in points if -long < x < long]
+    left = min((y for y in beside if y > 0), default=1.0) - wide
+    right = min((-y for y in beside if y < 0), default=1.0) - wide
+    return min(w, 0.0) if w > 0 and left < kept.flank else max(w, 0.0) if w < 0 and right < kept.flank else w

@@ -13,6 +13,7 @@ from robots.kit.slam.cells import PoseCells
 from robots.kit.slam.docks import DockPlaces
 from robots.kit.slam.experiences import ExperienceMap, Pose, ring
 from robots.kit.slam.pruning import pruned
+from robots.kit.slam.routes import plan
 from robots.kit.slam.settings import Settings
 from robots.kit.slam.stream import ChangeLog, Changes
 from robots.kit.slam.views import Grey, Views
@@ -213,3 +214,16 @@ class RatSlam:
     def since(self, sequence: int) -> Changes:
         """Return what changed on the map after a sequence number; -1 asks for everything."""
         return self.change_log.since(self.map, self.map_number, self.sequence, sequence)
+
+
+def compile_loops(settings: Settings | None = None) -> None:
+    """Compile every loop before the robot moves, by a map of a few random pictures that is thrown away.
+
+    At the first start on a machine this takes many seconds; later the stored code is loaded.
+    """
+    slam, dice = RatSlam(settings), np.random.default_rng(0)
+    kept = slam.settings.views
+    for n in range(4):
+        blocks = dice.integers(0, 256, (kept.bottom, kept.width)).astype(np.uint8)
+        slam.step(n, blocks, 0.2, 0.1, 0.5)
+    plan(slam.map, 0)

@@ -7,8 +7,8 @@ from math import cos, hypot, sin, sqrt
 import numpy as np
 
 from robots.kit.rovers.gridmap.belief import Belief
-from robots.kit.rovers.gridmap.compass import angle
 from robots.kit.rovers.gridmap.plan import Floats
+from robots.kit.rovers.gridmap.scan import angle
 
 OUTLIER = 0.02  # share of readings that tell nothing
 HEARD = 6  # readings of a scan, at least: fewer are no beacon

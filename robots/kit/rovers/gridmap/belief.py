@@ -5,10 +5,9 @@ from math import isfinite, tau
 
 import numpy as np
 
-from robots.kit.rovers.gridmap.compass import angle, facing
 from robots.kit.rovers.gridmap.plan import Floats
 from robots.kit.rovers.gridmap.range_map import LEVEL_M, RangeMap
-from robots.kit.rovers.gridmap.scan import Scan
+from robots.kit.rovers.gridmap.scan import Scan, angle, facing
 
 Pose = tuple[float, float, float]
 MOST = 1e3  # m, rad, of any number that is given

@@ -7,9 +7,9 @@ import numpy as np
 
 from robots.kit.rovers.gridmap.beacon import Beacon
 from robots.kit.rovers.gridmap.belief import TEMPER, Belief, Pose
-from robots.kit.rovers.gridmap.compass import angle
 from robots.kit.rovers.gridmap.plan import Floats
 from robots.kit.rovers.gridmap.refine import Fits
+from robots.kit.rovers.gridmap.scan import angle
 
 SHARE = 0.95  # of the belief, which the spread holds and the pose has to have
 SPREAD_M = 0.30  # a pose is known if it is within this

@@ -6,10 +6,9 @@ from math import sqrt, tau
 import numpy as np
 
 from robots.kit.rovers.gridmap.beacon import Beacon
-from robots.kit.rovers.gridmap.compass import angle, facing
 from robots.kit.rovers.gridmap.plan import Floats
 from robots.kit.rovers.gridmap.range_map import RangeMap
-from robots.kit.rovers.gridmap.scan import Scan
+from robots.kit.rovers.gridmap.scan import Scan, angle, facing
 
 SPREADS_M = (0.25, 0.15, 0.10, 0.06, 0.04)  # of the sonar's readings in the steps of the fit: coarse, then fine
 SONAR_M, INFRARED_M = 0.035, 0.02  # at last: noise, turns that are not known exactly, a middle that wanders

@@ -33,8 +33,8 @@ def decoded(jpeg: bytes) -> Grey:
 class Views:
     """All templates, each an 8-bit grey picture of the settings' size.
 
-    `decay`, (n,): how tired each is of injecting. `places`, (n, 3): x, y, heading in cells where each was first seen.
-    `mark`: the name of this numbering; `stored`: how many are in the file of that name (see storage.py).
+    `decay`, (n,): what weakens the injection of each. `places`, (n, 3): x, y, heading in cells where each was first
+    seen. `mark`: the name of this numbering; `stored_count`: how many are in the file of that name (see storage.py).
     """
 
     def __init__(self, settings: ViewSettings) -> None:
@@ -43,11 +43,11 @@ class Views:
         self._room(64)
 
     def _room(self, many: int) -> None:
-        kept, old = self.settings, self.count
-        shifts = 2 * kept.shift + 1
+        settings, old = self.settings, self.count
+        shifts = 2 * settings.shift + 1
         for name, shape, kind in (
-            ("templates", (kept.height, kept.width), np.uint8),
-            ("rows", (shifts, kept.height), np.int32),
+            ("templates", (settings.height, settings.width), np.uint8),
+            ("rows", (shifts, settings.height), np.int32),
             ("totals", (shifts,), np.int32),
             ("decay", (), np.float64),
             ("places", (3,), np.float64),
@@ -68,24 +68,24 @@ class Views:
 
         Raises ValueError if the picture is no 8-bit grey one or smaller than a template.
         """
-        kept = self.settings
+        settings = self.settings
         if picture.ndim != 2 or picture.dtype != np.uint8:
             raise ValueError(f"a grey picture of 8 bits is needed, not {picture.dtype} of shape {picture.shape}.")
-        part = picture[kept.top : kept.bottom]
-        if part.shape[0] < kept.height or part.shape[1] < kept.width:
+        part = picture[settings.top : settings.bottom]
+        if part.shape[0] < settings.height or part.shape[1] < settings.width:
             raise ValueError(f"the picture {picture.shape} is smaller than a template.")
-        return np.asarray(cv2.resize(part, (kept.width, kept.height), interpolation=cv2.INTER_AREA), np.uint8)
+        return np.asarray(cv2.resize(part, (settings.width, settings.height), interpolation=cv2.INTER_AREA), np.uint8)
 
     def match(self, view: Grey, guess: int = -1) -> tuple[int, float]:
         """Return (number, difference) of the nearest template within the threshold; number -1 if there is none."""
-        kept = self.settings
-        full = 255 * kept.height * (kept.width - 2 * kept.shift)
-        limit = int(kept.match * full)
-        number, found = best(view, self.templates, self.rows, self.totals, self.count, kept.shift, limit, guess)
+        settings = self.settings
+        full = 255 * settings.height * (settings.width - 2 * settings.shift)
+        limit = int(settings.match * full)
+        number, found = best(view, self.templates, self.rows, self.totals, self.count, settings.shift, limit, guess)
         return int(number), float(found) / full
 
     def add(self, view: Grey, place: tuple[float, float, float], decay: float) -> int:
-        """Keep a new template, seen at the place (x, y, heading in cells), and return its number."""
+        """Store a new template, seen at the place (x, y, heading in cells), and return its number."""
         if self.count == len(self.templates):
             self._room(2 * self.count)
         n, self.count = self.count, self.count + 1
@@ -94,14 +94,14 @@ class Views:
         return n
 
     def keep(self, numbers: NDArray[np.int64]) -> None:
-        """Keep only these, ascending; they are numbered anew in this order."""
-        for held in (self.templates, self.rows, self.totals, self.decay, self.places):
-            held[: len(numbers)] = held[numbers]
+        """Keep only the templates of these numbers, ascending; they are numbered anew in this order."""
+        for array in (self.templates, self.rows, self.totals, self.decay, self.places):
+            array[: len(numbers)] = array[numbers]
         self.count = len(numbers)
         self.mark, self.stored_count = token_hex(8), 0
 
     def restore(self, templates: Grey, mark: str) -> None:
-        """Hold these templates, which the file of that name has; decay and places are the caller's to fill."""
+        """Take these templates, which stand in the file of that name; the caller fills in decay and places."""
         self.count, self.mark, self.stored_count = 0, mark, len(templates)
         self._room(max(64, len(templates)))
         for template in templates:

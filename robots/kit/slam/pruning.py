@@ -1,12 +1,12 @@
 """Keeps a map small enough for days: of the experiences that stand and face alike, one stays.
 
-Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the
-density of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by
-where the map has the two. Ours are three rules. Such a link has the map's error in it, so it is measured anew when the
-robot goes that way again (`ExperienceMap._arrive`). The oldest experience stays, because its links were measured; but
-not if it was not recognised for long, because then the place looks otherwise now. Two experiences are one place only if
-a short path over links leads from one to the other: where the map is not right yet, two places may overlap, and they
-stay apart until the robot has closed the loop.
+Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the density
+of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by where the
+map has the two. Ours are three rules. Such a link has the map's error in it, so it is measured anew when the robot goes
+that way again (`ExperienceMap._arrive`). The oldest experience stays, because its links were measured; but not if it
+was not recognised for long, because then the place looks otherwise now. Two experiences are one place only if a short
+path over links leads from one to the other: where the map is not right yet, two places may overlap, and they stay apart
+until the robot has closed the loop.
 """
 
 import heapq

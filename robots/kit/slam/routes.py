@@ -92,9 +92,9 @@ class Guide:
     def _waypoint(self, graph: ExperienceMap) -> tuple[int, float, float] | None:
         """Trace the route back from the goal to the first point of it near the robot.
 
-        Return the number of the route's experience that the point is at or before, and its x, y (m). Points between
-        two experiences count: a link of a pruned map may be longer than the robot looks ahead, and without them the
-        robot would stay for ever beside the experience that it has passed.
+        Return the number of the route's experience that the point is at or before, and its x, y (m). Points between two
+        experiences count: a link of a pruned map may be longer than the robot looks ahead, and without them the robot
+        would stay for ever beside the experience that it has passed.
         """
         assert self.route is not None
         indices = np.searchsorted(graph.ids[: graph.count], self.route.ids)

@@ -24,11 +24,12 @@ class Status:
     """The status of the rover. Coordinates (m, rad) are those of its odometry, which begins at `hall.home`.
 
     `motion` is the newest motion's number, `end` how it ended. `temperature` is in degrees Celsius, `humidity` and
-    `light` are shares. `dead_encoders` is 0, 1 for the left, 2 for the right, 3 for both: those that count nothing
-    while their side is driven. `rules` is the CRC of the set in force, 0 for the one that it was made with. `permit_ms`
-    is what is left of its permit, `journal` the number of its newest entry, `uptime_ms` the time since its start.
-    `letter` is that of the command that this answers. `beacon`: range (m) and bearing (rad, from the hall's x axis
-    to the left) of the rover from the tower; None where that is not heard, or the rover has no receiver for it.
+    `light` are shares. `dead_encoders` tells which encoders count nothing while their side is driven: 0 for none, 1 for
+    the left, 2 for the right, 3 for both. `rules` is the CRC of the set in force, 0 for the one that the rover was made
+    with. `permit_ms` is what is left of its permit, `journal` the number of its newest entry, `uptime_ms` the time
+    since its start. `letter` is that of the command that this answers. `beacon`: range (m) and bearing (rad, from the
+    hall's x axis to the left) of the rover from the tower; None where that is not heard, or the rover has no receiver
+    for it.
     """
 
     boot: int
@@ -136,7 +137,7 @@ class Acknowledgement:
 class Reason(StrEnum):
     """Why a command was refused."""
 
-    EPOCH = "epoch"  # it is not the one under which it is commanded
+    EPOCH = "epoch"  # another epoch commands the rover
     HOLDING = "holding"
     LATE = "late"
     BOUNDS = "bounds"  # a number that this rover does not take
@@ -164,15 +165,15 @@ class Event(StrEnum):
     REST = "rest"  # value: the index in `ENDS`
     CLAIM = "claim"  # value: the epoch, its lowest 31 bits
     PATROL = "patrol"
-    REFLEX = "reflex"  # something is nearer than `infrared.stop`
+    REFLEX = "reflex"  # infrared sees something nearer than `infrared.stop`
     PERMIT = "permit"  # it begins, or is taken back; value: its ms
     EXPIRED = "expired"  # the permit's time is over
     LEFT = "left"  # the permit's area
     FAST = "fast"  # faster than the permit's speed
     RULES = "rules"  # value: the CRC
-    ALONE = "alone"  # it has patrolled for a second without a word
-    WAY = "way"  # it has driven on so
-    HEARD = "heard"  # it is told to patrol again
+    ALONE = "alone"  # it has patrolled for a second without a message
+    WAY = "way"  # its place while it drives on so
+    HEARD = "heard"  # it is commanded to patrol again
     ENCODER = "encoder"  # one counts nothing while its side is driven: the permit ends
 
 

@@ -25,7 +25,7 @@ from robots.kit.drivers.srv1.unseen import Unseen
 from robots.kit.drivers.srv1.wheels import REST_S, Wheels
 from robots.kit.drivers.stream import open_stream
 
-NOTICED_S = 0.1  # a connection that has ended is noticed within this
+NOTICED_S = 0.1  # the rover notices the end of a connection within this time
 EARLY_S = 3.0  # a patrol ends by itself so long before its grant
 UPLOADS = 3  # attempts: an upload moves nothing, and a motion that ends beside it ends it, too
 NOT_WHOLE = "The rules did not reach the rover whole; those that were in force still are."
@@ -155,7 +155,7 @@ class Driver(Session):
 
 
 class Stages:
-    """Tells the stages of one command in their order: what it does is told only once the rover has understood it."""
+    """Tells the stages of one command in their order: its progress is told only once the rover has understood it."""
 
     def __init__(self, on_stage: OnStage) -> None:
         self._on_stage, self._begun = on_stage, False
@@ -172,7 +172,7 @@ class Stages:
             self._on_stage(self._waits)
 
     def tell(self, words: str, share: float | None = None) -> None:
-        """Tell how far it is."""
+        """Tell the progress."""
         if self._begun:
             self._on_stage(Progress(words, share))
         else:

@@ -165,7 +165,7 @@ Command = Claim | Velocity | Hold | Ask | Permit | Patrol | Activate | Journal
 COMMANDS: dict[str, type[Command]] = {
     kind.letter: kind for kind in (Claim, Velocity, Hold, Ask, Permit, Patrol, Activate, Journal)
 }
-HOLD = Hold().encode().encode(COMMAND)  # always the same bytes, which the receive interrupt knows
+HOLD = Hold().encode().encode(COMMAND)  # always the same bytes, which the rover's receive interrupt knows
 
 
 def encode(command: Command) -> bytes:

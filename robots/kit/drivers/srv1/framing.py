@@ -2,8 +2,8 @@
 
 `%` LETTER payload `*` CRC `\\n` of at most 96 bytes goes to the rover, `##%` LETTER payload `*` CRC `\\r\\n` of at most
 200 bytes comes back. The payload is printable ASCII without `*`. The CRC is XMODEM's (CCITT, from 0) of letter and
-payload, as four hexadecimal digits, as the firmware has it for its flash buffer. Numbers are whole, with commas
-between them.
+payload, as four hexadecimal digits, as the firmware has it for its flash buffer. Numbers are whole, with commas between
+them.
 """
 
 from binascii import crc_hqx

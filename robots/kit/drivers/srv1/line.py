@@ -35,12 +35,12 @@ from robots.kit.drivers.stream import OpenStream, OwnerLine, open_stream
 HELD = ANSWER + extension.Hold.letter.encode()
 OPEN_S = 2.0  # the longest that opening, or sending, may take
 ANSWER_S = 1.0  # how long an answer may take
-QUESTIONS = 3  # how often the same is asked
+QUESTIONS = 3  # how often a question is sent until it is answered
 HELD_S, PICTURE_S = 0.3, 3.0  # how long the answer to a hold, and to the question for a picture, may take
 BLOCK_S = 2.0  # how long the answer to a block may take
 UPLOAD_S = 8.0  # a whole text, also by radio
-STATUSES = 8  # that tell how quick the line is
-LOOK_S = 0.05  # between two looks whether a hold has come in between
+STATUSES = 8  # the newest ones, by which the speed of the line is judged
+LOOK_S = 0.05  # between two checks for a hold that has overtaken
 ENDED_S, RADIO_BYTE_S = 0.3, 8 / 7000  # how long the answer to the end of a reception may take, and each byte of it
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
 FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
@@ -98,7 +98,7 @@ class RoverLine(OwnerLine):
         return answer
 
     def letters(self, data: bytes, answered: Callable[[bytes], T | None], permit: Permit | None = None) -> T:
-        """Send published letters; `answered` returns what they are answered, None while the answer is not whole.
+        """Send published letters; `answered` gets the bytes so far and returns the answer, None while it is not whole.
 
         Raises LineGone, LineSilent, and whatever `permit` raises.
         """
@@ -193,9 +193,9 @@ class RoverLine(OwnerLine):
         return None
 
     def upload(self, data: bytes, permit: Permit) -> None:
-        """Put bytes into the rover's flash buffer and have it sum them up. `permit` is called before each of them.
+        """Put bytes into the rover's flash buffer and compare their checksum. `permit` is called before each of them.
 
-        The line is taken for all of it; a hold ends it. Raises LineGone; LineSilent where it was not done, and may be
+        The line is in use until the end; a hold ends it. Raises LineGone; LineSilent where it was not done, and may be
         begun again; and whatever `permit` raises.
         """
         with self._lock, self._watched():
@@ -242,7 +242,7 @@ class RoverLine(OwnerLine):
         return line
 
     def _until(self, come: Callable[[], object], limit: Limit) -> None:
-        """Wait for more bytes until `come` holds. Raises TimeoutError, Overtaken, OSError."""
+        """Wait for more bytes until `come` is true. Raises TimeoutError, Overtaken, OSError."""
         while self._held or not come():
             if self._held:
                 raise Overtaken
@@ -253,7 +253,7 @@ class RoverLine(OwnerLine):
                 raise TimeoutError
 
     def _taken(self, limit: Limit) -> bytes:
-        """Return a JPEG whose header has still to come. Raises TimeoutError, OSError."""
+        """Wait for a picture's header and its JPEG, and return the JPEG. Raises TimeoutError, OSError."""
         while (at := self._rest.find(HEADER)) < 0 or len(self._rest) < at + HEADER_BYTES:
             self._more_of_picture(limit)
         header = PictureHeader.decode(bytes(self._rest[at : at + HEADER_BYTES]))
@@ -263,7 +263,7 @@ class RoverLine(OwnerLine):
             self._more_of_picture(limit)
         data = bytes(self._rest[: header.length])
         del self._rest[: header.length]
-        if not (data.startswith(BEGIN) and data.endswith(END)):  # a byte was lost, or the length is a lie
+        if not (data.startswith(BEGIN) and data.endswith(END)):  # a byte was lost, or the length is wrong
             raise TimeoutError
         self._answered(b"", f"picture of {header.length} bytes")
         return data
@@ -276,7 +276,7 @@ class RoverLine(OwnerLine):
             raise Overtaken
 
     def _answer_to(self, letter: str, limit: Limit) -> Answer:
-        """Return the answer to that letter; others belong to nobody. Raises TimeoutError, Overtaken, OSError."""
+        """Return the answer to that letter; other answers are dropped. Raises TimeoutError, Overtaken, OSError."""
         frames = Frames(ANSWER)
         while True:
             for frame in frames.feed(bytes(self._rest)):
@@ -322,7 +322,7 @@ class RoverLine(OwnerLine):
         with self._writing:
             self._open_line().sendall(self._ends or RESYNCHRONISE)
         if self._ends:
-            with contextlib.suppress(TimeoutError):  # it answers to one of these bytes, whatever it does
+            with contextlib.suppress(TimeoutError):  # it answers to one of these bytes, whatever state it is in
                 self._more(Limit(self._clock, ENDED_S + RADIO_BYTE_S * len(self._ends)))
         limit, thrown = Limit(self._clock, ANSWER_S), 0
         with contextlib.suppress(TimeoutError):
@@ -331,7 +331,7 @@ class RoverLine(OwnerLine):
             raise ConnectionResetError("what the rover says has no end")
         self._rest.clear()
         self._astray = self._held = False
-        self.size = None  # what was cut off may have been anything
+        self.size = None  # the command that was cut off may have changed it
 
     def _asked_version(self) -> str:
         """Return what the firmware calls itself. Raises TimeoutError, OSError."""

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from statistics import median
 
-KEPT_ANGLES = 25
+KEPT_ANGLES = 25  # of the outer marker
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class DockLimits:
 
 @dataclass(frozen=True)
 class Docking:
-    """phase: approach, final, reverse, look, gone (the dock is not seen), charging. tries: those that failed."""
+    """phase: approach, final, reverse, look, gone (the dock is not seen), charging. tries: attempts that failed."""
 
     phase: str = "approach"
     phase_s: float = 0.0
@@ -128,9 +128,9 @@ def _again(memory: Docking) -> Docking:
 
 
 def _steadied(outer: Sighting, thetas: tuple[float, ...]) -> Sighting:
-    """Return the sighting with the median of the last angles, of more the farther it is.
+    """Return the sighting with the median of its last angles; the farther the marker, the more of them.
 
-    A marker of a few pixels tells its angle badly, and now and then that of its mirror image.
+    The angle of a marker of a few pixels is inexact, and sometimes that of its mirror image.
     """
     return replace(outer, theta=median(thetas[-(1 + int(20 * outer.z)) :]))
 

@@ -14,7 +14,7 @@ __all__ = ["Limits", "Memory", "Sensed", "Steer", "steer"]
 
 @dataclass(frozen=True)
 class _View:
-    """The ranges with dead sensors as far, how many of the three live, and the bearing to steer for.
+    """The ranges (that of a dead sensor counts as far), how many of the three work, and the bearing to steer for.
 
     freer: 1 if there is more room on the left, -1 if on the right; a dead side is where a stalled robot has met a wall.
     """
@@ -51,8 +51,8 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     w = max(-limits.turn, min(chosen.w, limits.turn))
     if chosen.state in ("corridor", "wall", "default"):
         allowed = _past(w, memory.points, limits)
-        v = max(v, min(limits.slow, most)) if allowed != w else v  # past it first, else it would stand there for ever
-        w = allowed
+        if allowed != w:
+            v, w = max(v, min(limits.slow, most)), allowed  # past the wall first, or it would stand there for ever
     trouble = chosen.state in ("stall", "obstacle")
     troubled = memory.troubled_s + dt if trouble else max(0.0, memory.troubled_s - 2 * dt)
     return Steer(chosen.state, v, w), replace(memory, v=v, w=w, troubled_s=troubled)
@@ -68,7 +68,7 @@ def _check(sensed: Sensed, dt: float, dice: float) -> None:
 
 
 def _freed(sensed: Sensed, memory: Memory, dt: float, limits: Limits) -> tuple[Sensed, Memory]:
-    """Explore for a while if the robot only turns to and fro, as at a waypoint that the map shows behind a wall."""
+    """Explore for a while if the robot only turns left and right, as at a waypoint behind a wall."""
     idle = memory.idle_s + dt if abs(sensed.v) < 0.03 else max(0.0, memory.idle_s - 2 * dt)
     free = max(0.0, memory.free_s - dt)
     if sensed.bearing is None:
@@ -79,7 +79,7 @@ def _freed(sensed: Sensed, memory: Memory, dt: float, limits: Limits) -> tuple[S
 
 
 def _alive(sensed: Sensed, memory: Memory, dt: float, limits: Limits) -> tuple[Sensed, Memory]:
-    """Take a sensor for dead that only says "far" over a long way: in corridors there is always something."""
+    """Treat a sensor as dead that reads "far" over a long way: in corridors there is always something near."""
     ranges, gone = (sensed.left, sensed.front, sensed.right), abs(sensed.v) * dt
     quiet = [
         far + gone if found is not None and plausible(found) and found >= 0.99 * limits.far else 0.0
@@ -204,7 +204,7 @@ def _mapped(sensed: Sensed, memory: Memory, dt: float, limits: Limits) -> tuple[
 
 
 def _past(w: float, points: tuple[tuple[float, float], ...], limits: Limits) -> float:
-    """Return the turn without what would bring the flank against a wall that the sensors have passed already."""
+    """Return the rate of turn, limited so that the flank meets no wall that the sensors have passed already."""
     long, wide = limits.half[0] + 0.02, limits.half[1]
     beside = [y for x, y in points if -long < x < long]
     left = min((y for y in beside if y > 0), default=1.0) - wide

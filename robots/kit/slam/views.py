@@ -140,8 +140,10 @@ def best(
     """Return (number, SAD) of the template of least difference, the lowest number among equals.
 
     Templates beyond `limit` do not count: (-1, limit + 1) if none is within. `guess`: the one to look at first, which
-    changes the speed and never the answer. Shapes: view (height, width), templates (n, height, width), rows (n, 2 shift
-    + 1, height), totals (n, 2 shift + 1); the first `count` of them count.
+    changes the speed and never the answer.
+
+    Shapes: view (height, width), templates (n, height, width), rows (n, 2 shift + 1, height), totals (n, 2 shift + 1);
+    the first `count` templates are compared.
     """
     height, width = view.shape
     span = width - 2 * shift

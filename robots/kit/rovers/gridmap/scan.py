@@ -25,7 +25,7 @@ class Scan:
     """Readings of one scan in place, each (n,): `turned` (rad, to the left), `sonar`, `infrared` (m).
 
     turned: the heading of each less that of the last, which is how the rover stands now. heading: of the last (rad),
-    with its standard deviation; None where no compass told it.
+    with its standard deviation; None without a compass.
     """
 
     turned: Floats
@@ -52,10 +52,10 @@ class Scan:
 def scan_of(
     turns: Sequence[float], compass: Sequence[float], sonar: Sequence[float], infrared: Sequence[float]
 ) -> Scan:
-    """Return the scan of what was read.
+    """Return the scan of these readings.
 
-    turns (n - 1): what the encoders tell of the turns between readings (rad, to the left, without slip); compass (n):
-    headings (rad, to the left from +x); sonar, infrared (n): m. Raises ValueError for other lengths or numbers.
+    turns (n - 1): the turns between readings by the encoders (rad, to the left, without slip); compass (n): headings
+    (rad, to the left from +x); sonar, infrared (n): m. Raises ValueError for other lengths or numbers.
     """
     headings = headings_of(np.asarray(turns, float), np.asarray(compass, float))
     turned = headings - headings[-1]

@@ -21,14 +21,14 @@ log = logging.getLogger(__name__)
 Grid = NDArray[np.int16]
 Dock = tuple[int, int, int]
 NO_DOCK: Dock = (0, 0, 0)
-MOVED = 4  # units; by less the dock's place is not told again
+MOVED = 4  # units; the dock's place is sent again only if it moved by so much
 
 
 class MapStream:
-    """Experiences, links, the way to the goal (whose last is the goal), from where the dock was seen, where it is."""
+    """The stream `map`: experiences, links, the route (its last is the goal), places that saw the dock, the dock."""
 
     def __init__(self) -> None:
-        self._map, self._last = -1, -1  # number and sequence that were told
+        self._map, self._last = -1, -1  # number and sequence that were sent
         self._places: dict[int, tuple[int, int]] = {}
         self._route: tuple[int, ...] = ()
         self._docks: tuple[int, ...] = ()

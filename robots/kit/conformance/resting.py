@@ -1,4 +1,4 @@
-"""Checks of a robot that goes on without a word: for how long (`time_left`), and when it rests (`rests_within`)."""
+"""Checks of a robot that goes on without messages: for how long (`time_left`), and when it rests (`rests_within`)."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -12,7 +12,7 @@ from robots.kit.contract.spec import CommandKind
 
 
 def time_left(trial: Trial) -> Iterator[str]:
-    """A motion that may go on without a word ends before its owner lets no command move any more."""
+    """A motion that may go on without messages ends before the time of its command is over."""
     trial.ready_session()
     kinds = [(c, listed) for c in trial.motions() if c.policies.on_link_lost and (listed := motions_of(trial, c))]
     if not kinds:
@@ -29,7 +29,7 @@ def time_left(trial: Trial) -> Iterator[str]:
 
 
 def _within(trial: Trial, command: CommandKind, listed: Motions, left: float) -> Iterator[str]:
-    """Look how long the robot may go on where time_left() always says `left` (s)."""
+    """Check how long the robot may go on where time_left() always returns `left` (s)."""
     run = underway(trial, listed)
     if run is None:
         yield Note(f"No motion of the kind {command.kind!r} was seen.")

@@ -28,7 +28,7 @@ from robots.kit.contract.streams import MOST as MOST_STREAMS
 from robots.kit.contract.streams import Stream
 
 Lane = Literal["motion", "config"]
-OWNERS = ("epoch", "folder", "token")  # what every driver is given beside the settings that its spec declares
+OWNERS = ("epoch", "folder", "token")  # settings of every driver beside those that its spec declares
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
 C = TypeVar("C")
 
@@ -100,11 +100,11 @@ class CommandKind:
 class Spec:
     """The commands, values and capabilities of a robot.
 
-    `handover` names the commands that put it in order between two turns, `channels` the values that it tells
-    beside its joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s`
-    is the longest time (s) after which it rests by itself when no word reaches it any more; None where nobody
-    knows. With `scales` for all numbers that its states tell, by name, and with the controller's usual words, `modes`,
-    states for slow lines take few bytes (see `compact.py`). Raises ValueError where one part of it contradicts another.
+    `handover` names the commands that put it in order between two turns, `channels` the values that it tells beside its
+    joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s` is the longest
+    time (s) after which it rests by itself when no message reaches it any more; None where it is not known. With
+    `scales` for all numbers that its states tell, by name, and with the controller's usual words, `modes`, states for
+    slow lines take few bytes (see `compact.py`). Raises ValueError where one part of it contradicts another.
     """
 
     name: str
@@ -143,7 +143,7 @@ class Spec:
         return state.twist if carried and len(state.twist) == len(carried) else ()
 
     def posture(self, state: RobotState) -> tuple[float, ...]:
-        """Return what a picture tells of where the robot was: its joints, then a packed pose and the body's velocity.
+        """Return what a picture tells of the robot's pose: its joints, then a packed pose and the body's velocity.
 
         The joints alone where the state does not tell as many joints and coordinates as are declared.
         """
@@ -208,7 +208,7 @@ class Spec:
         return {name: value for name, value in found if value is not None}
 
     def rests_within(self, kind: str, kept: Mapping[str, Any] | None) -> float | None:
-        """Return within how many seconds it rests without a word if that kind of command ran; None: nobody knows.
+        """Return within how many seconds it rests without a message if that kind of command ran; None: not known.
 
         `kept` are the robot's settings; None: the highest that staff may set, because a motion keeps the values with
         which it began. A motion that may go on without the live link may do so without its owner.

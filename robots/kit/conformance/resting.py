@@ -14,13 +14,13 @@ from robots.kit.contract.spec import CommandKind
 def time_left(trial: Trial) -> Iterator[str]:
     """A motion that may go on without messages ends before the time of its command is over."""
     trial.ready_session()
-    kinds = [(c, listed) for c in trial.motions() if c.policies.on_link_lost and (listed := motions_of(trial, c))]
+    bounds = [(c, bound, motions_of(trial, c)) for c in trial.motions() if (bound := c.policies.on_link_lost)]
+    kinds = [(c, bound.seconds / 2, listed) for c, bound, listed in bounds if listed]
     if not kinds:
         raise NotApplicable("no kind goes on where the link is lost")
-    for command, listed in kinds:
-        assert command.policies.on_link_lost is not None
+    for command, left, listed in kinds:
         trial.settle()
-        session, left = trial.opened_session(), command.policies.on_link_lost.seconds / 2
+        session = trial.opened_session()
         session.on_time_left = lambda left=left: left  # type: ignore[misc]
         try:
             yield from _within(trial, command, listed, left)

@@ -79,9 +79,7 @@ def picture_of(data: bytes, joints: int | None = None, pose: int = 0) -> dict[st
     known = tuple(_known(posture))
     end = count if joints is None else joints
     parts = known[:end], known[end : end + pose], known[end + pose :]
-    told: dict[str, Any] = picture_told(
-        camera, at_ms, number, still, parts[0], data[PICTURE_HEAD.size + 4 * count :]
-    )  # fmt: skip
+    told: dict[str, Any] = picture_told(camera, at_ms, number, still, parts[0], data[PICTURE_HEAD.size + 4 * count :])
     return told | {name: part for name, part in zip(("pose", "twist"), parts[1:], strict=True) if part}
 
 

@@ -77,17 +77,12 @@ def headings_of(turns: Floats, compass: Floats) -> Floats:
     ahead = (1.0 - SLIP) * turns
     steps = ahead + np.remainder(np.diff(compass) - ahead + np.pi, tau) - np.pi
     seen = compass[0] + np.concatenate([[0.0], np.cumsum(steps)])
-    left = np.zeros((2 * count, count + 1))  # unknown: the headings, then the slip
-    right = np.zeros(2 * count)
-    rows = np.arange(count - 1)
-    left[rows, rows], left[rows, rows + 1], left[rows, count] = -1.0, 1.0, turns
-    right[rows] = turns
-    left[: count - 1] /= STEP_SPREAD
-    right[: count - 1] /= STEP_SPREAD
-    each = np.arange(count)
-    left[count - 1 + each, each] = 1.0 / COMPASS_SPREAD
-    right[count - 1 : 2 * count - 1] = seen / COMPASS_SPREAD
-    left[-1, count], right[-1] = 1.0 / SLIP_SPREAD, SLIP / SLIP_SPREAD
+    encoders = np.column_stack([np.diff(np.eye(count), axis=0), turns]) / STEP_SPREAD
+    slip = np.eye(1, count + 1, count) / SLIP_SPREAD
+    left = np.vstack(
+        [encoders, np.eye(count, count + 1) / COMPASS_SPREAD, slip]
+    )  # unknown: the headings, then the slip
+    right = np.concatenate([turns / STEP_SPREAD, seen / COMPASS_SPREAD, [SLIP / SLIP_SPREAD]])
     return np.asarray(np.linalg.lstsq(left, right, rcond=None)[0][:count], float)
 
 

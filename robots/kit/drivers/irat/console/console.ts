@@ -24,7 +24,7 @@ class RoamingConsole extends Basics<RobotPage> {
   private earlier: Earlier | null = null;
   private last = 0; // the number of the map before
   private past = false; // the earlier map is shown
-  private told = 0; // the number of the earlier map whose end was told
+  private told = 0; // the number of the earlier map whose end was announced
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
@@ -83,7 +83,7 @@ class RoamingConsole extends Basics<RobotPage> {
     } else if (name === "earlier") this.ended(earlierOf(data));
   }
 
-  /** A map was cleared: it is said, and can be looked at. */
+  /** A map was cleared: say so, and offer to show it. */
   private ended(earlier: Earlier | null): void {
     if (!earlier) return;
     this.earlier = earlier;
@@ -97,7 +97,7 @@ class RoamingConsole extends Basics<RobotPage> {
     if (this.past) this.turnBack(earlier.map.spots.size > 0);
   }
 
-  /** Show the earlier map, or the map of now. */
+  /** Show the earlier map, or the present one. */
   private turnBack(past: boolean): void {
     this.past = past && this.earlier !== null;
     say(byId("earlier-show"), this.past ? NOW : "Show the earlier map");

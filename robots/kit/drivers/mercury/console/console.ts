@@ -125,7 +125,7 @@ class SandConsole extends Basics<RobotPage> {
     page.command(kind);
   }
 
-  /** Another command than to go there is given: forget a place that it makes untrue, or that was refused. */
+  /** Another command is given: forget the target if the command makes it invalid, or if it was refused. */
   private given(): void {
     if (this.aim?.by === "camera" || this.aimState() === "refused") this.aim = null;
   }
@@ -169,7 +169,7 @@ class SandConsole extends Basics<RobotPage> {
     const still = page.snapshot?.still ?? null;
     const map = still ? mapFor(still) : null;
     this.schematic.aim(page.operating ? this.aimPoint() : null);
-    // the camera is on the arm: in another picture than the one that they are of, cross and nozzle are elsewhere
+    // the camera is on the arm: cross and nozzle are valid only in the picture for which they were computed
     const shown = this.camera.stillId;
     const from = still?.id === shown && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
     this.camera.aim(this.aim?.by === "camera" && this.aim.still === shown && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);

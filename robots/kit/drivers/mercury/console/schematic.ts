@@ -4,8 +4,8 @@ import { forward, onSand, reach, target, type Arm, type Description } from "./sc
 
 const MM = 1000;
 const NEAR_RAD = 1e-4; // less than a tenth of a millimetre
-const PAUSE_MS = 20; // between two frames: some thirty a second, because each is laid out and painted
-const FADES_MS = 84; // in which what is left of the way becomes a third
+const PAUSE_MS = 20; // between two frames: about thirty a second, because each costs layout and paint
+const FADES_MS = 84; // in which the rest of the way becomes a third
 
 export class Schematic {
   private links: SVGPolylineElement;
@@ -82,14 +82,14 @@ export class Schematic {
     onPick(Math.min(x[1], Math.max(x[0], from[0] + move[0])), Math.min(y[1], Math.max(y[0], from[1] + move[1])));
   }
 
-  /** Show the joints; drawn gliding, so five packets a second look like a motion. */
+  /** Show the joints; the drawing glides to them, so that five packets a second look like a motion. */
   joints(q: number[]): void {
     this.wanted = q;
     if (this.shown[0] === 0 && this.shown[1] === 0) this.shown = [...q];
     this.begin();
   }
 
-  /** Draw until what is shown has come to where the arm is; a page at rest draws nothing. */
+  /** Draw until the drawing has reached the arm's joints; a page at rest draws nothing. */
   private begin(): void {
     if (this.gliding) return;
     this.gliding = true;
@@ -118,7 +118,7 @@ export class Schematic {
     set(line, { points: points.join(" ") });
   }
 
-  /** Draw what the newest picture covers. */
+  /** Draw the area of the newest picture. */
   covers(still: Still | null, map: { matrix: number[][]; theta: number } | null): void {
     if (!still || !map) return set(this.view, { points: "" });
     const { width: w, height: h } = still;

@@ -51,7 +51,7 @@ class ArmConsole implements Console, Judge {
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
-  private known = false; // where the arm is: a state has come
+  private known = false; // whether a state has come, so that the arm's joints are known
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
@@ -149,7 +149,7 @@ class ArmConsole implements Console, Judge {
       this.joints.arrived(c.seq);
       this.position.arrived(c.seq);
     }
-    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // a refusal was for the way from elsewhere
+    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // it was refused from elsewhere
   }
 
   /** The target of the open mode; null if it has none. */
@@ -172,7 +172,7 @@ class ArmConsole implements Console, Judge {
   /** Ask the server where the target would lead, a moment after the last change. */
   ask(): void {
     clearTimeout(this.planTimer);
-    this.planned += 1; // an answer that is still on its way is of an earlier target
+    this.planned += 1; // an answer that is still on its way belongs to an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
       if (!target || !page.state) {

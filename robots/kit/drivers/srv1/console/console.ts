@@ -84,18 +84,18 @@ class HallConsole extends Basics<RobotPage> {
     this.places.push([button, name]);
   }
 
-  /** A place was chosen: it is a step of the mission that is being written, or the rover is sent there. */
+  /** A place was chosen: add it to the mission that is being written, or send the rover there. */
   private picked(x: number, y: number, name = ""): void {
     if (!this.missions.clicked(x, y, name)) this.send(x, y);
   }
 
-  /** Send the text that is shown, also of a saved mission: that may have been changed elsewhere since. */
+  /** Send the text that is shown, also of a saved mission: the stored one may have been changed elsewhere since. */
   private sendMission(text: string): void {
     if (page.operating) page.command(MISSION, { text });
     else void this.jobs.ask({ text }, MISSION);
   }
 
-  /** Whoever drives sends the rover at once; everybody else asks for it as a job. */
+  /** The person who drives sends the rover at once; everybody else asks for it as a job. */
   private send(x: number, y: number): void {
     if (!page.operating) return void this.jobs.ask({ x, y });
     if (page.command(GO, { x, y })) this.sent = [x, y];
@@ -134,7 +134,7 @@ class HallConsole extends Basics<RobotPage> {
     this.sent = null;
   }
 
-  /** The mark is where the rover is on its way to. */
+  /** Put the mark where the rover is going. */
   private mark(): void {
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
     const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;

@@ -1,4 +1,4 @@
-/** With how much force what is ahead pushes back, by what the rover's sensors read; and how that is felt. */
+/** The force with which things ahead push the stick back, by the rover's sensors; and how people feel it. */
 
 export interface Ranges {
   infrared: { stop: number; far: number };
@@ -17,7 +17,7 @@ const SONAR_MOST = 0.6; // it may look past what infrared sees, so it alone is n
 const LEAST = 0.05; // less is not felt
 export const EVERY_MS = 200; // between two effects; each lasts until the next
 
-/** From 0, nothing is near, to 1, the reflex. `ahead`: how far the stick is pushed ahead; who drives back feels nothing. */
+/** From 0 (nothing is near) to 1 (the reflex). `ahead`: how far the stick is pushed ahead; driving back has none. */
 export function force(
   infrared: number | undefined,
   sonar: number | undefined,
@@ -35,7 +35,7 @@ export function rumble(level: number): Rumble | null {
   return level > LEAST ? { duration: EVERY_MS, strongMagnitude: Math.min(1, level), weakMagnitude: Math.min(1, 0.3 + 0.7 * level) } : null;
 }
 
-/** For how long (ms) a phone vibrates of the time until the next effect; 0 for not at all. */
+/** How long a phone vibrates (ms) until the next effect; 0: not at all. */
 export function buzz(level: number): number {
   return level > LEAST ? Math.round(15 + 0.6 * EVERY_MS * Math.min(1, level)) : 0;
 }

@@ -1,4 +1,4 @@
-/** The hall in 3D in the map's place, once somebody asks for it; loaded while the page is idle, for a line that is cut. */
+/** The hall in 3D in place of the map, on request; loaded while the page is idle, so that it works offline too. */
 import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import type { Description } from "./hall_map.ts";

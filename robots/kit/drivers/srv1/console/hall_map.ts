@@ -104,12 +104,12 @@ export class HallMap {
     });
   }
 
-  /** What lies above the ways that were driven. */
+  /** The things that are drawn above the ways driven. */
   get first(): SVGElement {
     return this.cone;
   }
 
-  /** Draw the rover where it thinks that it is; null while that is not known. */
+  /** Draw the rover at its estimated place; null while that is not known. */
   show(seen: Seen | null): void {
     set(this.rover, { visibility: seen ? "visible" : "hidden" });
     if (!seen) return;

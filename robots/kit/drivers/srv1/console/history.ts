@@ -1,4 +1,4 @@
-/** The last minutes of a reading: which points are kept, how they are drawn, and what they are in words. */
+/** The last minutes of a reading: the points to store, their line, and their words. */
 
 export interface Sample {
   at: number;
@@ -40,7 +40,7 @@ export function line(samples: readonly Sample[], now: number, least: number): st
     .join(" ");
 }
 
-/** What it has been, for those who do not see the line. */
+/** The history in words, for people who do not see the line. */
 export function inWords(name: string, samples: readonly Sample[], words: (value: number) => string): string {
   const range = extent(samples),
     first = samples[0],

@@ -1,4 +1,4 @@
-/** Small lines beside the readings: what each was in the last five minutes. */
+/** Small lines beside the readings: each over the last five minutes. */
 import { type RobotPage, set, shape } from "/static/farhand/v1/console.js";
 import { added, inWords, line, type Sample } from "./history.ts";
 

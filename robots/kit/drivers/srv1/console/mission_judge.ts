@@ -1,4 +1,4 @@
-/** What a mission would do, and what is to say of it: as ways.py and missions.py, so that it is known without a line. */
+/** The legs and judgements of a mission, as ways.py and missions.py compute them, so that the page has them offline. */
 import type { Judgement } from "/static/farhand/v1/console.js";
 import type { Case, Exhibit, Node } from "./hall_map.ts";
 import { lineOf, type Step } from "./mission_text.ts";
@@ -17,7 +17,7 @@ export interface Judged {
   motion: { most_speed: number; turn: number };
 }
 export type Pose = readonly [number, number, number];
-/** What a step does: the poses at its corners (m, rad), how long it lasts as usual, and at least (s). */
+/** The motion of a step: the poses at its corners (m, rad), its usual and its least duration (s). */
 export interface Leg {
   step: number;
   poses: Pose[];
@@ -26,7 +26,7 @@ export interface Leg {
 }
 type Place = readonly [number, number];
 
-const CORNER_M = 0.001; // that a corner counts as longer
+const CORNER_M = 0.001; // that each corner adds to a way
 const ASIDE_M = 0.05,
   ASIDE_STEPS = 24,
   DIRECTIONS = 24; // steps away from something that is too near, and around the rover
@@ -57,7 +57,7 @@ function isFree(d: Judged, [ax, ay]: Place, [bx, by]: Place): boolean {
   return true;
 }
 
-/** The nearest place with room, to which the rover comes no nearer to anything than it stands. */
+/** The nearest place with room; on the way there the rover comes no nearer to anything than it stands. */
 function aside(d: Judged, [x, y]: Place): Place | undefined {
   const least = room(d.hall, [x, y]) - 1e-9;
   let angles = Array.from({ length: DIRECTIONS }, (_, direction) => (2 * Math.PI * direction) / DIRECTIONS);
@@ -108,7 +108,7 @@ export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   return found.reverse();
 }
 
-/** What each step does, beginning at `here`, as far as it can run, and everything that is to say of it. */
+/** The leg of each step from `here` on, as far as the mission can run, and all judgements. */
 export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Leg[]; said: Judgement[] } {
   const legs: Leg[] = [],
     said: Judgement[] = [];

@@ -11,7 +11,7 @@ const GHOST_MS = 50;
 
 const blocks = (): Promise<typeof import("./mission_blocks.ts")> => import("./mission_blocks.ts");
 
-/** What the card needs of the page around it. */
+/** The functions of the page that the card needs. */
 export interface Around {
   description: Judged;
   /** Where the rover is, or would begin. */
@@ -40,7 +40,7 @@ export class Missions {
       changed: (steps) => this.judge(steps),
       refused: () => this.judge([]),
     });
-    prefetch(page, blocks); // so that missions are composed as blocks also when the line is cut
+    prefetch(page, blocks); // so that missions can be composed as blocks offline too
     page.on("try", () => this.play());
     page.on("send", () => this.send());
     const card = byId<HTMLDetailsElement>("mission");

@@ -85,7 +85,7 @@ export function ruleName([first, second]: [Variable, Variable], i: number, j: nu
   return `Rule ${TERMS * i + j + 1} (${first.name} ${first.labels[i]}, ${second.name} ${second.labels[j]})`;
 }
 
-/** The CRC by which the rover calls a rule set that it was sent (XMODEM's, from 0). */
+/** The CRC by which the rover names a rule set that was sent to it (XMODEM's, from 0). */
 export function crcOf(text: string): number {
   let crc = 0;
   for (const byte of new TextEncoder().encode(text)) {

@@ -1,4 +1,4 @@
-/** The stick for driving by hand, and what is felt while it is held. */
+/** The stick for driving by hand, and the force that people feel while they hold it. */
 import type { RobotPage } from "/static/farhand/v1/console.js";
 import { Stick } from "/static/farhand/v1/roaming.js";
 import { buzz, EVERY_MS, force, type Ranges, rumble } from "./force.ts";
@@ -31,7 +31,7 @@ export class StickPart {
     this.stick.enable(why);
   }
 
-  /** A new state: the knob resists by what it says. */
+  /** Take a new state: the knob resists by its readings. */
   state(): void {
     this.stick.resistance = this.still.matches ? 0 : this.level();
   }

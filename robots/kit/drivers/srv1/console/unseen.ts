@@ -1,4 +1,4 @@
-/** What the rover did while nobody heard it, by its journal: read from the stream `unseen`, and in words. */
+/** The rover's motions while nobody was connected, by its journal: read from the stream `unseen`, and in words. */
 
 export type Point = readonly [number, number];
 export interface Unseen {

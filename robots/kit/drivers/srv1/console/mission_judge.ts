@@ -108,7 +108,7 @@ export function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   return found.reverse();
 }
 
-/** The leg of each step from `here` on, as far as the mission can run, and all judgements. */
+/** The leg of each step, beginning at `here`, as far as the mission can run, and all judgements. */
 export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Leg[]; said: Judgement[] } {
   const legs: Leg[] = [],
     said: Judgement[] = [];

@@ -59,8 +59,7 @@ def rests_within(trial: Trial) -> Iterator[str]:
     alone = [motions_of(trial, c) for c in trial.motions() if c.policies.on_link_lost]
     for listed in (longest(trial), *filter(None, alone)):
         trial.settle()
-        run = underway(trial, listed)
-        if run is not None:
+        if (run := underway(trial, listed)) is not None:
             yield from _rests(trial, run, trial.spec.rest_s)
         trial.settle()
         within = trial.opened_session().rests_within()

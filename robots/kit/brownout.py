@@ -1,7 +1,7 @@
 """Slows down work that can wait if the machine is too busy: live pictures first.
 
-A loop that sleeps measures how late it wakes up, and the mean of the last seconds decides. Load averages tell how
-busy the machine is; lateness tells what that does to this process.
+A loop that sleeps measures how late it wakes up, and the mean of the last seconds decides. A load average tells how
+busy the machine is; lateness tells the effect on this process.
 """
 
 import math

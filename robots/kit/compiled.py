@@ -11,7 +11,8 @@ Loop = TypeVar("Loop", bound=Callable[..., Any])
 def compiled(loop: Loop) -> Loop:
     """Return the function compiled at its first call, without the interpreter's lock while it runs.
 
-    The code is kept beside the source, else in the user's cache folder, else nowhere: then each process compiles.
+    The code is stored beside the source, or else in the user's cache folder; if neither is possible, each process
+    compiles it anew.
     """
     try:
         made: Loop = numba.njit(loop, cache=True, nogil=True)

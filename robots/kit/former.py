@@ -1,4 +1,4 @@
-"""The former places of the kit's modules, for robot packages written for version 0.1; they go with 1.0."""
+"""The former places of the kit's modules, for robot packages written for version 0.1; version 1.0 removes them."""
 
 import sys
 import warnings
@@ -14,6 +14,12 @@ PLACES = {
     "robots.autonomy": KIT + "rovers",
     "robots.autonomy.compiled": KIT + "compiled",
     "robots.autonomy.ratslam": KIT + "slam",
+    "robots.autonomy.gridmap.compass": KIT + "rovers.gridmap.scan",
+    "robots.autonomy.gridmap.cones": KIT + "rovers.gridmap.plan",
+    "robots.autonomy.gridmap.turns": KIT + "rovers.gridmap.scan",
+    "robots.autonomy.local_map": KIT + "rovers.steering",
+    "robots.autonomy.ratslam.matching": KIT + "slam.views",
+    "robots.autonomy.ratslam.ready": KIT + "slam.slam",
     "robots.clock": KIT + "clock",
     "robots.conformance": KIT + "conformance",
     "robots.contract": KIT + "contract",
@@ -55,7 +61,7 @@ class FormerPlaces(MetaPathFinder, Loader):
         return ModuleSpec(fullname, self)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Put the module of today in the place of the one that is asked for."""
+        """Put the present module in the place of the one that is imported."""
         name = module.__name__
         present = str(present_name(name))
         warnings.warn(f"{name} is {present} now; the former name goes with 1.0.", DeprecationWarning, stacklevel=2)

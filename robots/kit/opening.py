@@ -1,4 +1,4 @@
-"""Why a port, a device or a connection could not be opened, in plain words and with what to do. It names no address."""
+"""Why a port, a device or a connection could not be opened, and what to do, in plain words. It names no address."""
 
 import errno
 import grp

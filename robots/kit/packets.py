@@ -120,16 +120,13 @@ def picture_packet(
     return head + _floats(posture) + jpeg
 
 
-def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
-    """Return the state of a packet whose spec declares these channels; values that are not known are left out.
-
-    Its `at` is the packet's stamp (s since 1970), its `ready` is not told. Raises ValueError for anything else.
-    """
+def unpack_state(data: bytes) -> tuple[int, int, int, list[tuple[float, ...]], tuple[float, ...] | None, str]:
+    """Return flags, number, ms, rows, values (None: none follow) and word of a state packet. Raises ValueError."""
     try:
-        kind, flags, _, at_ms, count, rows = STATE_HEAD.unpack_from(data)
-        told = struct.unpack_from(f"<{count * rows}f", data, STATE_HEAD.size)
-        at = STATE_HEAD.size + 4 * len(told)
-        values: tuple[float, ...] = ()
+        kind, flags, number, at_ms, count, rows = STATE_HEAD.unpack_from(data)
+        floats = struct.unpack_from(f"<{count * rows}f", data, STATE_HEAD.size)
+        at = STATE_HEAD.size + 4 * len(floats)
+        values: tuple[float, ...] | None = None
         if flags & 4:
             values = struct.unpack_from(f"<{data[at]}f", data, at + 1)
             at += 1 + 4 * len(values)
@@ -138,9 +135,19 @@ def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
         raise ValueError("not a packet of a state") from error
     if kind != 1:
         raise ValueError("not a packet of a state")
+    return flags, number, at_ms, [floats[row * count :][:count] for row in range(rows)], values, word
+
+
+def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
+    """Return the state of a packet whose spec declares these channels; values that are not known are left out.
+
+    Its `at` is the packet's stamp (s since 1970), its `ready` is not told. Raises ValueError for anything else.
+    """
+    flags, _, at_ms, rows, told, word = unpack_state(data)
+    joints, values = rows[0] if rows else (), told or ()
     named = {channel.name: value for channel, value in zip(channels, values, strict=False) if isfinite(value)}
     twist = values[len(channels) :]
-    return RobotState(at_ms / 1000, told[:count], (), bool(flags & 1), True, mode=word, values=named, twist=twist)
+    return RobotState(at_ms / 1000, joints, (), bool(flags & 1), True, mode=word, values=named, twist=twist)
 
 
 def taken_ms(data: bytes) -> int:

@@ -11,7 +11,7 @@ from robots.kit.clock import Timer
 from robots.kit.description import load
 from robots.kit.description import text_of as described_text
 from robots.kit.drivers.srv1 import sensors
-from robots.kit.drivers.srv1.answers import ENDS, Acknowledgement, Answer, Reason, Refusal, Status
+from robots.kit.drivers.srv1.answers import ENDS, Acknowledgement, Answer, Event, Reason, Refusal, Status
 from robots.kit.drivers.srv1.extension import (  # fmt: skip
     LATE_MS,
     Activate,
@@ -23,7 +23,6 @@ from robots.kit.drivers.srv1.extension import (  # fmt: skip
     Permit,
     Velocity,
 )
-from robots.kit.drivers.srv1.journal import Event
 from robots.kit.drivers.srv1.sensors import Channel
 from simulators.common.journal import Note
 from simulators.common.rovers.motor_board import End

@@ -10,9 +10,8 @@ from collections.abc import Callable
 
 from robots.kit.clock import TIMER, Limit, Lock, Timer
 from robots.kit.drivers.srv1 import answers, extension
-from robots.kit.drivers.srv1.bounds import BOOT
 from robots.kit.drivers.srv1.extension import Hold
-from robots.kit.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
+from robots.kit.drivers.srv1.framing import BOOT, COMMAND, LONGEST_COMMAND, Frame
 from robots.kit.drivers.srv1.protocol import Malformed
 from simulators.common.journal import Note
 from simulators.srv1.commander import Commander, Parse

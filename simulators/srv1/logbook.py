@@ -4,8 +4,7 @@ from collections import deque
 from collections.abc import Callable
 from math import dist
 
-from robots.kit.drivers.srv1.answers import encode
-from robots.kit.drivers.srv1.journal import Entries, Entry, Event
+from robots.kit.drivers.srv1.answers import Entries, Entry, Event, encode
 from robots.kit.drivers.srv1.protocol import Malformed
 
 ROOM = 256  # entries; older ones are forgotten

@@ -1,8 +1,8 @@
 """The permit by which the rover may drive without its owner: an area, a speed, and an end."""
 
 from robots.kit.description import load
+from robots.kit.drivers.srv1.answers import Event
 from robots.kit.drivers.srv1.extension import Permit
-from robots.kit.drivers.srv1.journal import Event
 from simulators.srv1.odometry import Odometry
 
 FASTER, FASTER_M_S = 1.1, 0.03  # tolerance of a measured speed, which the encoders' steps make uneven

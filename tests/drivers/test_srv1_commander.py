@@ -6,10 +6,9 @@ import pytest
 
 from robots.kit.description import text_of
 from robots.kit.drivers.srv1 import answers, protocol
-from robots.kit.drivers.srv1.answers import Acknowledgement, Reason, Refusal, Status
+from robots.kit.drivers.srv1.answers import Acknowledgement, Event, Reason, Refusal, Status
 from robots.kit.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity
 from robots.kit.drivers.srv1.framing import ANSWER, Frames
-from robots.kit.drivers.srv1.journal import Event
 from robots.kit.rovers.fuzzy import PAPER, sugeno
 from robots.kit.rovers.fuzzy_text import parse as parse_text
 from simulators.srv1.commander import MADE_WITH

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.kit.drivers.srv1 import answers, bounds, extension
-from robots.kit.drivers.srv1.answers import Acknowledgement, Reason, Refusal, Status
+from robots.kit.drivers.srv1 import answers, extension, framing
+from robots.kit.drivers.srv1.answers import Acknowledgement, Entries, Entry, Event, Reason, Refusal, Status
 from robots.kit.drivers.srv1.extension import (  # fmt: skip
     HOLD,
     Activate,
@@ -21,7 +21,6 @@ from robots.kit.drivers.srv1.extension import (  # fmt: skip
     Velocity,
 )
 from robots.kit.drivers.srv1.framing import ANSWER, COMMAND, LONGEST_ANSWER, LONGEST_COMMAND, Frame, Frames
-from robots.kit.drivers.srv1.journal import Entries, Entry, Event
 from robots.kit.drivers.srv1.protocol import Malformed
 
 
@@ -36,42 +35,42 @@ def scaled(limits, per=1000):
 
 @st.composite
 def areas(draw):
-    (x0, x1), (y0, y1) = (sorted(draw(st.lists(scaled(bounds.MM), min_size=2, max_size=2))) for _ in "xy")
+    (x0, x1), (y0, y1) = (sorted(draw(st.lists(scaled(framing.MM), min_size=2, max_size=2))) for _ in "xy")
     return x0, y0, x1, y1
 
 
 COMMANDS = st.one_of(
-    st.builds(Claim, within(bounds.EPOCH)), st.just(Hold()), st.just(Ask()),
-    st.builds(Patrol, within(bounds.EPOCH), within(bounds.UPTIME_MS)),
+    st.builds(Claim, within(framing.EPOCH)), st.just(Hold()), st.just(Ask()),
+    st.builds(Patrol, within(framing.EPOCH), within(framing.UPTIME_MS)),
     st.builds(
-        Velocity, within(bounds.EPOCH), scaled(bounds.MM_S), scaled(bounds.MRAD_S), within(bounds.UPTIME_MS)
+        Velocity, within(framing.EPOCH), scaled(framing.MM_S), scaled(framing.MRAD_S), within(framing.UPTIME_MS)
     ),
     st.builds(
-        Permit, within(bounds.EPOCH), within(bounds.UPTIME_MS), st.integers(0, 2000).map(lambda n: n / 1000), areas()
+        Permit, within(framing.EPOCH), within(framing.UPTIME_MS), st.integers(0, 2000).map(lambda n: n / 1000), areas()
     ),
-    st.builds(Activate, within(bounds.EPOCH), within(bounds.CRC)), st.builds(Journal, within(bounds.NUMBER)),
+    st.builds(Activate, within(framing.EPOCH), within(framing.CRC)), st.builds(Journal, within(framing.NUMBER)),
 )  # fmt: skip
 ENTRIES = st.builds(
     Entry,
-    within(bounds.NUMBER),
-    within(bounds.UPTIME_MS),
+    within(framing.NUMBER),
+    within(framing.UPTIME_MS),
     st.sampled_from(Event),
-    within(bounds.NUMBER),
-    scaled(bounds.MM),
-    scaled(bounds.MM),
+    within(framing.NUMBER),
+    scaled(framing.MM),
+    scaled(framing.MM),
 )
 STATUSES = st.builds(
-    Status, within(bounds.BOOT), within(bounds.EPOCH), within(bounds.NUMBER), st.booleans(), st.booleans(),
-    st.sampled_from(answers.ENDS), st.sampled_from(answers.MODES), scaled(bounds.MM), scaled(bounds.MM),
-    scaled(bounds.MRAD), scaled(bounds.MM_S), scaled(bounds.MRAD_S), scaled(bounds.RANGE_MM),
-    scaled(bounds.RANGE_MM), scaled(bounds.MV), scaled(bounds.DECIDEGREES, 10), scaled(bounds.THOUSANDTHS),
-    scaled(bounds.THOUSANDTHS), st.booleans(), within(bounds.SIDES), within(bounds.CRC), within(bounds.PERMIT_MS),
-    within(bounds.NUMBER), within(bounds.UPTIME_MS), st.sampled_from(answers.STATUSES),
-    st.none() | st.tuples(scaled(bounds.RANGE_MM), scaled(bounds.MRAD)),
+    Status, within(framing.BOOT), within(framing.EPOCH), within(framing.NUMBER), st.booleans(), st.booleans(),
+    st.sampled_from(answers.ENDS), st.sampled_from(answers.MODES), scaled(framing.MM), scaled(framing.MM),
+    scaled(framing.MRAD), scaled(framing.MM_S), scaled(framing.MRAD_S), scaled(framing.RANGE_MM),
+    scaled(framing.RANGE_MM), scaled(framing.MV), scaled(framing.DECIDEGREES, 10), scaled(framing.THOUSANDTHS),
+    scaled(framing.THOUSANDTHS), st.booleans(), within(framing.SIDES), within(framing.CRC), within(framing.PERMIT_MS),
+    within(framing.NUMBER), within(framing.UPTIME_MS), st.sampled_from(answers.STATUSES),
+    st.none() | st.tuples(scaled(framing.RANGE_MM), scaled(framing.MRAD)),
 )  # fmt: skip
 ANSWERS = st.one_of(
     STATUSES,
-    st.builds(Acknowledgement, st.sampled_from("pu"), within(bounds.NUMBER), within(bounds.UPTIME_MS)),
+    st.builds(Acknowledgement, st.sampled_from("pu"), within(framing.NUMBER), within(framing.UPTIME_MS)),
     st.builds(Refusal, st.sampled_from(sorted(extension.COMMANDS)), st.sampled_from(Reason)),
     st.lists(ENTRIES, max_size=4).map(lambda entries: Entries(tuple(entries))),
 )

@@ -9,7 +9,7 @@ import pytest
 from robots.kit.clock import FasterTimer, poll
 from robots.kit.drivers.srv1.extension import HOLD
 from robots.kit.drivers.srv1.protocol import RESYNCHRONISE, motion
-from robots.kit.drivers.srv1.wire import Wire, open_wire
+from robots.kit.drivers.stream import host_and_port, open_stream
 from simulators.common.faults import FaultBoard
 from simulators.common.tcp import TcpListener
 from simulators.srv1.firmware import Firmware
@@ -23,6 +23,23 @@ from tests.world.streams import Network as Between
 from tests.world.world import World
 
 pytestmark = pytest.mark.django_db(transaction=True)
+
+
+class Wire:
+    """A client's connection, on which silence is no bytes."""
+
+    def __init__(self, address, opened=open_stream):
+        self._stream = opened(*host_and_port(address), 2.0)
+        self.write, self.close = self._stream.sendall, self._stream.close
+
+    def read(self, most, seconds):
+        try:
+            data = self._stream.receive(most, seconds)
+        except TimeoutError:
+            return b""
+        if not data:
+            raise ConnectionError("the rover's Wi-Fi module has closed the connection")
+        return data
 
 
 class LinkRig(Rig):
@@ -41,7 +58,7 @@ class LinkRig(Rig):
         return self.link.say(data) if hasattr(self, "link") else 0.0
 
     def connect(self) -> Wire:
-        return open_wire("127.0.0.1:10001", self.between.connect)
+        return Wire("127.0.0.1:10001", self.between.connect)
 
 
 @pytest.fixture
@@ -323,7 +340,7 @@ def test_a_second_client_is_closed_at_once_over_tcp(port):
 
 
 def test_half_a_motion_over_tcp_waits_for_the_rest(port):
-    with contextlib.closing(open_wire(f"socket://127.0.0.1:{port}")) as wire:
+    with contextlib.closing(Wire(f"socket://127.0.0.1:{port}")) as wire:
         wire.write(motion(20, 20, 0.01)[:2])
         assert wire.read(10, 0.01) == b""
         wire.write(motion(20, 20, 0.01)[2:])

@@ -3,9 +3,8 @@
 import pytest
 
 from robots.kit.drivers.srv1 import protocol
-from robots.kit.drivers.srv1.answers import Acknowledgement, Reason, Refusal
+from robots.kit.drivers.srv1.answers import Acknowledgement, Event, Reason, Refusal
 from robots.kit.drivers.srv1.extension import HOLD, Ask, Claim, Journal, Patrol, Permit, encode
-from robots.kit.drivers.srv1.journal import Event
 from tests.drivers.srv1_wire import Rig
 from tests.drivers.test_srv1_commander import HALL, drive, events, parse, patrol, permit, stamp
 

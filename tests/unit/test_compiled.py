@@ -6,18 +6,18 @@ import pytest
 from numba.core.registry import CPUDispatcher
 
 from robots.kit import compiled
-from robots.kit.slam import angles, matching, ready, relaxing, shortest, spreading
-from robots.kit.slam.slam import RatSlam
+from robots.kit.slam import angles, relaxing, shortest, spreading, views
+from robots.kit.slam.slam import RatSlam, compile_loops
 from tests.unit.ratslam_world import World
 
 
 def loops():
-    modules = (angles, matching, relaxing, shortest, spreading)
+    modules = (angles, relaxing, shortest, spreading, views)
     return [value for module in modules for value in vars(module).values() if isinstance(value, CPUDispatcher)]
 
 
 def test_after_getting_ready_nothing_is_left_to_compile():
-    ready.compile_loops()
+    compile_loops()
     before = {loop.py_func.__name__: len(loop.signatures) for loop in loops()}
     assert all(
         before[name] for name in ("row_sums", "best", "compete", "shift", "peak", "relax", "wrapped", "shortest")
@@ -44,7 +44,7 @@ def test_where_no_folder_can_keep_the_code_it_is_compiled_all_the_same(monkeypat
 def test_a_step_on_a_large_map_takes_a_few_milliseconds_of_the_processor(stopwatch):
     """Ten pictures a second must leave the machine to others: 2 000 templates and experiences, 30 ms a step at most."""
     slam, dice = RatSlam(), np.random.default_rng(1)
-    ready.compile_loops()
+    compile_loops()
     for n in range(2000):
         slam.map.move(0.03, 0.02, 0.3)
         slam.views.add(dice.integers(0, 256, (20, 60)).astype(np.uint8), (7.0, 7.0, float(n % 36)), 1.0)

@@ -26,7 +26,7 @@ from robots.kit.rovers.grid import (
     with_beacon,
 )
 from robots.kit.rovers.gridmap.beacon import HEARD
-from robots.kit.rovers.gridmap.turns import headings_of
+from robots.kit.rovers.gridmap.scan import headings_of
 from simulators.common.faults import FaultBoard
 from simulators.srv1.plant import Plant
 from simulators.srv1.senses import Senses

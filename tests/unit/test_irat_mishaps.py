@@ -5,7 +5,7 @@ import pytest
 from robots.kit.contract.errors import CameraFault, GaveUp, HardwareFault
 from robots.kit.drivers.irat.brain.messages import Feed
 from robots.kit.drivers.irat.brain.mind import SAVE_S, Mind
-from robots.kit.drivers.irat.modes import Mode
+from robots.kit.drivers.irat.spec import Mode
 from robots.kit.drivers.irat.wheels import BLIND_S, SILENT_S
 from tests.conftest import FakeClock
 from tests.irat_trial import NARROW, Trial, begun, explore, free, silent

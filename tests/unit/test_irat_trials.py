@@ -9,7 +9,7 @@ import pytest
 from robots.kit.contract.errors import GaveUp, HardwareFault, MotionHeld
 from robots.kit.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.kit.drivers.irat.brain.places import MapCleared
-from robots.kit.drivers.irat.modes import Mode
+from robots.kit.drivers.irat.spec import Mode
 from robots.kit.slam.routes import index_of
 from robots.kit.slam.storage import load
 from simulators.irat.maze import DOCK

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.kit.drivers.srv1.alone import SMALLEST_M, area_of, will_be_inside
-from robots.kit.drivers.srv1.journal import Entries, Entry, Event
+from robots.kit.drivers.srv1.answers import Entries, Entry, Event
 from robots.kit.drivers.srv1.unseen import GAP_MS, Unseen, packet
 from tests.unit.test_srv1_following import REST
 

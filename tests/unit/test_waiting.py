@@ -5,8 +5,7 @@ import pytest
 from robots.kit.clock import Limit, poll
 from robots.kit.contract.errors import HardwareFault, MotionHeld
 from robots.kit.contract.session import RobotState
-from robots.kit.drivers.permits import unless_held
-from robots.kit.drivers.waiting import until_at_rest
+from robots.kit.drivers.permits import unless_held, until_at_rest
 
 REST, MOTION = (RobotState(0.0, (), (), moving, True) for moving in (False, True))
 

@@ -11,7 +11,7 @@ from robots import bus, services
 from robots.grants import AnotherGrant, end_grant, start_grant
 from robots.kit.contract.streams import unpack
 from robots.kit.drivers.srv1.hall import hall
-from robots.kit.drivers.srv1.modes import Mode
+from robots.kit.drivers.srv1.spec import Mode
 from robots.models import Grant, Robot
 from robots.states import GrantEnd, GrantKind
 from tests.world.seeds import hunts

@@ -1,4 +1,4 @@
-"""The limit of work for planning one request, because anybody may ask for a plan."""
+"""The limit of work for planning one request, because everybody may request a plan."""
 
 from dataclasses import dataclass
 

@@ -112,11 +112,14 @@ class Chain:
     @cached_property
     def _steps(self) -> tuple[Matrix, Matrix, Matrix]:
         """Return three (n, 4, 4): a joint's transform is the first + cos q times the second + sin q times the third."""
-        still = np.array([_turn(j.axis, 0.0) - _level(j.axis) for j in self.joints])
-        level = np.array([_level(j.axis) for j in self.joints])
-        quarter = np.array([_turn(j.axis, np.pi / 2) for j in self.joints]) - still
-        origins = np.array([j.origin for j in self.joints])
-        return origins @ still, origins @ level, origins @ quarter
+        origins, parts = np.array([j.origin for j in self.joints]), np.zeros((3, len(self.joints), 4, 4))
+        for n, (x, y, z) in enumerate(self._axes):  # Rodrigues
+            along = np.outer((x, y, z), (x, y, z))
+            across = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+            parts[:, n, :3, :3] = along, np.eye(3) - along, across
+        parts[0, :, 3, 3] = 1.0
+        still, level, quarter = origins @ parts
+        return still, level, quarter
 
     def frames(self, q: Joints) -> Matrix:
         """Return the (..., n + 1, 4, 4) poses of each joint's frame, turned, and of the tool; `q` is (..., n)."""
@@ -176,25 +179,3 @@ def _joint(element: ElementTree.Element, origin: Matrix) -> Joint:
         velocity=_number(limit, "velocity", 1.0),
         effort=_number(limit, "effort", 0.0),
     )
-
-
-def _turn(axis: Matrix, angle: float) -> Matrix:
-    """Return the rotation about `axis` by `angle` (Rodrigues)."""
-    x, y, z = axis
-    c, s = np.cos(angle), np.sin(angle)
-    d = 1 - c
-    return np.array(
-        [
-            [c + x * x * d, x * y * d - z * s, x * z * d + y * s, 0],
-            [y * x * d + z * s, c + y * y * d, y * z * d - x * s, 0],
-            [z * x * d - y * s, z * y * d + x * s, c + z * z * d, 0],
-            [0, 0, 0, 1],
-        ]
-    )
-
-
-def _level(axis: Matrix) -> Matrix:
-    """Return the part of a rotation about `axis` that is multiplied by the cosine of its angle."""
-    made = np.zeros((4, 4))
-    made[:3, :3] = np.eye(3) - np.outer(axis, axis)
-    return made

@@ -22,8 +22,8 @@ from robots.kit.arms.chain import Chain, Joints, Matrix
 
 EXACT = 1e-9  # an answer counts if no number of its pose differs by more (m, or of a rotation)
 SAME_POSE = 2e-6  # m, or of a rotation: the tool is there already, as a pose is told with five decimals of a degree
-AT_ONCE_S, NEAR_S = 1e-6, 0.05  # an answer that is no farther (s at full speed) is the nearest; or as good as that
-FAR_S = 0.5  # for one that is no farther it counts that EAIK takes no branch of the pose for singular
+AT_ONCE_S, NEAR_S = 1e-6, 0.05  # an answer no farther than this (s at full speed) is the nearest, or as good as it
+FAR_S = 0.5  # up to this an answer is as good as the nearest if EAIK marks no branch of the pose as singular
 SAME_RAD = 1e-9
 BESIDE = 0.01  # see `singular.polished`
 SLACK_RAD = 1e-9

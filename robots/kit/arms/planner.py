@@ -1,7 +1,7 @@
-"""Plans a motion that is known to be free: limits, kinematics, path, check against boxes.
+"""Plans a motion that is free of boxes: limits, kinematics, path, check against the boxes.
 
-Pure. Used when a command is accepted and again by the controller that runs it, so that refusals come early and with the
-same words.
+Pure. It is used when a command is accepted and again by the controller that runs it, so that refusals come early and
+with the same words.
 """
 
 from collections.abc import Iterator
@@ -64,7 +64,7 @@ class Planner:
             return self.inverse.nearest(pose, near, budget or Budget(MOST))
 
     def stand(self, target: Joints, q: Joints | None = None) -> None:
-        """Refuse joints at which the arm must not rest; from inside a box at `q` it may rest less deep inside."""
+        """Refuse joints at which the arm must not rest; an arm inside a box at `q` may rest less deep inside."""
         broken = self.chain.broken_limit(target)
         if broken:
             raise Refused("range", broken)

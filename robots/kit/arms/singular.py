@@ -28,8 +28,7 @@ def singularity(chain: Chain, q: Joints, least: float = SINGULAR) -> str:
 
 def about_singular(chain: Chain, q: Joints) -> NDArray[np.bool_]:
     """Return which of the (m, n) joint vectors `q`, which may be approximate, can belong to a singular pose."""
-    found: NDArray[np.bool_] = np.linalg.svd(chain.jacobian(q), compute_uv=False)[:, -1] <= ABOUT
-    return found
+    return np.asarray(np.linalg.svd(chain.jacobian(q), compute_uv=False)[:, -1] <= ABOUT)
 
 
 def nearest(chain: Chain, q: Joints, pose: Matrix, near: Joints) -> Joints | None:

@@ -130,7 +130,7 @@ class Zones:
 
     @staticmethod
     def floor(distances: Matrix) -> Matrix:
-        """Return how deep inside each pair may be now: as deep as it is. It may only move away."""
+        """Return how deep inside a box each pair may be: as deep as it is now. It may only move away."""
         return np.minimum(distances, 0.0)
 
     @staticmethod

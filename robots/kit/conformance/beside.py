@@ -25,7 +25,7 @@ SAME = 1e-3  # of a channel that shows a value that was set
 
 
 def lanes(trial: Trial) -> Iterator[str]:
-    """A setting is changed beside a motion, which it neither waits for nor ends."""
+    """A setting is changed beside a motion: it neither waits for the motion nor ends it."""
     kinds = [c for c in trial.spec.commands if c.lane == "config"]
     if not kinds:
         raise NotApplicable("no kind has the lane config")
@@ -82,7 +82,7 @@ def _shown(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
 
 
 def streams(trial: Trial) -> Iterator[str]:
-    """Byte streams begin with key packets, send one again when asked, and stay within 1 MiB; over the whole suite."""
+    """Byte streams begin with a key packet, send another when asked, and stay within 1 MiB, in the whole suite."""
     yield from trial.recorder.wrong()
     heard = trial.recorder.counts
     if not heard:

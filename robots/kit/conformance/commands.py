@@ -1,4 +1,4 @@
-"""Checks of `execute`: values that it takes or refuses, permits that it asks for, stages that it tells."""
+"""Checks of `execute`: values that it takes or refuses, its calls of `permit`, and the stages that it tells."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ STILL = 0.01  # rad, m: readings this close are of a robot that did not move
 
 
 def values(trial: Trial) -> Iterator[str]:
-    """Every number at its ends and past them; a refusal comes before the permit is asked."""
+    """Every number is tried at its ends and past them; a refusal comes before `permit` is called."""
     session = trial.ready_session()
     before, counted = session.state(), trial.motion_count()
     for command in trial.spec.commands:
@@ -54,7 +54,7 @@ def _at_an_end(trial: Trial, kind: str, args: JSON) -> Iterator[str]:
 
 
 def _probed(trial: Trial, kind: str, args: JSON) -> Run:
-    """Carry out a command whose permit is refused, so that nothing moves even if the driver takes the values."""
+    """Carry out a command whose permit raises, so that nothing moves even if the driver takes the values."""
     run = trial.run(kind, args, denial())
     if not run.ends(trial.limits.answer_s):
         run.error = TimeoutError("it did not end although permit() raised, or was not called")
@@ -62,7 +62,7 @@ def _probed(trial: Trial, kind: str, args: JSON) -> Run:
 
 
 def permit(trial: Trial) -> Iterator[str]:
-    """Without a permit nothing moves, and what the permit raises comes out as it is."""
+    """Without a permit nothing moves, and the error of the permit comes out as it is."""
     session, tried = trial.ready_session(), 0
     for command in trial.spec.commands:
         for args in good(trial, command)[:2]:
@@ -90,7 +90,7 @@ def permit(trial: Trial) -> Iterator[str]:
 
 
 def carried_out(trial: Trial) -> Iterator[str]:
-    """Every kind is carried out once or twice, watched, and ended as its kind is ended."""
+    """Every kind is carried out once or twice, watched, and ended in the way of its kind."""
     left = []
     for command in trial.spec.commands:
         trial.ready_session()

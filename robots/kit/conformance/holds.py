@@ -11,7 +11,7 @@ from robots.kit.conformance.trial import Trial, apart
 from robots.kit.contract.errors import MotionHeld, MotionReplaced
 from robots.kit.contract.session import RobotState
 
-INSTANTS = (1, 3, 8)  # states in which the robot was seen moving, before it is held
+INSTANTS = (1, 3, 8)  # moving states that are seen before the robot is held
 REST_LOOKS, REST_S = 4, 0.1
 
 
@@ -50,7 +50,7 @@ def _not_in_force(trial: Trial, listed: Motions) -> Iterator[str]:
 
 
 def _at_stage(trial: Trial, listed: Motions, stage: str) -> Iterator[str]:
-    """Hold while `on_stage` has not returned: it may take as long as a store takes."""
+    """Hold while `on_stage` has not returned, which may take as long as a database takes."""
     calls: list[Call] = []
     words, session = f'while on_stage("{stage}") is told', trial.opened_session()
 
@@ -133,7 +133,7 @@ def _rests(trial: Trial, words: str) -> Iterator[str]:
 
 
 def held_kinds(trial: Trial) -> Iterator[str]:
-    """A motion with held controls asks for its permit again and again, and ends with what that raises."""
+    """A motion with held controls calls `permit` again and again, and ends with the error that it raises."""
     trial.ready_session()
     kinds = [c for c in trial.motions() if c.held and motions_of(trial, c)]
     if not kinds:
@@ -164,7 +164,7 @@ def _goes_on(run: Run, asked: int) -> bool:
 
 
 def replaced(trial: Trial) -> Iterator[str]:
-    """A replaceable motion asks on its way and leaves the robot to the next target."""
+    """A replaceable motion calls `permit` on its way, and leaves the robot to the next target."""
     trial.ready_session()
     kinds = [c for c in trial.motions() if c.replaceable and len(motions_of(trial, c)) > 1]
     if not kinds:

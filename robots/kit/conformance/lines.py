@@ -52,7 +52,7 @@ def _comes_back(trial: Trial, when: str) -> Iterator[str]:
 
 
 def recovery(trial: Trial) -> Iterator[str]:
-    """`recover` asks for its permit, lets through what that raises, and returns a robot that is ready."""
+    """`recover` calls its permit, lets its error through, and returns the state of a ready robot."""
     session = trial.ready_session()
     asked, refuse, before = 0, denial(), session.state()
 
@@ -88,7 +88,7 @@ def board_of(trial: Trial) -> Faults:
 
 
 def lost_line(trial: Trial) -> Iterator[str]:
-    """A robot that falls silent under a motion is a fault with a sentence, and it comes back."""
+    """A robot that falls silent in a motion is a fault with a sentence, and it can be connected again."""
     board = board_of(trial)
     for verb in SILENT:
         run, session = _begun(trial), trial.opened_session()
@@ -112,7 +112,7 @@ def lost_line(trial: Trial) -> Iterator[str]:
 
 
 def lost_power(trial: Trial) -> Iterator[str]:
-    """A controller that is started again under a motion is a fault with a sentence, and comes back."""
+    """A controller that restarts in a motion is a fault with a sentence, and it can be connected again."""
     board = board_of(trial)
     boots = board.boots()
     if boots is None:

@@ -10,7 +10,7 @@ from robots.kit.contract.capabilities import Need
 from robots.kit.contract.session import JSON
 from robots.kit.contract.spec import CommandKind
 
-TRIES = 5  # a motion that ended before anything could happen in it is begun again so often
+TRIES = 5  # how often a motion is begun until it lasts long enough
 Motions = list[tuple[str, JSON]]
 
 
@@ -22,8 +22,8 @@ def motions_of(trial: Trial, command: CommandKind) -> Motions:
 def longest(trial: Trial) -> Motions:
     """Return commands of the kind that was seen moving for the longest time, one after another. Raises NotApplicable.
 
-    A kind with a single place to go to is none, unless it goes on by itself, as a patrol does. What a robot needs now
-    and then, as to recharge, comes last: it ends at once where it was done before.
+    A kind with a single target does not count, unless it goes on by itself, as a patrol does. A kind that a robot needs
+    now and then, as to recharge, comes last: it ends at once if it was done before.
     """
     needed = {need.kind for need in trial.spec.all_of(Need)}
     found: list[tuple[bool, float, Motions]] = []
@@ -42,7 +42,7 @@ def longest(trial: Trial) -> Motions:
 def underway(trial: Trial, listed: Motions, looks: int = 1) -> Run | None:
     """Begin a motion of the list and return it once it was seen moving so many times; None where none lasts so long.
 
-    The list is turned, so that the next motion leads somewhere else.
+    The list is rotated, so that the next motion leads somewhere else.
     """
     for kind, args in _turned(listed):
         run, seen = trial.run(kind, args), 0
@@ -55,7 +55,7 @@ def underway(trial: Trial, listed: Motions, looks: int = 1) -> Run | None:
 
 
 def _turned(listed: Motions) -> Motions:
-    """Return the next motions, and turn the list so that another one comes first the next time."""
+    """Return the next motions, and rotate the list so that another one comes first the next time."""
     turns, found = cycle(range(len(listed))), []
     for _ in range(max(TRIES, len(listed))):
         next(turns)

@@ -18,18 +18,18 @@ class Verdict(StrEnum):
 
 
 class Note(str):
-    """A remark of a check about a part that it could not look at; it is no fault."""
+    """A remark of a check about a part that it could not check; it is no fault."""
 
     __slots__ = ()
 
 
 class NotApplicable(Exception):
-    """Raised by a check that has nothing to look at; its text is the reason."""
+    """Raised by a check that does not apply; its text is the reason."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """One check: its name, its verdict, and sentences: what was wrong, what was left out, or why it does not apply."""
+    """One check: its name, its verdict, and sentences: the faults, the remarks, or why it does not apply."""
 
     check: str
     verdict: Verdict

@@ -1,4 +1,4 @@
-"""Checks of a robot that goes on without a word: for how long (`time_left`), and when it rests (`rests_within`)."""
+"""Checks of a robot that goes on without messages: for how long (`time_left`), and when it rests (`rests_within`)."""
 
 from collections.abc import Iterator
 from math import isfinite
@@ -12,15 +12,15 @@ from robots.kit.contract.spec import CommandKind
 
 
 def time_left(trial: Trial) -> Iterator[str]:
-    """A motion that may go on without a word ends before its owner lets no command move any more."""
+    """A motion that may go on without messages ends before the time of its command is over."""
     trial.ready_session()
-    kinds = [(c, listed) for c in trial.motions() if c.policies.on_link_lost and (listed := motions_of(trial, c))]
+    bounds = [(c, bound, motions_of(trial, c)) for c in trial.motions() if (bound := c.policies.on_link_lost)]
+    kinds = [(c, bound.seconds / 2, listed) for c, bound, listed in bounds if listed]
     if not kinds:
         raise NotApplicable("no kind goes on where the link is lost")
-    for command, listed in kinds:
-        assert command.policies.on_link_lost is not None
+    for command, left, listed in kinds:
         trial.settle()
-        session, left = trial.opened_session(), command.policies.on_link_lost.seconds / 2
+        session = trial.opened_session()
         session.on_time_left = lambda left=left: left  # type: ignore[misc]
         try:
             yield from _within(trial, command, listed, left)
@@ -29,7 +29,7 @@ def time_left(trial: Trial) -> Iterator[str]:
 
 
 def _within(trial: Trial, command: CommandKind, listed: Motions, left: float) -> Iterator[str]:
-    """Look how long the robot may go on where time_left() always says `left` (s)."""
+    """Check how long the robot may go on where time_left() always returns `left` (s)."""
     run = underway(trial, listed)
     if run is None:
         yield Note(f"No motion of the kind {command.kind!r} was seen.")
@@ -59,8 +59,7 @@ def rests_within(trial: Trial) -> Iterator[str]:
     alone = [motions_of(trial, c) for c in trial.motions() if c.policies.on_link_lost]
     for listed in (longest(trial), *filter(None, alone)):
         trial.settle()
-        run = underway(trial, listed)
-        if run is not None:
+        if (run := underway(trial, listed)) is not None:
             yield from _rests(trial, run, trial.spec.rest_s)
         trial.settle()
         within = trial.opened_session().rests_within()

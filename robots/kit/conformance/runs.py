@@ -1,4 +1,4 @@
-"""One command that a driver carries out, with all that it asks and tells; in a thread, so that the suite goes on."""
+"""One command that a driver carries out in a thread, with its calls of `permit` and `on_stage`."""
 
 import threading
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ class Call:
     def __init__(self, clock: Timer, function: Callable[[], object], name: str) -> None:
         self._clock, self._function = clock, function
         self.over = threading.Event()
-        self.late = False  # it did not end in the time that was given
+        self.late = False  # it did not end within the time of `ends`
         self.value: object = None
         self.error: BaseException | None = None
         clock.spawn(self._run, f"conformance {name}")
@@ -41,7 +41,7 @@ class Call:
 class Run(Call):
     """A command of a session.
 
-    `refuse` is raised by its permit, where it is not None; it may be set while the command runs. `at` holds what is
+    Its permit raises `refuse` unless that is None; it may be set while the command runs. `at`: the functions that are
     called, in the command's own thread, when a stage of that name is told.
     """
 
@@ -74,7 +74,7 @@ class Run(Call):
             self.acknowledged.set()
 
     def has_begun(self) -> bool:
-        """Tell whether the robot has understood it, or it has ended."""
+        """Tell whether the robot has understood the command, or the command has ended."""
         return self.acknowledged.is_set() or self.over.is_set()
 
     @property

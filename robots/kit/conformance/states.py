@@ -114,7 +114,7 @@ def state(trial: Trial) -> Iterator[str]:
 
 
 def _stamped(trial: Trial, ask: Callable[[], RobotState], words: str) -> Iterator[str]:
-    """Say when a state was heard at a time that cannot be."""
+    """Yield a sentence if the stamp of a state is impossible."""
     before = trial.clock.monotonic()
     told = trial.state_from(ask, words.rstrip("()")).at
     after = trial.clock.monotonic()

@@ -39,7 +39,7 @@ CHECKS: dict[str, Check] = {
     "streams": beside.streams,
     "end": beside.end,
 }
-HEARD = ("streams",)  # judged by earlier packets, also if the robot is lost by now
+HEARD = ("streams",)  # judged by earlier packets, so also if the robot cannot be reached any more
 
 
 def conform(
@@ -93,7 +93,7 @@ def _made(trial: Trial, check: str, function: Check, broken: str) -> Result:
 
 
 def _out_of_order(trial: Trial, check: str) -> str:
-    """Bring the robot in order for the next check; return why that is not possible, or nothing."""
+    """Make the robot ready for the next check; return why that is not possible, or an empty text."""
     if trial.session is None:
         return ""
     try:

@@ -24,10 +24,10 @@ ENDLESS = 1e6  # s, counts as the length of a motion that does not end by itself
 class Limits:
     """The longest waits of the suite, in seconds of the session's clock; none of them judges how fast a robot is.
 
-    `answer_s`: a call that moves nothing, and a hold. `opens_s`: `connect` is called again so long after a fault, as
-    the owner does: the controller may boot. `watch_s`: a motion is watched so long, then held, so that a
-    patrol need not end. `beyond_s`: beyond its own limit, until a motion counts as never ending. `age_s`: of a state
-    that the robot was just asked for.
+    `answer_s`: for a call that moves nothing, and for a hold. `opens_s`: for so long `connect` is called again after a
+    fault, as the owner does, because the controller may boot. `watch_s`: a motion is watched for so long, then held,
+    because a patrol has no end. `beyond_s`: after its own limit, until a motion counts as endless. `age_s`: of a state
+    that was just requested.
     """
 
     answer_s: float = 60.0
@@ -61,7 +61,7 @@ def _no_board() -> None:
 
 
 class Broken(Exception):
-    """The robot cannot be brought in order; the text says why."""
+    """The robot cannot be made ready; the text says why."""
 
 
 @dataclass
@@ -129,7 +129,7 @@ class Trial:
             self.clock.sleep(AGAIN_S)
 
     def opened_session(self) -> Session:
-        """Return the session that is there. Raises Broken."""
+        """Return the open session. Raises Broken if there is none."""
         if self.session is None:
             raise Broken("There is no session.")
         return self.session
@@ -186,7 +186,7 @@ class Trial:
         return Call(self.clock, function, name)
 
     def poll(self, holds: Callable[[], object], seconds: float) -> bool:
-        """Look again and again whether it holds, for at most so many seconds."""
+        """Check again and again whether `holds` is true, for at most so many seconds."""
         return poll(holds, self.clock, seconds, PAUSE_S)
 
     def looks(self, run: Run, seconds: float) -> Iterator[RobotState]:

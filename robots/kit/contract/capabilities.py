@@ -46,7 +46,7 @@ class Check:
 
 @dataclass(frozen=True)
 class JobCheck:
-    """A robot's own check of a job when somebody asks for it, by what its byte stream `stream` has shown so far.
+    """A robot's own check of a job when somebody asks for it, by the packets of its byte stream `stream` so far.
 
     `function(kind, args, packets)` returns None or raises BadRequest. `packets` yields the data of each packet since
     the newest key packet, and whether it is one. It is called after the other checks, and not while the stream is not
@@ -59,7 +59,7 @@ class JobCheck:
 
 @dataclass(frozen=True)
 class JobChoices:
-    """The jobs of that `kind` that people can ask for now, in words, by what the byte stream `stream` has shown.
+    """The jobs of that `kind` that people can ask for now, in words, by the packets of the byte stream `stream`.
 
     Forms offer these in place of a field for each argument. `function(packets)` gets what a `JobCheck` gets and
     returns pairs of words and arguments, in the order in which they are listed. `label` names the choice, `nothing` is
@@ -327,7 +327,7 @@ class Composite:
 class Total:
     """A row of the statistics: by how much the counter `channel` has grown (m, kWh, ... by the channel's unit).
 
-    A counter that fell has begun anew, so what it shows then counts in full.
+    A counter that fell has begun anew, so its value then counts in full.
     """
 
     label: str

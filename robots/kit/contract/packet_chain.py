@@ -1,4 +1,4 @@
-"""A key packet and the deltas on it, of a byte stream or of a camera's video; and how far a reader has read them."""
+"""A key packet and the deltas after it, of a byte stream or of a camera's video; and how far a reader has read them."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from robots.kit.contract.video import VideoPacket
 
 
 class Cursor(NamedTuple):
-    """How far a reader has read: the packets since one key packet, and how many of them it has."""
+    """A reader's position: the packets since one key packet, and how many of them it has read."""
 
     packets: list[bytes]
     position: int

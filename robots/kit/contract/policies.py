@@ -23,8 +23,8 @@ class Bound:
     """The bound of a motion that goes on: for how long (s), where, and how fast at most.
 
     `area` are ranges of what its state tells; `speed` is the greatest velocity of any joint (rad/s, m/s) and of the
-    body (m/s), `turn` the greatest rate at which the body turns (rad/s). What the state does not tell counts as
-    outside. With `setting`, what staff have set under that name takes the place of `seconds`; 0 there: it is held.
+    body (m/s), `turn` the greatest rate at which the body turns (rad/s). A value that the state does not tell counts as
+    outside. With `setting`, the value that staff have set under that name replaces `seconds`; 0 there: it is held.
     """
 
     seconds: float
@@ -47,7 +47,7 @@ class Policies:
     on_grant_end: Bound | None = None
 
     def by(self, settings: Mapping[str, Any]) -> "Policies":
-        """Return what applies to a robot with these settings."""
+        """Return the policies of a robot with these settings."""
         return Policies(_by(self.on_link_lost, settings), _by(self.on_grant_end, settings))
 
 

@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-NOTHING = 5e-7  # a measured number below this is the rest of a calculation: half a micrometre, or microradian
+NOTHING = 5e-7  # a measured number below this is rounding of a calculation: half a micrometre, or microradian
 
 
 def plain(number: float) -> str:

@@ -74,14 +74,14 @@ class Outcome:
 class Session(ABC):
     """The base of every driver. The constructor opens nothing; five methods are a robot's own.
 
-    `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a secret
-    `token`, `folder`, where a driver may keep files between its runs, and what staff have set of the settings that the
-    robot's spec declares. `trace` is told of each message on the wire: direction, bytes, words.
+    `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a secret `token`, `folder`,
+    where a driver may store files between its runs, and those settings of the robot's spec that staff have set. `trace`
+    is called with each message on the wire: direction, bytes, words.
     """
 
     clock: Timer = TIMER  # for limits and states; tests may let time pass faster
     _latest: RobotState | None = None
-    on_packet: OnPacket | None = None  # the owner's, where there is one; these, too
+    on_packet: OnPacket | None = None  # this one and the next two are the owner's, where there is one
     on_time_left: Callable[[], float] | None = None
     on_steered: Callable[[], JSON] | None = None
 
@@ -104,10 +104,10 @@ class Session(ABC):
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Carry out a command and wait for its end; `permit` is called right before every actuation.
 
-        `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then on the deadline to begin
-        is kept. `on_stage` may take as long as a store takes, so no lock that `hold` needs may be held meanwhile;
-        `permit` asks memory only until then. A long command tells it a `Progress` after that, as often as it likes:
-        some are left out if they come too often.
+        `on_stage` is called with "sent", then with "acknowledged" once the robot has understood; then the deadline to
+        begin is met. `on_stage` may take as long as a database takes, so no lock that `hold` needs may be held
+        meanwhile; `permit` reads memory only until then. A long command passes a `Progress` after that, as often as it
+        likes: some are left out if they come too often.
 
         Where a command is replaceable, `permit` is called on its way too, and raises MotionReplaced
         when the robot is to be left in motion for the target that comes next. A hold that
@@ -131,7 +131,7 @@ class Session(ABC):
         return self.connect()
 
     def time_left(self) -> float:
-        """Return for how long (s) the running command may still move, as far as its owner knows now; `inf`: no end.
+        """Return for how long (s) the running command may still move, as far as its owner knows now; `inf`: no limit.
 
         That is until its grant ends, or sooner where the live link is lost. A driver whose robot goes on without
         repeated messages (a permit, a trajectory) lets that end sooner, by the time that braking takes.
@@ -141,14 +141,15 @@ class Session(ABC):
     def steered(self, args: JSON) -> JSON:
         """Return the newest values of the held command that runs, which began with `args`: those of its controls now.
 
-        For kinds with `steered`; they were checked as the command's own. Ask again and again: it asks memory only.
+        For kinds with `steered`. The values are checked as those of the command. Call it again and again: it reads
+        memory only.
         """
         return {**args, **(self.on_steered() if self.on_steered is not None else {})}
 
     def rests_within(self) -> float | None:
-        """Return within how many seconds the robot rests if no word reaches it from now on; None: its spec's `rest_s`.
+        """Return within how many seconds the robot rests if no message reaches it from now on; None: see `Spec.rest_s`.
 
-        For a robot that was allowed to go on by itself for a time. It asks memory only; any thread.
+        For a robot that may go on by itself for a time. It reads memory only; any thread may call it.
         """
         return None
 
@@ -164,16 +165,16 @@ class Session(ABC):
         return self._latest
 
     def keep(self, state: RobotState) -> RobotState:
-        """Remember the newest state and return it; a driver calls this with each state that it hears."""
+        """Store the newest state and return it; a driver calls this with each state that it receives."""
         self._latest = state
         return state
 
     def stream(self, name: str, data: bytes, key: bool = True) -> bool:
-        """Tell the next packet of a byte stream that the spec declares; any thread may, and it never waits.
+        """Send the next packet of a byte stream that the spec declares; any thread may call it, and it never waits.
 
         A key packet holds everything, a delta (`key` false) what changed since the packet before; driver and console
         agree on the meaning of both. Returns True if the next one has to be a key packet: nobody takes deltas yet, or
-        enough of them stand behind the last key packet.
+        enough of them follow the last key packet.
 
         Raises ValueError where no such stream is declared or the packet is over 1 MiB.
         """

@@ -1,7 +1,7 @@
 """The spec of a robot: pure data, readable without its driver, a wire or Django."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import hypot, inf
 from typing import Any, Literal, TypeVar
@@ -28,7 +28,7 @@ from robots.kit.contract.streams import MOST as MOST_STREAMS
 from robots.kit.contract.streams import Stream
 
 Lane = Literal["motion", "config"]
-OWNERS = ("epoch", "folder", "token")  # what every driver is given beside the settings that its spec declares
+OWNERS = ("epoch", "folder", "token")  # settings of every driver beside those that its spec declares
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
 C = TypeVar("C")
 
@@ -100,11 +100,11 @@ class CommandKind:
 class Spec:
     """The commands, values and capabilities of a robot.
 
-    `handover` names the commands that put it in order between two turns, `channels` the values that it tells
-    beside its joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s`
-    is the longest time (s) after which it rests by itself when no word reaches it any more; None where nobody
-    knows. With `scales` for all numbers that its states tell, by name, and with the controller's usual words, `modes`,
-    states for slow lines take few bytes (see `compact.py`). Raises ValueError where one part of it contradicts another.
+    `handover` names the commands that put it in order between two turns, `channels` the values that it tells beside its
+    joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s` is the longest
+    time (s) after which it rests by itself when no message reaches it any more; None where it is not known. With
+    `scales` for all numbers that its states tell, by name, and with the controller's usual words, `modes`, states for
+    slow lines take few bytes (see `compact.py`). Raises ValueError where one part of it contradicts another.
     """
 
     name: str
@@ -143,7 +143,7 @@ class Spec:
         return state.twist if carried and len(state.twist) == len(carried) else ()
 
     def posture(self, state: RobotState) -> tuple[float, ...]:
-        """Return what a picture tells of where the robot was: its joints, then a packed pose and the body's velocity.
+        """Return what a picture tells of the robot's pose: its joints, then a packed pose and the body's velocity.
 
         The joints alone where the state does not tell as many joints and coordinates as are declared.
         """
@@ -208,7 +208,7 @@ class Spec:
         return {name: value for name, value in found if value is not None}
 
     def rests_within(self, kind: str, kept: Mapping[str, Any] | None) -> float | None:
-        """Return within how many seconds it rests without a word if that kind of command ran; None: nobody knows.
+        """Return within how many seconds it rests without a message if that kind of command ran; None: not known.
 
         `kept` are the robot's settings; None: the highest that staff may set, because a motion keeps the values with
         which it began. A motion that may go on without the live link may do so without its owner.
@@ -261,53 +261,61 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     if spec.rest_s is not None and not 0 <= spec.rest_s < inf:
         yield f"says that the robot rests by itself after {spec.rest_s:g} s"
     for kind in spec.handover:
+        yield from _wrong_motion(kind, "handover", spec)
         found = spec.command(kind)
-        if found is None:
-            yield f"has no command {kind!r}, which its handover names"
-        elif found.lane != "motion":
-            yield f"names {kind!r} of the lane {found.lane!r} in its handover; only motions belong there"
-        elif found.held:
+        if found is not None and found.lane == "motion" and found.held:
             yield f"names the held motion {kind!r} in its handover, where nobody holds its controls"
     for one in spec.capabilities:
         yield from _wrong_with(one, spec)
-    yield from (
-        f"has no command {kind!r}, which its JobMovies names" for kind in spec.filmed() if not spec.command(kind)
-    )
+
+
+def _unknown(owner: str, spec: Spec, **named: Iterable[str]) -> Iterator[str]:
+    """Yield the commands, channels and streams that a part of the spec names and the spec does not have."""
+    known = {
+        "command": [c.kind for c in spec.commands], "channel": [c.name for c in spec.channels],
+        "stream": [s.name for s in spec.streams],
+    }  # fmt: skip
+    for what, names in named.items():
+        yield from (f"has no {what} {name!r}, which its {owner} names" for name in names if name not in known[what])
+
+
+def _wrong_motion(kind: str, owner: str, spec: Spec) -> Iterator[str]:
+    yield from _unknown(owner, spec, command=[kind])
+    found = spec.command(kind)
+    if found is not None and found.lane != "motion":
+        yield f"names {kind!r} of the lane {found.lane!r} in its {owner}; only motions belong there"
 
 
 def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
+    name = type(capability).__name__
     if isinstance(capability, Idle | Need | Programs):
-        found, name = spec.command(capability.kind), type(capability).__name__
-        if found is None:
-            yield f"has no command {capability.kind!r}, which its {name} names"
-        elif found.lane != "motion":
-            yield f"names {capability.kind!r} of the lane {found.lane!r} in its {name}; only motions belong there"
+        yield from _wrong_motion(capability.kind, name, spec)
     if isinstance(capability, Setting):
         yield from _wrong_with_setting(capability)
     if isinstance(capability, Statistics):
-        yield from _wrong_with_statistics(capability, spec)
+        yield from _unknown(name, spec, channel=capability.channels(), command=capability.kinds())
+        ends = _twice([code for code, _ in capability.ends])
+        yield from (f"names the end {code!r} twice in its Statistics" for code in ends)
     if isinstance(capability, GoodWhile):
         yield from _wrong_with_good_while(capability, spec)
-    if isinstance(capability, JobCheck | JobChoices) and capability.stream not in [s.name for s in spec.streams]:
-        yield f"has no stream {capability.stream!r}, which its {type(capability).__name__} names"
-    if isinstance(capability, JobChoices) and spec.command(capability.kind) is None:
-        yield f"has no command {capability.kind!r}, which its JobChoices names"
-    if not isinstance(capability, Need):
-        return
-    if capability.channel not in [c.name for c in spec.channels]:
-        yield f"has no channel {capability.channel!r}, which its Need names"
-    if not capability.below <= capability.until:
-        yield f"has a Need that begins below {capability.below:g} and ends at {capability.until:g}, which is less"
+    if isinstance(capability, JobCheck | JobChoices):
+        yield from _unknown(name, spec, stream=[capability.stream])
+    if isinstance(capability, JobChoices):
+        yield from _unknown(name, spec, command=[capability.kind])
+    if isinstance(capability, JobMovies):
+        yield from _unknown(name, spec, command=capability.kinds)
+    if isinstance(capability, Need):
+        yield from _unknown(name, spec, channel=[capability.channel])
+        if not capability.below <= capability.until:
+            yield f"has a Need that begins below {capability.below:g} and ends at {capability.until:g}, which is less"
 
 
 def _wrong_with_good_while(good: GoodWhile, spec: Spec) -> Iterator[str]:
+    yield from _unknown("GoodWhile", spec, command=[good.kind])
     command = spec.command(good.kind)
-    if command is None:
-        yield f"has no command {good.kind!r}, which its GoodWhile names"
-    elif not any(a.name == good.argument and not a.text for a in command.arguments):
+    if command is not None and not any(a.name == good.argument and not a.text for a in command.arguments):
         yield f"has no number {good.argument!r} in its command {good.kind!r}, which its GoodWhile names"
-    if good.channel not in [c.name for c in spec.channels]:
-        yield f"has no channel {good.channel!r}, which its GoodWhile names"
+    yield from _unknown("GoodWhile", spec, channel=[good.channel])
     if not good.code:
         yield "gives no code for the end of jobs in its GoodWhile"
 
@@ -321,18 +329,6 @@ def _wrong_with_setting(setting: Setting) -> Iterator[str]:
         yield f"gives the setting {setting.name!r} no range"
     elif setting.default is not None and not setting.low <= setting.default <= setting.high:
         yield f"has a default for the setting {setting.name!r} that is out of its range"
-
-
-def _wrong_with_statistics(statistics: Statistics, spec: Spec) -> Iterator[str]:
-    told = [channel.name for channel in spec.channels]
-    for name in statistics.channels():
-        if name not in told:
-            yield f"has no channel {name!r}, which its Statistics names"
-    for kind in statistics.kinds():
-        if spec.command(kind) is None:
-            yield f"has no command {kind!r}, which its Statistics names"
-    for code in _twice([code for code, _ in statistics.ends]):
-        yield f"names the end {code!r} twice in its Statistics"
 
 
 def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:

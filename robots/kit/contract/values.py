@@ -1,4 +1,4 @@
-"""The values of a command, checked against what the robot says it takes."""
+"""The values of a command, checked against the robot's spec."""
 
 from collections.abc import Mapping
 from math import isfinite
@@ -12,12 +12,12 @@ from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.spec import Argument, CommandKind, Spec
 from robots.kit.plain import storable
 
-SHOWN = 40  # characters of what somebody sent that an answer says again
-NEAR = 0.01  # of an argument's range: so far what the robot shows may be from what was set
+SHOWN = 40  # characters of a person's text that an answer repeats
+NEAR = 0.01  # of an argument's range: tolerance between the value that was set and the one that the robot shows
 
 
 def check(name: str, kind: str, args: JSON, settings: JSON, state: RobotState | None = None) -> None:
-    """Refuse what can be known to be wrong with a command at `state` (None: wherever the robot is).
+    """Refuse a command that is known to be wrong at `state` (None: wherever the robot is).
 
     Raises:
         BadRequest: no such command, or values that it does not take.
@@ -59,7 +59,7 @@ def text(args: dict[str, Any], argument: Argument) -> str:
 
 
 def not_shown(kind: CommandKind, args: Mapping[str, Any], values: Mapping[str, float]) -> str | None:
-    """Return in words what a state's values show otherwise than it was set; None if they show everything."""
+    """Return in words which value of a state differs from the one that was set; None if none differs."""
     for argument in kind.arguments:
         channel = kind.shown.get(argument.name)
         if channel is None or argument.name not in args:

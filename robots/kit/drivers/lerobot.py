@@ -25,7 +25,7 @@ from robots.kit.opening import is_in_use, why_not
 
 STEP_S = 1 / 30  # between two goals of a path
 TRIES = 3  # goals and questions can be repeated
-STILL = 0.004  # of a feature's range: two readings this close mean rest
+STILL = 0.004  # of a feature's range: two readings that differ by less mean rest
 LOOK_S = 0.06
 REACHED = 0.03  # of a feature's range: this close counts as reached
 T = TypeVar("T")

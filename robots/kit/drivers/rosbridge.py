@@ -1,8 +1,8 @@
 """The rosbridge v2 protocol: JSON objects over WebSocket, each with an `op`. Both ends of a wire use this file.
 
-Only what a robot needs is spoken: topics and services, JSON, one message a frame. Fragments, PNG and CBOR compression
-are refused with a sentence, as is every frame that cannot be read; but a call is done, and answered without
-compression.
+It covers the needs of a robot: topics and services, JSON, one message a frame. Fragments, PNG and CBOR compression are
+refused with a sentence, and so is every frame that cannot be read. A call is carried out all the same, and answered
+without compression.
 """
 
 import json
@@ -39,7 +39,7 @@ class Operation:
     """One frame. `name`: of the topic or service; `body`: the message or the service's arguments.
 
     `id` is as it was sent: any value in a call, a text or a number elsewhere. `args`: a call's arguments without names.
-    `warning` says what the client asks for and does not get.
+    `warning` names a request of the client that is not met.
     """
 
     op: str

@@ -1,6 +1,6 @@
 """A client of any robot behind rosbridge v2, for drivers whose owner uses threads.
 
-Topics arrive in the thread of the connection; calls of services wait for their answers by id, so a hold needs not wait
+Topics arrive in the thread of the connection; calls of services wait for their answers by id, so a hold need not wait
 for another call. An answer that comes too late is dropped. So is a message that is too long, such as a large picture,
 and one that cannot be read: the connection, by which the robot is driven, goes on.
 """
@@ -12,7 +12,6 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any, Protocol
 
 from websockets.exceptions import ConnectionClosed
@@ -22,6 +21,7 @@ from robots.kit.clock import TIMER, Timer
 from robots.kit.contract.errors import ControllerRefused, LineGone, LineSilent, why
 from robots.kit.contract.session import Permit
 from robots.kit.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
+from robots.kit.drivers.stream import written_address
 from robots.kit.opening import why_not
 
 log = logging.getLogger(__name__)
@@ -78,7 +78,7 @@ class Bridge:
         self._heard: dict[str, tuple[str, Heard, float]] = {}
         self._calls: dict[str, _Call] = {}
         self._numbers = itertools.count(1)
-        self.complaint = ""  # what the robot said last about a frame of ours
+        self.complaint = ""  # the robot's last message about a frame of ours
         self.unreadable = 0  # messages of the robot that were dropped
         self.left_out = 0  # because they were too long
         self.heard_at = 0.0  # on its clock (s), of the newest frame
@@ -103,9 +103,7 @@ class Bridge:
             self._subscribe(topic, kind, every_s)
 
     def _where(self) -> str:
-        text = self._address
-        if text.startswith("/"):
-            text = Path(text).read_text().strip()
+        text = written_address(self._address)
         return text if text.startswith(("ws://", "wss://")) else f"ws://{text.removeprefix('tcp:')}"
 
     def close(self) -> None:
@@ -178,7 +176,7 @@ class Bridge:
             raise LineGone(f"The connection to the robot broke: {why(error)}.") from error
 
     def _read(self, line: Connection) -> None:
-        """Hand on what arrives, until the connection ends."""
+        """Hand on the messages that arrive, until the connection ends."""
         try:
             for data in line:
                 self.heard_at = self._clock.monotonic()

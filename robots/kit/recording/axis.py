@@ -1,7 +1,7 @@
-"""The player's time: it never goes back, also where the time of day was set while a robot was recorded. No Django."""
+"""The player's time: it never goes back, even if the time of day was set while a robot was recorded. No Django."""
 
 LONGEST_NS = 3600 * 10**9  # a recorded robot is never silent for longer: then the time of day was set ahead
-LATE_NS = 15 * 10**9  # a message may be recorded so late: if it is later, the time of day was set back
+LATE_NS = 15 * 10**9  # a message may be so much older than the one before; more: the time of day was set back
 SET = "The time of day was set {} by {} here."
 
 
@@ -24,7 +24,7 @@ class Axis:
 
 
 def words_of(set_ns: int) -> str:
-    """Say by how much the time of day was set."""
+    """Return a sentence that says by how much the time of day was set."""
     seconds = round(abs(set_ns) / 10**9)
     for unit, length in (("day", 86_400), ("hour", 3600), ("minute", 60), ("second", 1)):
         if seconds >= length:

@@ -52,7 +52,7 @@ def _progress(told: Mapping[str, Any]) -> str:
 
 
 def _shown(words: str) -> str:
-    """Return what a font can write: one line, of a length that does not matter."""
+    """Return a text that a font can write: one line, not too long."""
     return "".join(c if c.isprintable() or c == TOGETHER else " " for c in words)[:LONGEST]
 
 

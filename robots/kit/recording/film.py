@@ -26,7 +26,7 @@ FOLLOWED = (STATE, COMMANDS)
 
 
 class Film:
-    """Follows a recording message by message. `plot`: what `plots.plot_of` says of it."""
+    """Follows a recording message by message. `plot`: the result of `plots.plot_of`."""
 
     def __init__(self, plot: Mapping[str, Any], track: Track, floor: Floor | None) -> None:
         self._track, self._floor, self._plot = track, floor, plot

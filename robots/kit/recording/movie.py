@@ -2,11 +2,12 @@
 
     python -m robots.kit.recording.movie KIND OUT NICENESS < plan.json
 
-The plan: pictures a second, whether the pictures come `every_s` seconds (of a time-lapse, which shows the first
-camera) or as they were taken (by all cameras, side by side), and files with their times (ms since 1970): recordings, or
-single JPEGs. With a `plot` the robot's path is shown beside the pictures. What of a file cannot be read is left out. It
-prints the path as JSON, how far it is, in percent, and at last of how many pictures the movie is. It ends by itself at
-its limits. MP4 is written in fragments, each of which begins with a key picture. No Django.
+The plan has the pictures a second; whether the pictures come every `every_s` seconds (in a time-lapse, which shows the
+first camera) or as they were taken (by all cameras, side by side); and files with their times (ms since 1970), which
+are recordings or single JPEGs. With a `plot` the robot's path is shown beside the pictures. A part of a file that
+cannot be read is left out. The process prints the path as JSON, its progress in percent, and at the end the number of
+pictures in the movie. It ends by itself at its limits. MP4 is written in fragments, each of which begins with a key
+frame. No Django.
 """
 
 import contextlib
@@ -39,8 +40,8 @@ LARGEST = 400_000_000  # bytes of a movie
 CPU_S = 280
 MOST = 30_000  # pictures
 NEXT_MS = 20  # between two pictures of a movie at least; of several cameras some come together
-HOLD_MS = 5000  # a picture stays no longer, where the next one came later
-PLOT_MS = 400  # without a picture so long, the plot is shown as it is by then
+HOLD_MS = 5000  # the longest time that a picture stays
+PLOT_MS = 400  # without a picture for so long, the plot is drawn anew beside the last one
 
 
 class Sheet:
@@ -80,7 +81,8 @@ def _of_file(
 ) -> Iterator[tuple[float, int, int, bytes]]:
     """Yield for each picture of these cameras how far the file is read, when it arrived (ms), its camera, its JPEG.
 
-    `follow` is given what else is followed; then what comes between two pictures is yielded too, without a JPEG.
+    `follow` gets each message; with it also the moments of followed messages between two pictures are yielded, without
+    a JPEG.
     """
     if path.suffix == ".jpg":
         yield 1.0, began_ms, 0, path.read_bytes()
@@ -105,8 +107,8 @@ def chosen_pictures(
 ) -> Iterator[tuple[int, int, bytes]]:  # fmt: skip
     """Yield the time of each picture in the movie (ms), never earlier than the one before, its camera, and its JPEG.
 
-    `tell` is given how far the files are read, from 0 to 1; `follow` each message before what is shown after it. Then
-    pictures that come late are preceded by moments without one.
+    `tell` gets the share of the files that is read; `follow` gets each message before the picture that follows it. With
+    it late pictures are preceded by moments without one.
     """
     every_ms, begun, last, at = int(1000 * plan.get("every_s", 0)), False, -(10**15), 0
     for number, (name, began_ms) in enumerate(plan["files"]):
@@ -125,7 +127,7 @@ def chosen_pictures(
 
 
 class ProgressPrinter:
-    """Prints how far it is, each percent once."""
+    """Prints the progress, each percent once."""
 
     def __init__(self) -> None:
         self._percent = 0
@@ -171,7 +173,7 @@ class Writer:
 
 
 def _film(plan: dict[str, Any]) -> Film | None:
-    """Return what shows the robot's path beside the pictures, and print the path; None for a robot without one."""
+    """Return the film that shows the robot's path beside the pictures, and print the path; None without a path."""
     plot = plan.get("plot")
     if not plot:
         return None
@@ -182,7 +184,7 @@ def _film(plan: dict[str, Any]) -> Film | None:
 
 
 def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
-    """Write the movie. Return of how many pictures. Raises OSError, ValueError, av.FFmpegError."""
+    """Write the movie; return the number of its pictures. Raises OSError, ValueError, av.FFmpegError."""
     import av  # noqa: PLC0415 - only here
 
     cameras, film = cameras_of(plan), _film(plan)
@@ -211,7 +213,7 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
 
 
 def whole(out: Path, count: int) -> bool:
-    """Tell whether a movie has so many pictures. Libraries say nothing of what a full disk refused at the end."""
+    """Tell whether a movie has so many pictures: libraries do not report what a full disk refused at the end."""
     import av  # noqa: PLC0415 - only here
 
     try:
@@ -223,7 +225,7 @@ def whole(out: Path, count: int) -> bool:
 
 
 def main() -> None:
-    """Make what standard input asks for; print of how many pictures."""
+    """Make the movie of the plan on standard input; print the number of its pictures."""
     kind, out, nice = sys.argv[1:]
     os.nice(int(nice))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))

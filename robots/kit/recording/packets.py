@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite, nan
 from typing import Any
 
-from robots.kit.packets import PICTURE_HEAD, STATE_HEAD, picture_packet
+from robots.kit.packets import PICTURE_HEAD, STATE_HEAD, picture_packet, unpack_state
 from robots.kit.recording.container import jpeg_of, picture_told, taken_ms
 
 ROWS = ("joints", "velocities", "torques")
@@ -33,24 +33,14 @@ def _list(told: Any) -> list[float]:
 
 def state_told(data: bytes, joints: Sequence[str], channels: Sequence[str]) -> dict[str, Any]:
     """Return the object of a state's packet, with the names that the robot's spec declares. Raises ValueError."""
-    try:
-        kind, flags, number, at_ms, count, rows = STATE_HEAD.unpack_from(data)
-        floats = struct.unpack_from(f"<{count * rows}f", data, STATE_HEAD.size)
-        at = STATE_HEAD.size + 4 * len(floats)
-        values: tuple[float, ...] | None = None
-        if flags & 4:
-            values = struct.unpack_from(f"<{data[at]}f", data, at + 1)
-            at += 1 + 4 * len(values)
-        mode = data[at:].decode()
-    except (struct.error, IndexError, UnicodeDecodeError) as error:
-        raise ValueError("not a packet of a state") from error
-    if kind != 1 or rows not in (1, len(ROWS)):
+    flags, number, at_ms, rows, values, mode = unpack_state(data)
+    if len(rows) not in (1, len(ROWS)):
         raise ValueError("not a packet of a state")
     told: dict[str, Any] = {
         "number": number, "at_ms": at_ms, "moving": bool(flags & 1), "stopped": bool(flags & 2), "mode": mode,
     }  # fmt: skip
-    for row in range(rows):
-        told[ROWS[row]] = _named(joints, floats[row * count : (row + 1) * count])
+    for name, row in zip(ROWS, rows, strict=False):
+        told[name] = _named(joints, row)
     if values is not None:
         told["values"] = _named(channels, values[: len(channels)])
         if twist := values[len(channels) :]:
@@ -89,9 +79,7 @@ def picture_of(data: bytes, joints: int | None = None, pose: int = 0) -> dict[st
     known = tuple(_known(posture))
     end = count if joints is None else joints
     parts = known[:end], known[end : end + pose], known[end + pose :]
-    told: dict[str, Any] = picture_told(
-        camera, at_ms, number, still, parts[0], data[PICTURE_HEAD.size + 4 * count :]
-    )  # fmt: skip
+    told: dict[str, Any] = picture_told(camera, at_ms, number, still, parts[0], data[PICTURE_HEAD.size + 4 * count :])
     return told | {name: part for name, part in zip(("pose", "twist"), parts[1:], strict=True) if part}
 
 

@@ -48,7 +48,7 @@ NOTHING = "There is nothing in the file."
 
 @dataclass(frozen=True)
 class Part:
-    """A chunk: where it is in the file, and its messages. `fault`: in words, why it has none or nothing follows."""
+    """A chunk: where it is in the file, and its messages. `fault`: why it has none, or nothing follows, in words."""
 
     offset: int
     messages: tuple[Message, ...] = ()
@@ -79,7 +79,7 @@ def messages(path: Path, topics: Container[str] | None = None) -> Iterator[Messa
 
 
 def about(path: Path) -> dict[str, str]:
-    """Return what the file says of itself: robot, driver, kind; nothing where that is damaged. Raises OSError."""
+    """Return the file's metadata: robot, driver, kind; empty where they are damaged. Raises OSError."""
     with path.open("rb") as file:
         size, at = file.seek(0, 2), MAGIC
         while (head := _head(file, size, at)) is not None:
@@ -114,7 +114,7 @@ def _summary(file: IO[bytes], topics: dict[int, str]) -> list[int] | None:
 
 
 def _head(file: IO[bytes], size: int, at: int) -> tuple[int, int] | None:
-    """Return what the record at a place is, and its length; None if it is not whole. The file is read up to that."""
+    """Return the kind and the length of the record at a place, and read its head; None if the record is not whole."""
     if at + HEAD.size > size:
         return None
     file.seek(at)
@@ -163,7 +163,7 @@ def _part(file: IO[bytes], size: int, at: int, topics: dict[int, str]) -> Part:
 
 
 def _bounded(chunk: Chunk) -> bool:
-    """Tell whether a chunk takes no more memory than it says, and that no more than is sensible."""
+    """Tell whether a chunk takes no more memory than it declares, and declares no more than `LARGEST`."""
     if not 0 < chunk.uncompressed_size <= LARGEST:
         return False
     return chunk.compression != "zstd" or zstandard.frame_content_size(chunk.data) in (-1, chunk.uncompressed_size)

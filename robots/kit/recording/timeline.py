@@ -21,7 +21,7 @@ HEAD = struct.Struct("<II")  # of each packet in a slice: its length, ms since t
 MS = 10**6  # ns
 MOST = 24 * 3600 * 1000 // SLICE_MS  # slices
 TOO_LONG = "It is longer than a day; no more of it is shown."
-Place = tuple[int, int | None, int]  # a chunk, and the axis before it: its newest time and where that is (ns)
+Place = tuple[int, int | None, int]  # a chunk's offset, and the axis before it: newest time and its place (ns)
 
 
 @dataclass
@@ -116,7 +116,7 @@ def _note(index: Index, message: Message, at_ms: int) -> None:
 
 
 def _begins_anew(message: Message) -> bool:
-    """Tell whether what came before on this channel need not be known: all but the deltas of byte streams."""
+    """Tell whether a reader needs no earlier message of this channel: true for all but deltas of byte streams."""
     if message.topic.startswith(STREAM):
         try:
             return unpack(message.data).key

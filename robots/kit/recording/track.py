@@ -60,7 +60,7 @@ def poses_in(path: Path) -> Iterator[tuple[int, Pose]]:
 
 
 def track_of(path: Path, plot: Mapping[str, Any]) -> Track:
-    """Return the track of a recording. `plot`: what `plots.plot_of` says of it. Raises OSError."""
+    """Return the track of a recording. `plot`: the result of `plots.plot_of`. Raises OSError."""
     poses = tuple(poses_in(path))
     return Track(poses, tuple(_planned(plot, poses)))
 
@@ -90,7 +90,7 @@ def _foresees(driver: str) -> bool:
 
 
 def previews(jobs: Sequence[Job]) -> Iterator[dict[str, Any]]:
-    """Yield what a process of its own foresees; it has its own limits, and what it does not answer is left out."""
+    """Yield the previews of a process of its own, which has its own limits; unanswered jobs are left out."""
     bodies = [msgspec.msgpack.encode(job) for job in jobs]
     asked = b"".join(LENGTH.pack(len(body)) + body for body in bodies)
     argv = [sys.executable, "-m", "robots.kit.previews"]

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from statistics import median
 
-KEPT_ANGLES = 25
+KEPT_ANGLES = 25  # of the outer marker
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class DockLimits:
 
 @dataclass(frozen=True)
 class Docking:
-    """phase: approach, final, reverse, look, gone (the dock is not seen), charging. tries: those that failed."""
+    """phase: approach, final, reverse, look, gone (the dock is not seen), charging. tries: attempts that failed."""
 
     phase: str = "approach"
     phase_s: float = 0.0
@@ -65,11 +65,11 @@ class Velocity:
 REST = Velocity(0.0, 0.0)
 
 
-def x_desired(seen: Sighting, kept: DockLimits) -> float:
+def x_desired(seen: Sighting, limits: DockLimits) -> float:
     """Return where in the picture the outer marker should be: equation (1), with sign(0) = 0."""
     side = (seen.theta > 0.0) - (seen.theta < 0.0)
-    normal = abs(abs(seen.x / seen.z / kept.x_over_z) - abs(seen.theta / kept.theta))
-    return max(-kept.edge, min(-normal * side, kept.edge))
+    normal = abs(abs(seen.x / seen.z / limits.x_over_z) - abs(seen.theta / limits.theta))
+    return max(-limits.edge, min(-normal * side, limits.edge))
 
 
 def dock(
@@ -85,7 +85,7 @@ def dock(
     `charging`: the charger says that current flows; nothing else counts as docked. Raises ValueError for a sighting
     or dt that is not finite or out of bounds.
     """
-    kept = limits or DockLimits()
+    limits = limits or DockLimits()
     _check(outer, small, dt)
     if charging:
         return REST, replace(memory, phase="charging", phase_s=0.0)
@@ -94,16 +94,16 @@ def dock(
     if seen is not None:
         memory = replace(memory, side=math.copysign(1.0, seen.x))
     if memory.phase == "reverse":
-        return _reverse(seen, memory, kept)
+        return _reverse(seen, memory, limits)
     if memory.phase in ("look", "gone", "charging"):
-        return _look(seen, memory, kept)
+        return _look(seen, memory, limits)
     if outer is not None:
         memory = replace(memory, thetas=(*memory.thetas, outer.theta)[-KEPT_ANGLES:])
-        return _approach(_steadied(outer, memory.thetas), _into("approach", memory), kept)
+        return _approach(_steadied(outer, memory.thetas), _into("approach", memory), limits)
     if small is not None or memory.phase == "final":
-        return _final(small, _into("final", memory), kept)
-    if memory.unseen_s > kept.unseen_s:
-        return _look(None, _into("look", replace(memory, thetas=())), kept)
+        return _final(small, _into("final", memory), limits)
+    if memory.unseen_s > limits.unseen_s:
+        return _look(None, _into("look", replace(memory, thetas=())), limits)
     return REST, memory
 
 
@@ -119,8 +119,8 @@ def _into(phase: str, memory: Docking) -> Docking:
     return memory if memory.phase == phase else replace(memory, phase=phase, phase_s=0.0)
 
 
-def _towards(wanted: float, seen: Sighting, kept: DockLimits) -> float:
-    return max(-kept.turn, min(kept.gain * (wanted - seen.x), kept.turn))
+def _towards(wanted: float, seen: Sighting, limits: DockLimits) -> float:
+    return max(-limits.turn, min(limits.gain * (wanted - seen.x), limits.turn))
 
 
 def _again(memory: Docking) -> Docking:
@@ -128,39 +128,39 @@ def _again(memory: Docking) -> Docking:
 
 
 def _steadied(outer: Sighting, thetas: tuple[float, ...]) -> Sighting:
-    """Return the sighting with the median of the last angles, of more the farther it is.
+    """Return the sighting with the median of its last angles; the farther the marker, the more of them.
 
-    A marker of a few pixels tells its angle badly, and now and then that of its mirror image.
+    The angle of a marker of a few pixels is inexact, and sometimes that of its mirror image.
     """
     return replace(outer, theta=median(thetas[-(1 + int(20 * outer.z)) :]))
 
 
-def _approach(outer: Sighting, memory: Docking, kept: DockLimits) -> tuple[Velocity, Docking]:
-    if memory.phase_s > kept.approach_s:
+def _approach(outer: Sighting, memory: Docking, limits: DockLimits) -> tuple[Velocity, Docking]:
+    if memory.phase_s > limits.approach_s:
         return REST, _again(memory)
-    wanted = x_desired(outer, kept)
-    pace = max(kept.slow, min(0.3 * outer.z, kept.fast))
+    wanted = x_desired(outer, limits)
+    pace = max(limits.slow, min(0.3 * outer.z, limits.fast))
     v = pace * max(0.1, 1.0 - 2.0 * abs(wanted - outer.x))
-    return Velocity(v, _towards(wanted, outer, kept)), memory
+    return Velocity(v, _towards(wanted, outer, limits)), memory
 
 
-def _final(small: Sighting | None, memory: Docking, kept: DockLimits) -> tuple[Velocity, Docking]:
-    if memory.phase_s > kept.final_s:
+def _final(small: Sighting | None, memory: Docking, limits: DockLimits) -> tuple[Velocity, Docking]:
+    if memory.phase_s > limits.final_s:
         return REST, _again(memory)
-    return Velocity(kept.slow, _towards(0.0, small, kept) if small else 0.0), memory
+    return Velocity(limits.slow, _towards(0.0, small, limits) if small else 0.0), memory
 
 
-def _reverse(seen: Sighting | None, memory: Docking, kept: DockLimits) -> tuple[Velocity, Docking]:
-    if memory.phase_s > kept.back_s:
+def _reverse(seen: Sighting | None, memory: Docking, limits: DockLimits) -> tuple[Velocity, Docking]:
+    if memory.phase_s > limits.back_s:
         return REST, replace(memory, phase="approach", phase_s=0.0, unseen_s=0.0)
-    return Velocity(-kept.back, _towards(0.0, seen, kept) if seen else 0.0), memory
+    return Velocity(-limits.back, _towards(0.0, seen, limits) if seen else 0.0), memory
 
 
-def _look(seen: Sighting | None, memory: Docking, kept: DockLimits) -> tuple[Velocity, Docking]:
+def _look(seen: Sighting | None, memory: Docking, limits: DockLimits) -> tuple[Velocity, Docking]:
     if seen is not None:
         return REST, replace(memory, phase="approach", phase_s=0.0)
     if memory.phase == "charging":  # the current has stopped: the contacts have let go
         return REST, _again(memory)
-    if memory.phase == "gone" or memory.phase_s > kept.look_s:
+    if memory.phase == "gone" or memory.phase_s > limits.look_s:
         return REST, _into("gone", memory)
-    return Velocity(0.0, -memory.side * kept.turn), memory
+    return Velocity(0.0, -memory.side * limits.turn), memory

@@ -34,10 +34,10 @@ class Fix:
 
 
 def locate(belief: Belief, scan: Scan, beacon: Beacon | None = None) -> Fix:
-    """Return where a rover is that has just scanned, as of the last reading; `belief` is what it knew before.
+    """Return the pose of a rover that has just scanned, as of the last reading; `belief` is its belief before.
 
-    If the map explains the scan in no place that agrees with the beacon, the hall has changed: the place is the
-    beacon's, the heading the compass's. A beacon that has the rover outside the map is wrong, and tells nothing.
+    If the map explains the scan in no place that agrees with the beacon, the hall has changed: then the place is that
+    of the beacon, and the heading that of the compass. A beacon that has the rover outside the map is ignored.
     """
     if beacon is not None and not belief.ranges.plan.holds(*beacon.place):
         beacon = None

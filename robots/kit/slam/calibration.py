@@ -1,4 +1,4 @@
-"""Learns while driving how the robot's odometry turns wrongly, from places that it sees again.
+"""Learns the error with which the odometry measures turns, from places that the robot sees again.
 
 A wheel that is 1 % larger than the other one bends every metre by 10 degrees, and a wrong track stretches every turn.
 Between two visits of one experience the robot has turned by whole turns and the small angle that the pose cells tell.
@@ -8,13 +8,13 @@ So each pair of visits is a measurement of `scale * turned + bend * gone`, for a
 import math
 from dataclasses import dataclass
 
-SCALE_SD, BEND_SD = 0.03, 0.25  # what is believed at first: 1 and 0 rad/m, with these deviations
+SCALE_SD, BEND_SD = 0.03, 0.25  # standard deviations of the first estimate, which is 1 and 0 rad/m
 SEEN_SD = 0.15  # rad: how well the pose cells tell the heading beside an experience
 DRIFT_SD = 0.002, 0.01  # how much the two numbers may change from one use to the next
-LEAST_M = 0.5  # a shorter way tells nothing, and a use so soon after another nothing new
+LEAST_M = 0.5  # a shorter way tells nothing, and a visit so soon after the last one that was used tells nothing new
 GATE = 3.0  # standard deviations
 SCALE_MOST, BEND_MOST = 0.1, 1.0  # no wheels of this kind are worse
-PATIENCE = 5  # disagreements, less agreements, after which what was learnt is given up
+PATIENCE = 5  # disagreements less agreements, after which the estimate begins anew
 
 
 @dataclass
@@ -36,13 +36,13 @@ class Calibration:
     doubted: int = 0
 
     def correct(self, distance: float, turn: float) -> float:
-        """Count a step of odometry (m, rad) and return by how much the robot turned (rad)."""
+        """Count a step of odometry (m, rad) and return how far the robot turned (rad)."""
         self.turned += turn
         self.distance += distance
         return self.scale * turn + self.bend * distance
 
     def visited(self, turned: float, gone: float, facing: float) -> bool:
-        """Learn from coming back to an experience; tell whether it was used.
+        """Learn from a return to an experience; tell whether the visit was used.
 
         turned, gone: what was counted at the last visit; facing: how much more the robot is turned against the
         experience than then (rad).
@@ -53,8 +53,8 @@ class Calibration:
         spread = w * w * self.a + 2.0 * w * s * self.c + s * s * self.b + SEEN_SD**2
         off = math.remainder(facing - (self.scale * w + self.bend * s), 2.0 * math.pi)
         if GATE * math.sqrt(spread) > math.pi:
-            return False  # how many whole turns it were is not sure
-        if abs(off) > GATE * math.sqrt(spread):  # this is another place that looks alike; or what was learnt is wrong
+            return False  # the number of whole turns is not certain
+        if abs(off) > GATE * math.sqrt(spread):  # another place that looks alike, or a wrong estimate
             self.doubted += 1
             if self.doubted >= PATIENCE:
                 self._forget()

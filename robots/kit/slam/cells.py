@@ -1,4 +1,4 @@
-"""Pose cells: an attractor network whose peak of activity is where the robot believes to be."""
+"""Pose cells: an attractor network whose peak of activity is where the robot believes itself to be."""
 
 import math
 
@@ -34,10 +34,10 @@ class PoseCells:
 
     def step(self, distance_m: float, turn_rad: float) -> None:
         """Let the cells compete, then move their activity as the robot moved."""
-        kept = self.settings
-        if not spreading.compete(self.cells, self._excite, self._inhibit, kept.inhibit_all):
-            self.cells /= self.cells.sum()  # spread so evenly that nothing wins: better what was than nothing
-        spreading.shift(self.cells, distance_m / kept.cell_m, turn_rad * kept.around / (2.0 * math.pi))
+        settings = self.settings
+        if not spreading.compete(self.cells, self._excite, self._inhibit, settings.inhibit_all):
+            self.cells /= self.cells.sum()  # activity was so even that none was left: the cells stay as they were
+        spreading.shift(self.cells, distance_m / settings.cell_m, turn_rad * settings.around / (2.0 * math.pi))
         x, y, heading = spreading.peak(self.cells, REACH)
         self.best = (float(x), float(y), float(heading))
 

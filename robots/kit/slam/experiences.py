@@ -37,10 +37,10 @@ LINKS: Columns = (
 
 @dataclass
 class Doubt:
-    """Sightings in turn that do not fit the map, but each other.
+    """Successive sightings that do not fit the map, but fit each other.
 
-    offset: the pose by which the robot would have to be moved on the map. since: the next id at the first of them.
-    distance: by the odometer then (m). times: how many they are.
+    offset: the pose by which the robot would have to be moved on the map. since: the next id at the first sighting.
+    distance: of the odometer at that time (m). times: the number of sightings.
     """
 
     offset: Pose
@@ -53,11 +53,11 @@ class ExperienceMap:
     """Experiences (index 0 to count - 1) and links (0 to linked - 1), in arrays that grow.
 
     ids: numbers that stay when the map is pruned. poses: x, y (m), facing (rad). views: number of the template.
-    places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. met: how often the robot
-    came back. odometer: what was counted at the last visit, rad and m, and how the robot was turned against the
-    experience (rad). sources, targets:
-    indices of experiences. measured: distance (m), direction and facing (rad) of the target as seen from the source.
-    durations: s. taken: the link was measured by the robot, and not handed on from an experience that was pruned.
+    places: x, y, heading in pose cells. visited: the number of the last arrival here, of all arrivals. met: how often
+    the robot came back. odometer: its count at the last visit (rad, m), and how the robot was turned against the
+    experience (rad). sources, targets: indices of experiences. measured: distance (m), direction and facing (rad) of
+    the target as seen from the source. durations: s. taken: the robot measured the link itself; it was not handed on
+    from an experience that was pruned.
     """
 
     ids: NDArray[np.int64]
@@ -77,7 +77,7 @@ class ExperienceMap:
         self.settings = settings
         self.count = self.linked = self.next_id = self.arrivals = 0
         self.current = -1
-        # the robot since the current experience: x, y (m), facing (rad) in that one's frame; seconds, and those at rest
+        # since the current experience: the robot's x, y (m), facing (rad) in its frame; seconds, and seconds at rest
         self.since: Pose = (0.0, 0.0, 0.0)
         self.seconds = self.still = 0.0
         self.doubts: list[Doubt] = []
@@ -85,11 +85,11 @@ class ExperienceMap:
         self._room(NODES, 64, 0)
         self._room(LINKS, 64, 0)
 
-    def _room(self, of: Columns, many: int, kept: int) -> None:
+    def _room(self, of: Columns, many: int, filled: int) -> None:
         for name, shape, kind in of:
             grown: NDArray[Any] = np.zeros((many, *shape), kind)
-            if kept:
-                grown[:kept] = getattr(self, name)[:kept]
+            if filled:
+                grown[:filled] = getattr(self, name)[:filled]
             setattr(self, name, grown)
 
     def move(self, distance: float, turn: float, seconds: float) -> None:
@@ -127,12 +127,12 @@ class ExperienceMap:
     def fits(self, index: int, offset: Pose, bend_sd: float) -> bool:
         """Tell whether the robot may be at `offset` from an experience, by the map.
 
-        Else it is another place that looks alike: it is farther from where the map has the robot, or turned otherwise,
-        than odometry that bends by so much (rad/m, standard deviation) drifts on the way over links between the two.
+        Otherwise it is another place that looks alike. The map may be wrong by the drift of the odometry on the way
+        over links between the two; `bend_sd`: how much the odometry bends (rad/m, standard deviation).
         """
-        kept = self.settings
+        settings = self.settings
         apart, turned = self.off(index, offset)
-        if apart <= kept.sure_m and turned <= kept.sure_rad:
+        if apart <= settings.sure_m and turned <= settings.sure_rad:
             return True
         m = self.linked
         way, _ = shortest(
@@ -141,8 +141,8 @@ class ExperienceMap:
         way += math.hypot(*self.since[:2])
         bent = SURE_SD * bend_sd * way
         return (
-            apart <= min(kept.sure_m + kept.drift * way + bent * way / 2, kept.carried_m)
-            and turned <= kept.sure_rad + kept.drift * way + bent
+            apart <= min(settings.sure_m + settings.drift * way + bent * way / 2, settings.carried_m)
+            and turned <= settings.sure_rad + settings.drift * way + bent
         )
 
     def off(self, index: int, offset: Pose) -> tuple[float, float]:
@@ -152,11 +152,11 @@ class ExperienceMap:
         return math.dist(here[:2], (x, y)), abs(wrapped(facing - here[2]))
 
     def refuse(self, found: list[tuple[int, Pose]], gone: float) -> tuple[int, Pose] | None:
-        """Count a sighting of which nothing fits; return what is to be believed of it once so many in turn agreed.
+        """Count a sighting that fits nowhere; return the experience to believe once enough successive sightings agree.
 
         found: experiences and how the robot stands against each. gone: the odometer (m). Sightings without a way
-        between them are one sighting, and those that disagree come from several places that look alike. It takes more
-        of them to believe that the robot was carried: that is rare, and no link would tell later that it was not.
+        between them count as one, and sightings that disagree come from several places that look alike. More of them
+        are needed to believe that the robot was carried: that is rare, and no link would correct it later.
         """
         agreed: list[tuple[Doubt, tuple[int, Pose]]] = []
         for one in found:
@@ -169,10 +169,10 @@ class ExperienceMap:
                 known.times += 1
                 agreed.append((known, one))
         self.doubts = [doubt for doubt, _ in agreed]
-        kept = self.settings
+        settings = self.settings
         for doubt, one in agreed:
-            enough = kept.wrong_after if self.linkable(*one) else kept.carried_after
-            if doubt.times >= enough and abs(gone - doubt.distance) >= kept.wrong_m:
+            enough = settings.wrong_after if self.linkable(*one) else settings.carried_after
+            if doubt.times >= enough and abs(gone - doubt.distance) >= settings.wrong_m:
                 return one
         return None
 
@@ -183,7 +183,7 @@ class ExperienceMap:
         return apart <= self.settings.sure_m and turned <= self.settings.sure_rad
 
     def linkable(self, index: int, offset: Pose) -> bool:
-        """Tell whether what the map has may be wrong by so much; else the robot was carried to `offset` from there."""
+        """Tell whether the map may be wrong by so much; otherwise the robot was carried to `offset` from there."""
         apart, turned = self.off(index, offset)
         return apart <= self.settings.carried_m and turned <= self.settings.carried_rad
 
@@ -193,7 +193,7 @@ class ExperienceMap:
         `link`: False if the robot was carried there, or its wheels slipped.
         """
         before = self.linked
-        # what was made since the first that did not fit tells nothing
+        # an experience made since the first sighting that did not fit does not refute a doubt
         self.doubts = [doubt for doubt in self.doubts if link and self.ids[index] >= doubt.since]
         self._arrive(index, offset, link)
         self.met[index] += 1
@@ -216,16 +216,16 @@ class ExperienceMap:
         self.visited[index] = self.arrivals
 
     def _measure(self, link: int, seen: Pose) -> None:
-        """Note that the robot went over a link, from the current experience to one that it has `seen` from there."""
+        """Note that the robot went over a link; `seen`: the pose of its end as seen from the current experience."""
         x, y, facing = seen if self.sources[link] == self.current else inverted(seen)
         self.measured[link] = math.hypot(x, y), math.atan2(y, x), facing
         self.durations[link], self.taken[link] = self.seconds, True
 
     def relax(self) -> None:
         """Let all links pull, those of the oldest experience first."""
-        kept, m = self.settings, self.linked
+        settings, m = self.settings, self.linked
         order = np.argsort(self.sources[:m], kind="stable")
-        relax(self.poses, self.sources, self.targets, self.measured, order, kept.loops, kept.correction)
+        relax(self.poses, self.sources, self.targets, self.measured, order, settings.loops, settings.correction)
 
 
 def composed(a: Pose, b: Pose) -> Pose:

@@ -1,12 +1,12 @@
 """Keeps a map small enough for days: of the experiences that stand and face alike, one stays.
 
-Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the
-density of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by
-where the map has the two. Ours: such a link has the map's error in it, so it is measured anew when the robot goes that
-way again (`ExperienceMap._arrive`). And the oldest stays, because what was measured to and from it is kept, unless it
-was not recognised for long, when the place looks otherwise now.
-And two are one place only if a short path over links leads from one to the other. Where the map is not right yet, two
-places may overlap; those stay apart until the robot has closed the loop.
+Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the density
+of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by where the
+map has the two. Ours are three rules. Such a link has the map's error in it, so it is measured anew when the robot goes
+that way again (`ExperienceMap._arrive`). The oldest experience stays, because its links were measured; but not if it
+was not recognised for long, because then the place looks otherwise now. Two experiences are one place only if a short
+path over links leads from one to the other: where the map is not right yet, two places may overlap, and they stay apart
+until the robot has closed the loop.
 """
 
 import heapq
@@ -20,89 +20,89 @@ from robots.kit.slam.experiences import LINKS, NODES, ExperienceMap, Pose, compo
 
 Numbers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-Link = tuple[Pose, float, bool]  # seen where, after how long (s), whether the robot has measured it
-Links = list[dict[int, Link]]  # of each experience: linked with which, and how
+Link = tuple[Pose, float, bool]  # where the other is seen, how long the way took (s), whether the robot measured it
+Links = list[dict[int, Link]]  # for each experience, its links by the index of the other end
 SHORT_M = 0.01  # a shorter link is mostly a turn
 
 
-def alike(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int]) -> list[list[int]]:
+def alike(graph: ExperienceMap, protected: frozenset[int], wanted: frozenset[int]) -> list[list[int]]:
     """Return the experiences (indices) of each square and heading, the most wanted first.
 
-    What is protected comes first, then what is wanted, then what was visited lately and more than once, then what was
-    not visited for long, then what is new; of each the oldest.
+    The order: protected ones, wanted ones, those visited lately and more than once, those not visited for long, new
+    ones; within each of these the oldest first.
     """
-    n, keys = held.count, places(held)
-    needed, old = needs(held, protected), stale(held)
-    rank = np.where(old, 1, np.where(held.met[:n] > 0, 0, 2))
-    chosen = np.isin(held.ids[:n], np.array(sorted(wanted), np.int64))
-    order = np.lexsort((held.ids[:n], rank, ~chosen, ~needed, *keys.T[::-1]))
+    n, keys = graph.count, places(graph)
+    needed, old = needs(graph, protected), stale(graph)
+    rank = np.where(old, 1, np.where(graph.met[:n] > 0, 0, 2))
+    chosen = np.isin(graph.ids[:n], np.array(sorted(wanted), np.int64))
+    order = np.lexsort((graph.ids[:n], rank, ~chosen, ~needed, *keys.T[::-1]))
     keys = keys[order]
     return [part.tolist() for part in np.split(order, np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1)]
 
 
-def places(held: ExperienceMap) -> Numbers:
+def places(graph: ExperienceMap) -> Numbers:
     """Return the square (x, y) and the heading of each experience, (count, 3)."""
-    kept, poses = held.settings, held.poses[: held.count]
-    squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
-    headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
+    settings, poses = graph.settings, graph.poses[: graph.count]
+    squares = np.floor(poses[:, :2] / settings.square_m).astype(np.int64)
+    headings = np.floor(poses[:, 2] / (2 * np.pi) * settings.headings).astype(np.int64) % settings.headings
     return np.column_stack([squares, headings])
 
 
-def same_place(held: ExperienceMap, stand: Numbers) -> Flags:
-    """Tell of each experience whether the one that stays for it is in its square and faces as it does."""
-    where = places(held)
+def same_place(graph: ExperienceMap, stand: Numbers) -> Flags:
+    """Tell of each experience whether the one that stays for it is in the same square and has the same heading."""
+    where = places(graph)
     found: Flags = (where == where[stand]).all(axis=1)
     return found
 
 
-def stale(held: ExperienceMap) -> Flags:
+def stale(graph: ExperienceMap) -> Flags:
     """Tell of each experience whether it was not recognised for so long that its place may look otherwise now."""
-    found: Flags = held.visited[: held.count] <= held.arrivals - held.settings.stale_after
+    found: Flags = graph.visited[: graph.count] <= graph.arrivals - graph.settings.stale_after
     return found
 
 
-def forgotten(held: ExperienceMap, stays: frozenset[int]) -> Flags:
-    """Tell of each experience whether it was never recognised, though there was time enough; none of `stays` (ids)."""
-    n = held.count
-    old = held.visited[:n] <= held.arrivals - held.settings.forgotten_after
-    found: Flags = old & (held.met[:n] == 0) & ~needs(held, stays)
+def forgotten(graph: ExperienceMap, stays: frozenset[int]) -> Flags:
+    """Tell of each experience whether it is old and was never recognised; `stays`: ids that do not count."""
+    n = graph.count
+    old = graph.visited[:n] <= graph.arrivals - graph.settings.forgotten_after
+    found: Flags = old & (graph.met[:n] == 0) & ~needs(graph, stays)
     return found
 
 
-def needs(held: ExperienceMap, protected: frozenset[int]) -> Flags:
+def needs(graph: ExperienceMap, protected: frozenset[int]) -> Flags:
     """Tell of each experience whether it stays in any case: it is protected, or the current one."""
-    needed: Flags = np.isin(held.ids[: held.count], np.array(sorted(protected), np.int64))
-    if held.current >= 0:
-        needed[held.current] = True
+    needed: Flags = np.isin(graph.ids[: graph.count], np.array(sorted(protected), np.int64))
+    if graph.current >= 0:
+        needed[graph.current] = True
     return needed
 
 
-def standing(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int] = frozenset()) -> Numbers:
+def standing(graph: ExperienceMap, protected: frozenset[int], wanted: frozenset[int] = frozenset()) -> Numbers:
     """Return for each experience the index of the one that stays for it: its own, if it stays."""
-    stand, needed, links = np.arange(held.count), needs(held, protected), _links(held)
-    old, leaves = stale(held), forgotten(held, protected | wanted)
-    new = ~old & (held.met[: held.count] == 0)  # until it is met again it replaces nothing, and nothing old it
-    for group in alike(held, protected, wanted):
+    stand, needed, links = np.arange(graph.count), needs(graph, protected), _links(graph)
+    old, leaves = stale(graph), forgotten(graph, protected | wanted)
+    new = ~old & (graph.met[: graph.count] == 0)  # not met again yet: it replaces none, and no stale one replaces it
+    for group in alike(graph, protected, wanted):
         stay: list[int] = []
         for index in (i for i in group if not leaves[i]):
             heirs = [heir for heir in stay if not (new[index] and old[heir])]
-            heir = None if needed[index] or not heirs else _near(links, index, heirs, held.settings.same_m)
+            heir = None if needed[index] or not heirs else _near(links, index, heirs, graph.settings.same_m)
             if heir is None:
                 stay.append(index)
             else:
                 stand[index] = heir[0]
-    stays = np.flatnonzero(~leaves & (stand == np.arange(held.count))).tolist()
+    stays = np.flatnonzero(~leaves & (stand == np.arange(graph.count))).tolist()
     for index in np.flatnonzero(leaves).tolist():
-        heir = _near(links, index, stays, held.settings.same_m)
+        heir = _near(links, index, stays, graph.settings.same_m)
         if heir is not None:
             stand[index] = heir[0]
     return stand
 
 
 def _near(links: Links, begin: int, wanted: Iterable[int], within: float) -> tuple[int, Pose] | None:
-    """Return the first of `wanted` in the order of the path over links, None if none is within so many metres.
+    """Return the one of `wanted` with the shortest path over links, None if none is within so many metres.
 
-    With it, how it sees the beginning, as what was measured on the path adds up.
+    Also returned is the pose of `begin` as seen from it, which is the sum of the measurements on the path.
     """
     ends, far, heap = set(wanted), {begin: 0.0}, [(0.0, begin, (0.0, 0.0, 0.0))]
     while heap:
@@ -119,30 +119,30 @@ def _near(links: Links, begin: int, wanted: Iterable[int], within: float) -> tup
     return None
 
 
-def _links(held: ExperienceMap) -> Links:
-    found: Links = [{} for _ in range(held.count)]
-    for n in range(held.linked):
-        a, b = int(held.sources[n]), int(held.targets[n])
-        distance, direction, facing = held.measured[n].tolist()
+def _links(graph: ExperienceMap) -> Links:
+    found: Links = [{} for _ in range(graph.count)]
+    for n in range(graph.linked):
+        a, b = int(graph.sources[n]), int(graph.targets[n])
+        distance, direction, facing = graph.measured[n].tolist()
         seen = (distance * math.cos(direction), distance * math.sin(direction), facing)
-        seconds, taken = float(held.durations[n]), bool(held.taken[n])
+        seconds, taken = float(graph.durations[n]), bool(graph.taken[n])
         found[a][b] = (seen, seconds, taken)
         found[b][a] = (inverted(seen), seconds, taken)
     return found
 
 
-def _pace(held: ExperienceMap) -> float:
-    """Return how long a metre takes (s), the median of all links that are one."""
-    far = held.measured[: held.linked, 0] > SHORT_M
-    paces = held.durations[: held.linked][far] / held.measured[: held.linked, 0][far]
+def _pace(graph: ExperienceMap) -> float:
+    """Return how long a metre takes (s): the median of all links that are no mere turn."""
+    far = graph.measured[: graph.linked, 0] > SHORT_M
+    paces = graph.durations[: graph.linked][far] / graph.measured[: graph.linked, 0][far]
     return float(np.median(paces)) if len(paces) else 0.0
 
 
 def _merge(links: Links, gone: int, heir: int, apart: Pose, pace: float) -> None:
     """Hand the links of an experience to the one that stays, which sees it at `apart`.
 
-    A link that gets longer by a metre takes longer by `pace` (s/m), and back. Of two between the same experiences the
-    one that was there stays.
+    A link that gets longer by a metre takes longer by `pace` (s/m), and the other way round. Of two links between the
+    same experiences the one that was there stays.
     """
     for other, (seen, seconds, _) in links[gone].items():
         del links[other][gone]
@@ -155,50 +155,50 @@ def _merge(links: Links, gone: int, heir: int, apart: Pose, pace: float) -> None
     links[gone] = {}
 
 
-def contract(held: ExperienceMap, stand: Numbers) -> None:
-    """Remove each experience that another stands for; its links lead to that one then."""
-    links, stays, pace = _links(held), stand == np.arange(held.count), _pace(held)
+def contract(graph: ExperienceMap, stand: Numbers) -> None:
+    """Remove each experience for which another one stays; its links are handed to that one."""
+    links, stays, pace = _links(graph), stand == np.arange(graph.count), _pace(graph)
     gone = np.flatnonzero(~stays).tolist()
-    apart, same = {}, same_place(held, stand)
+    apart, same = {}, same_place(graph, stand)
     for index, heir in ((index, int(stand[index])) for index in gone):
-        measured = None if same[index] else _near(links, index, (heir,), held.settings.same_m)
-        apart[index] = measured[1] if measured else composed(inverted(held.pose_of(heir)), held.pose_of(index))
+        measured = None if same[index] else _near(links, index, (heir,), graph.settings.same_m)
+        apart[index] = measured[1] if measured else composed(inverted(graph.pose_of(heir)), graph.pose_of(index))
     for index in gone:
         _merge(links, index, int(stand[index]), apart[index], pace)
     left = np.flatnonzero(stays)
     renumbered = (np.cumsum(stays) - 1).tolist()
     for name, _, _ in NODES:
-        array = getattr(held, name)
+        array = getattr(graph, name)
         array[: len(left)] = array[left]
     pairs = [(a, b, *links[a][b]) for a in left.tolist() for b in sorted(links[a]) if a < b]
     for name, shape, kind in LINKS:
-        setattr(held, name, np.zeros((max(64, len(pairs)), *shape), kind))
+        setattr(graph, name, np.zeros((max(64, len(pairs)), *shape), kind))
     for n, (a, b, seen, seconds, taken) in enumerate(pairs):
-        held.sources[n], held.targets[n] = renumbered[a], renumbered[b]
-        held.durations[n], held.taken[n] = seconds, taken
-        held.measured[n] = math.hypot(seen[0], seen[1]), math.atan2(seen[1], seen[0]), seen[2]
-    held.count, held.linked = len(left), len(pairs)
-    held.current = renumbered[held.current] if held.current >= 0 else -1
-    held.pairs = {(renumbered[a], renumbered[b]): n for n, (a, b, *_) in enumerate(pairs)}
+        graph.sources[n], graph.targets[n] = renumbered[a], renumbered[b]
+        graph.durations[n], graph.taken[n] = seconds, taken
+        graph.measured[n] = math.hypot(seen[0], seen[1]), math.atan2(seen[1], seen[0]), seen[2]
+    graph.count, graph.linked = len(left), len(pairs)
+    graph.current = renumbered[graph.current] if graph.current >= 0 else -1
+    graph.pairs = {(renumbered[a], renumbered[b]): n for n, (a, b, *_) in enumerate(pairs)}
 
 
 def pruned(
-    held: ExperienceMap,
+    graph: ExperienceMap,
     protected: frozenset[int],
     keep_views: Callable[[Numbers], None],
     wanted: frozenset[int] = frozenset(),
 ) -> tuple[dict[int, int], dict[int, int]]:
-    """Prune the map, and the templates that no experience uses any more by `keep_views`.
+    """Prune the map, and by `keep_views` the templates that no experience uses any more.
 
     protected: ids that stay; wanted: ids that stay before others of their place.
     Return for the id of each experience that went the id of the one that stays where it was, if one does, and the new
     number of each template that is left.
     """
-    stand = standing(held, protected, wanted)
-    gone = np.flatnonzero((stand != np.arange(held.count)) & same_place(held, stand))
-    heirs = dict(zip(held.ids[gone].tolist(), held.ids[stand[gone]].tolist(), strict=True))
-    contract(held, stand)
-    used = np.unique(held.views[: held.count])
+    stand = standing(graph, protected, wanted)
+    gone = np.flatnonzero((stand != np.arange(graph.count)) & same_place(graph, stand))
+    heirs = dict(zip(graph.ids[gone].tolist(), graph.ids[stand[gone]].tolist(), strict=True))
+    contract(graph, stand)
+    used = np.unique(graph.views[: graph.count])
     keep_views(used)
-    held.views[: held.count] = np.searchsorted(used, held.views[: held.count])
+    graph.views[: graph.count] = np.searchsorted(used, graph.views[: graph.count])
     return heirs, {int(old): new for new, old in enumerate(used)}

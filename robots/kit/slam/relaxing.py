@@ -21,7 +21,7 @@ QUARTER_LOW = math.pi / 2 - QUARTER_HIGH + 6.123233995736766e-17
 
 @compiled
 def sine_cosine(angle: float) -> tuple[float, float]:
-    """Return both for a small number of turns, right to 1e-15; twice as quick as two calls of the library."""
+    """Return sine and cosine for a small number of turns, exact to 1e-15; twice as fast as two calls of the library."""
     quarters = math.floor(angle * (2.0 / math.pi) + 0.5)
     x = (angle - quarters * QUARTER_HIGH) - quarters * QUARTER_LOW
     z = x * x

@@ -32,7 +32,7 @@ class Route:
 
 @dataclass(frozen=True)
 class Guidance:
-    """The next waypoint: its bearing (rad, left positive) and distance (m) from the robot."""
+    """The next waypoint: its bearing (rad, left positive) and distance (m) from the robot. `reached`: of the goal."""
 
     reached: bool
     bearing: float
@@ -41,67 +41,68 @@ class Guidance:
     route: Route
 
 
-def index_of(held: ExperienceMap, experience: int) -> int:
+def index_of(graph: ExperienceMap, experience: int) -> int:
     """Return the index of an id; -1 if it is not on the map."""
-    found = int(np.searchsorted(held.ids[: held.count], experience))
-    return found if found < held.count and held.ids[found] == experience else -1
+    found = int(np.searchsorted(graph.ids[: graph.count], experience))
+    return found if found < graph.count and graph.ids[found] == experience else -1
 
 
-def plan(held: ExperienceMap, goal: int) -> Route | None:
+def plan(graph: ExperienceMap, goal: int) -> Route | None:
     """Return the quickest route from the current experience, None if the goal is not on the map or not linked."""
-    at, begin, m = index_of(held, goal), held.current, held.linked
+    at, begin, m = index_of(graph, goal), graph.current, graph.linked
     if at < 0 or begin < 0:
         return None
-    seconds, way = shortest(held.sources[:m], held.targets[:m], held.durations[:m], held.count, begin, at, SHORTEST_S)
-    return Route(tuple(held.ids[way].tolist()), float(seconds)) if math.isfinite(seconds) else None
+    links = graph.sources[:m], graph.targets[:m], graph.durations[:m]
+    seconds, way = shortest(*links, graph.count, begin, at, SHORTEST_S)
+    return Route(tuple(graph.ids[way].tolist()), float(seconds)) if math.isfinite(seconds) else None
 
 
 class Guide:
-    """Leads to one goal. It plans anew when the robot has left its route, or the route the map."""
+    """Leads to one goal. It plans anew when the robot has left its route, or when a part of the route was pruned."""
 
     def __init__(self, goal: int) -> None:
         self.goal = goal
         self.route: Route | None = None
         self._passed = 0.0  # how much of the route lies behind, counted in its links
 
-    def look(self, held: ExperienceMap) -> Guidance | None:
+    def look(self, graph: ExperienceMap) -> Guidance | None:
         """Return where to steer; None if no way to the goal is known."""
-        found = self._waypoint(held) if self.route else None
+        found = self._waypoint(graph) if self.route else None
         if found is None:
-            self.route, self._passed = plan(held, self.goal), 0.0
+            self.route, self._passed = plan(graph, self.goal), 0.0
             if self.route is None:
                 return None
-            found = self._waypoint(held)
+            found = self._waypoint(graph)
         assert self.route is not None
         if found is None:  # beside the whole of the new route: begin with its first experience
             first = min(1, len(self.route.ids) - 1)
-            x, y, facing = held.poses[index_of(held, self.route.ids[first])].tolist()
+            x, y, facing = graph.poses[index_of(graph, self.route.ids[first])].tolist()
             found = first, x, y
         number, to_x, to_y = found
-        x, y, facing = held.pose()
+        x, y, facing = graph.pose()
         bearing = wrapped(math.atan2(to_y - y, to_x - x) - facing)
         return Guidance(
-            self._reached(held), bearing, math.hypot(to_x - x, to_y - y), self.route.ids[number], self.route
+            self._reached(graph), bearing, math.hypot(to_x - x, to_y - y), self.route.ids[number], self.route
         )
 
-    def _reached(self, held: ExperienceMap) -> bool:
-        apart = held.poses[held.current, :2] - held.poses[index_of(held, self.goal), :2]
+    def _reached(self, graph: ExperienceMap) -> bool:
+        apart = graph.poses[graph.current, :2] - graph.poses[index_of(graph, self.goal), :2]
         return bool(np.hypot(*apart) < REACHED_M)
 
-    def _waypoint(self, held: ExperienceMap) -> tuple[int, float, float] | None:
+    def _waypoint(self, graph: ExperienceMap) -> tuple[int, float, float] | None:
         """Trace the route back from the goal to the first point of it near the robot.
 
-        Return the number of the route's experience that the point is at or before, and its x, y (m). Points between
-        two experiences count, because a link of a pruned map may be longer than the robot sees ahead: it would stay
-        for ever beside the one it has passed.
+        Return the number of the route's experience that the point is at or before, and its x, y (m). Points between two
+        experiences count: a link of a pruned map may be longer than the robot looks ahead, and without them the robot
+        would stay for ever beside the experience that it has passed.
         """
         assert self.route is not None
-        indices = np.searchsorted(held.ids[: held.count], self.route.ids)
-        if indices[-1] >= held.count or (held.ids[np.minimum(indices, held.count - 1)] != self.route.ids).any():
+        indices = np.searchsorted(graph.ids[: graph.count], self.route.ids)
+        if indices[-1] >= graph.count or (graph.ids[np.minimum(indices, graph.count - 1)] != self.route.ids).any():
             return None  # an experience of it was pruned
-        numbers, places = _fine(held.poses[indices, :2])
+        numbers, places = _fine(graph.poses[indices, :2])
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
-        apart = np.hypot(*(places - held.pose()[:2]).T)
+        apart = np.hypot(*(places - graph.pose()[:2]).T)
         behind = along[np.searchsorted(numbers, self._passed - 1e-9)]
         near = np.flatnonzero((along >= behind) & (along <= behind + AHEAD_M) & (apart < WAYPOINT_M))
         if not len(near):

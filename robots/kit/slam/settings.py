@@ -42,30 +42,30 @@ class MapSettings:
     new_beyond: float = 2.0  # distance in cells beyond which a place is another experience
     loops: int = 20  # of relaxation, after each change of the experience
     correction: float = 0.5
-    still_s: float = 10.0  # a link counts at most so long a rest
-    sure_m: float = 0.2  # a place that disagrees with the map by more
-    sure_rad: float = 0.3  # or by more than this is another one that looks alike;
-    drift: float = 0.05  # by this more (m/m, rad/m) for the way between, and by what the odometry may bend
-    wrong_after: int = 5  # such places, one after another, which agree, after which it is the map that is wrong
-    wrong_m: float = 0.05  # if the robot has driven so far between them
-    carried_m: float = 0.8  # by more than this,
-    carried_rad: float = 0.6  # or this: the robot was carried, and no link is made,
-    carried_after: int = 12  # which takes more of them
+    still_s: float = 10.0  # of a rest, the most that counts in the duration of a link
+    sure_m: float = 0.2  # a place that disagrees with the map by more than this,
+    sure_rad: float = 0.3  # or by more than this, is another place that looks alike
+    drift: float = 0.05  # added to both for each metre of the way between (m/m, rad/m), beside the odometry's bend
+    wrong_after: int = 5  # successive sightings of such places that agree, after which the map counts as wrong
+    wrong_m: float = 0.05  # and the robot has to have driven so far between them
+    carried_m: float = 0.8  # where they disagree with the map by more than this,
+    carried_rad: float = 0.6  # or by more than this, the robot was carried, and no link is made
+    carried_after: int = 12  # sightings, after which that is believed
     most: int = 10_000  # experiences, and templates
-    square_m: float = 0.05  # pruning keeps one experience a square of this side
-    headings: int = 24  # and of each of so many headings
-    stale_after: int = 20_000  # arrivals at other experiences (an hour of driving) after which one gives way to a newer
-    forgotten_after: int = 5000  # arrivals (15 minutes of driving) after which one that was never met again goes
-    same_m: float = 1.0  # two that are pruned to one are linked over at most so long a way
+    square_m: float = 0.05  # pruning keeps one experience for each square of this side
+    headings: int = 24  # and each of so many headings
+    stale_after: int = 20_000  # arrivals elsewhere (an hour of driving), after which one yields to a newer one
+    forgotten_after: int = 5000  # arrivals (15 minutes of driving), after which one that was never met again is removed
+    same_m: float = 1.0  # the longest way over links between two experiences that are pruned to one
     prune_each: int = 200  # new experiences between two prunings
 
 
 @dataclass(frozen=True)
 class Settings:
-    """All of it.
+    """All figures.
 
-    `pruning`: keep the map small for days; without, the caller clears it now and then. `calibrate`: learn how the
-    odometry turns wrongly.
+    `pruning`: keep the map small for days; without it the caller clears the map now and then. `calibrate`: learn the
+    error of the odometry in turns.
     """
 
     views: ViewSettings = field(default_factory=ViewSettings)

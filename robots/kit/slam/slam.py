@@ -13,13 +13,14 @@ from robots.kit.slam.cells import PoseCells
 from robots.kit.slam.docks import DockPlaces
 from robots.kit.slam.experiences import ExperienceMap, Pose, ring
 from robots.kit.slam.pruning import pruned
+from robots.kit.slam.routes import plan
 from robots.kit.slam.settings import Settings
 from robots.kit.slam.stream import ChangeLog, Changes
 from robots.kit.slam.views import Grey, Views
 
-MOST_HEIRS = 20_000  # pruned experiences that are remembered
+MOST_HEIRS = 20_000  # pruned experiences whose successors are remembered
 MOST_LOST = 1000  # experiences, more than are made between two saves
-MOST_TIRED = 10.0  # else a view before which the robot rested for an hour would never inject again
+MOST_TIRED = 10.0  # otherwise a view before which the robot rested for an hour would never inject again
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class RatSlam:
         return self.map_number
 
     def step(self, at_s: float, picture: Grey | None, v: float, w: float, dt: float) -> Step:
-        """Take in dt seconds of odometry (m/s, rad/s) and perhaps the newest grey picture.
+        """Take dt seconds of odometry (m/s, rad/s), and the newest grey picture if there is one.
 
         Raises ValueError, with nothing learnt, for what no robot can send.
         """
@@ -94,7 +95,7 @@ class RatSlam:
         return int(self.map.ids[self.map.current]) if self.map.current >= 0 else -1
 
     def _look(self, picture: Grey | None) -> tuple[str, Grey | None]:
-        """Return the verdict on a picture, and the view that is compared if it teaches."""
+        """Return the verdict on a picture, and the view to compare; None if the picture teaches nothing."""
         if picture is None:
             return "none", None
         view = self.views.view(picture)
@@ -108,38 +109,38 @@ class RatSlam:
 
     def _recognise(self, view: Grey) -> bool:
         """Find the view among the templates and let it inject; tell whether it is new."""
-        kept, views = self.settings.cells, self.views
+        settings, views = self.settings.cells, self.views
         number, _ = views.match(view, self.view)
         if number >= 0:
             if number == self.view:
-                views.decay[number] = min(views.decay[number] + kept.tired, MOST_TIRED)
-            energy = kept.inject / 30.0 * (30.0 - math.exp(1.2 * views.decay[number]))
+                views.decay[number] = min(views.decay[number] + settings.tired, MOST_TIRED)
+            energy = settings.inject / 30.0 * (30.0 - math.exp(1.2 * views.decay[number]))
             if number < views.count - self.settings.views.young and energy > 0.0:
                 x, y, heading = views.places[number]
                 self.cells.inject((float(x), float(y), float(heading)), energy)
             self.view = number
         used = views.decay[: views.count]
-        np.maximum(used - kept.restore, kept.tired, out=used)
+        np.maximum(used - settings.restore, settings.tired, out=used)
         return number < 0
 
     def _experience(self, verdict: str) -> tuple[bool, bool, str]:
         """Choose, meet or make the experience of the current view; return made, met and the verdict."""
-        held, beyond = self.map, self.settings.map.new_beyond
-        same = held.current >= 0 and held.views[held.current] == self.view
-        if same and self.cells.distances(held.places[held.current]) <= beyond:
+        graph, beyond = self.map, self.settings.map.new_beyond
+        same = graph.current >= 0 and graph.views[graph.current] == self.view
+        if same and self.cells.distances(graph.places[graph.current]) <= beyond:
             return False, False, verdict
         index, offset, link = self._met()
         if index >= 0:
-            met = held.meet(index, offset, link)
+            met = graph.meet(index, offset, link)
             if self.settings.calibrate:
-                turned, gone, facing = held.odometer[index].tolist()
+                turned, gone, facing = graph.odometer[index].tolist()
                 self.odometry.visited(turned, gone, offset[2] - facing)
             self._counted(offset[2])
             self._changed()
             return False, met, verdict
-        if held.count >= self.settings.map.most:
+        if graph.count >= self.settings.map.most:
             return False, False, "full"
-        held.create(self.view, self.cells.best)
+        graph.create(self.view, self.cells.best)
         self._counted(0.0)
         self._changed()
         return True, False, verdict
@@ -147,42 +148,43 @@ class RatSlam:
     def _met(self) -> tuple[int, Pose, bool]:
         """Return the experience (index) that the robot has come to, -1 if to none; its offset; whether to link it.
 
-        It is the nearest by the pose cells that fits the map. After several in turn that agree, one that does not fit
-        counts, too: the map is wrong, and the link will mend it; or the robot was carried elsewhere, and there is none.
+        It is the nearest by the pose cells that fits the map. One that does not fit counts, too, once several
+        successive ones agree: either the map is wrong, and the link will correct it, or the robot was carried, and no
+        link is made.
         """
-        held = self.map
-        others = np.flatnonzero(held.views[: held.count] == self.view)
-        others = others[others != held.current]
-        apart = self.cells.distances(held.places[others])
+        graph = self.map
+        others = np.flatnonzero(graph.views[: graph.count] == self.view)
+        others = others[others != graph.current]
+        apart = self.cells.distances(graph.places[others])
         order = np.argsort(apart, kind="stable")
         near: list[int] = others[order][apart[order] < self.settings.map.new_beyond].tolist()
-        found = [(index, self._offset(held.places[index])) for index in near]
+        found = [(index, self._offset(graph.places[index])) for index in near]
         for index, offset in found:
-            if held.fits(index, offset, math.sqrt(self.odometry.b)):
+            if graph.fits(index, offset, math.sqrt(self.odometry.b)):
                 return index, offset, True
-        believed = held.refuse(found, self.odometry.distance) if found else None
-        return (*believed, held.linkable(*believed)) if believed else (-1, (0.0, 0.0, 0.0), False)
+        believed = graph.refuse(found, self.odometry.distance) if found else None
+        return (*believed, graph.linkable(*believed)) if believed else (-1, (0.0, 0.0, 0.0), False)
 
     def _counted(self, facing: float) -> None:
-        """Note at the current experience what the odometry has counted, for the next visit."""
+        """Store the count of the odometry at the current experience, for the next visit."""
         self.map.odometer[self.map.current] = self.odometry.turned, self.odometry.distance, facing
 
     def _offset(self, place: NDArray[np.float64]) -> Pose:
         """Return where the pose cells say that the robot is, as seen from an experience at that place."""
-        kept = self.settings.cells
-        x, y = (ring(self.cells.best[i] - float(place[i]), kept.across) * kept.cell_m for i in (0, 1))
-        per_layer = 2.0 * math.pi / kept.around
+        settings = self.settings.cells
+        x, y = (ring(self.cells.best[i] - float(place[i]), settings.across) * settings.cell_m for i in (0, 1))
+        per_layer = 2.0 * math.pi / settings.around
         facing = float(place[2]) * per_layer
         cos, sin = math.cos(facing), math.sin(facing)
-        turned = ring(self.cells.best[2] - float(place[2]), kept.around) * per_layer
+        turned = ring(self.cells.best[2] - float(place[2]), settings.around) * per_layer
         return x * cos + y * sin, y * cos - x * sin, turned
 
     def _changed(self) -> None:
-        """Relax after the current experience changed; prune if it is time; note what is to be streamed."""
+        """Relax after the current experience changed; prune if it is time; note the changes for readers."""
         self.map.relax()
         self.sequence += 1
-        kept = self.settings
-        if kept.pruning and self.map.next_id - self.pruned_at >= kept.map.prune_each:
+        settings = self.settings
+        if settings.pruning and self.map.next_id - self.pruned_at >= settings.map.prune_each:
             self.pruned_at = self.map.next_id
             self.prune()
         self.change_log.note(self.map, self.sequence)
@@ -200,16 +202,29 @@ class RatSlam:
         return before - self.map.count
 
     def standing(self, experience: int) -> int:
-        """Return the id of the experience that stays where a pruned one was; the same id for any other."""
+        """Return the id of the experience that stays in place of a pruned one; any other id unchanged."""
         for _ in self.heirs:  # one that stayed may have been pruned later
             experience = self.heirs.get(experience, experience)
         return experience
 
     def skip_ids(self) -> None:
-        """Leave out as many ids as may have been given after the map was saved; this map has none of them."""
+        """Leave out the ids that may have been in use after the map was saved; this map knows none of them."""
         self.map.next_id += MOST_LOST
         self.pruned_at += MOST_LOST
 
     def since(self, sequence: int) -> Changes:
         """Return what changed on the map after a sequence number; -1 asks for everything."""
         return self.change_log.since(self.map, self.map_number, self.sequence, sequence)
+
+
+def compile_loops(settings: Settings | None = None) -> None:
+    """Compile every loop before the robot moves, by a map of a few random pictures that is thrown away.
+
+    At the first start on a machine this takes many seconds; later the stored code is loaded.
+    """
+    slam, dice = RatSlam(settings), np.random.default_rng(0)
+    picture = slam.settings.views
+    for n in range(4):
+        blocks = dice.integers(0, 256, (picture.bottom, picture.width)).astype(np.uint8)
+        slam.step(n, blocks, 0.2, 0.1, 0.5)
+    plan(slam.map, 0)

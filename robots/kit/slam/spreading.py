@@ -74,9 +74,9 @@ def _spread(cells: Cells, weights: Cells, between: Cells, out: Cells) -> None:
 
 @compiled
 def compete(cells: Cells, excite: Cells, inhibit: Cells, inhibit_all: float) -> bool:
-    """Excite, inhibit and bring the sum to 1, in place; tell whether any activity was left.
+    """Excite, inhibit and normalise the sum to 1, in place; tell whether any activity was left.
 
-    Without any the cells stay as they were.
+    If none was left, the cells stay as they were.
     """
     between, excited, inhibited = np.empty_like(cells), np.empty_like(cells), np.empty_like(cells)
     _spread(cells, excite, between, excited)

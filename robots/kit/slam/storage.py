@@ -1,8 +1,8 @@
-"""Saves a map so that it goes on exactly where it was, and reads it again after a crash.
+"""Saves a map so that the robot can go on exactly where it was, and reads it after a crash.
 
-Templates are most of it and never change, so they are in a file of their own to which new ones are appended. The map's
-file names it and tells how many count; it is replaced at once, after the templates are on the disk. When they are
-numbered anew, by pruning or clearing, they begin another file.
+Templates are the largest part and never change, so they have a file of their own, to which new ones are appended. The
+map's file names that file and the number of its templates; it is replaced as a whole, after the templates are on the
+disk. When pruning or clearing numbers the templates anew, they begin another file.
 """
 
 import io
@@ -24,9 +24,9 @@ from robots.kit.slam.settings import Settings
 from robots.kit.slam.slam import RatSlam
 
 FORMAT = 2
-VIEWS = ("decay", "places")
-TOLD = ("poses", "nodes_at", "links_at")
-HELD = ("current", "next_id", "arrivals", "since", "seconds", "still")
+OF_VIEWS = ("decay", "places")
+OF_LOG = ("poses", "nodes_at", "links_at")
+OF_GRAPH = ("current", "next_id", "arrivals", "since", "seconds", "still")
 
 
 class BadMap(ValueError):
@@ -35,13 +35,13 @@ class BadMap(ValueError):
 
 def save(slam: RatSlam, path: Path) -> None:
     """Replace the file by the map, at once or not at all. Raises OSError."""
-    held, views, told = slam.map, slam.views, slam.change_log
+    graph, views, log = slam.map, slam.views, slam.change_log
     _append(slam, _beside(path, views.mark))
     arrays: dict[str, Any] = {"cells": slam.cells.cells}
-    arrays |= {f"view_{name}": getattr(views, name)[: views.count] for name in VIEWS}
-    arrays |= {f"node_{name}": getattr(held, name)[: held.count] for name, _, _ in NODES}
-    arrays |= {f"link_{name}": getattr(held, name)[: held.linked] for name, _, _ in LINKS}
-    arrays |= {f"told_{name}": getattr(told, name) for name in TOLD}
+    arrays |= {f"view_{name}": getattr(views, name)[: views.count] for name in OF_VIEWS}
+    arrays |= {f"node_{name}": getattr(graph, name)[: graph.count] for name, _, _ in NODES}
+    arrays |= {f"link_{name}": getattr(graph, name)[: graph.linked] for name, _, _ in LINKS}
+    arrays |= {f"told_{name}": getattr(log, name) for name in OF_LOG}
     arrays["heirs"] = np.array(list(slam.heirs.items()), np.int64).reshape(-1, 2)
     rest = {
         "format": FORMAT,
@@ -56,9 +56,9 @@ def save(slam: RatSlam, path: Path) -> None:
         "last": slam.last.hex(),
         "pruned_at": slam.pruned_at,
         "best": slam.cells.best,
-        "whole_since": told.whole_since,
-        "doubts": [astuple(doubt) for doubt in held.doubts],
-        **{name: getattr(held, name) for name in HELD},
+        "whole_since": log.whole_since,
+        "doubts": [astuple(doubt) for doubt in graph.doubts],
+        **{name: getattr(graph, name) for name in OF_GRAPH},
     }
     arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
     with replaced(path, sync=True) as out:
@@ -82,7 +82,7 @@ def _append(slam: RatSlam, path: Path) -> None:
     with path.open("r+b" if path.exists() else "wb") as out:
         out.seek(begin * views.templates[0].size)
         out.write(views.templates[begin : views.count].tobytes())
-        out.truncate()  # what a crash left behind; not earlier, because the map's file counts on what is there
+        out.truncate()  # the rest of a crash; not earlier, because the map's file relies on the templates before it
         out.flush()
         os.fsync(out.fileno())
     views.stored_count = views.count
@@ -120,22 +120,22 @@ def _read_templates(slam: RatSlam, path: Path, count: int, named: dict[str, Any]
 
 
 def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
-    held, views, told = slam.map, slam.views, slam.change_log
-    held.count, held.linked = len(arrays["node_ids"]), len(arrays["link_sources"])
-    arrays.setdefault("link_taken", np.ones(held.linked, np.bool_))  # older maps have none
+    graph, views, log = slam.map, slam.views, slam.change_log
+    graph.count, graph.linked = len(arrays["node_ids"]), len(arrays["link_sources"])
+    arrays.setdefault("link_taken", np.ones(graph.linked, np.bool_))  # older maps have none
     for owner, prefix, names, count in (
-        (views, "view", VIEWS, views.count),
-        (held, "node", [name for name, _, _ in NODES], held.count),
-        (held, "link", [name for name, _, _ in LINKS], held.linked),
+        (views, "view", OF_VIEWS, views.count),
+        (graph, "node", [name for name, _, _ in NODES], graph.count),
+        (graph, "link", [name for name, _, _ in LINKS], graph.linked),
     ):
         for name in names:
             _put(owner, name, arrays[f"{prefix}_{name}"], count)
-    for name, count in zip(TOLD, (held.count, held.count, held.linked), strict=True):
-        setattr(told, name, _like(getattr(told, name), arrays[f"told_{name}"], count, name))
+    for name, count in zip(OF_LOG, (graph.count, graph.count, graph.linked), strict=True):
+        setattr(log, name, _like(getattr(log, name), arrays[f"told_{name}"], count, name))
     slam.cells.cells = _like(slam.cells.cells, arrays["cells"], len(slam.cells.cells), "cells")
     heirs = arrays.get("heirs", np.zeros((0, 2), np.int64))  # older maps have none
     slam.heirs = dict(_like(np.zeros((0, 2), np.int64), heirs, len(heirs), "heirs").tolist())
-    told.whole_since = int(rest["whole_since"])
+    log.whole_since = int(rest["whole_since"])
     slam.sequence, slam.view, slam.pruned_at = int(rest["sequence"]), int(rest["view"]), int(rest["pruned_at"])
     slam.keep, slam.last = frozenset(map(int, rest["keep"])), bytes.fromhex(rest["last"])
     slam.odometry = Calibration(
@@ -143,28 +143,28 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     )
     for number, place in rest["docks"].items():
         slam.docks.places[int(number)] = DockPlace(int(place["times"]), float(place["z"]), float(place["theta"]))
-    slam.cells.best, held.since = _three(rest["best"]), _three(rest["since"])
-    held.doubts = [Doubt(_three(m), int(since), float(gone), int(n)) for m, since, gone, n in rest["doubts"]]
-    for name in HELD:
+    slam.cells.best, graph.since = _three(rest["best"]), _three(rest["since"])
+    graph.doubts = [Doubt(_three(m), int(since), float(gone), int(n)) for m, since, gone, n in rest["doubts"]]
+    for name in OF_GRAPH:
         if name != "since":
-            setattr(held, name, type(getattr(held, name))(rest[name]))
-    ends = np.concatenate([held.sources[: held.linked], held.targets[: held.linked], [held.current]])
-    seen = np.concatenate([held.views[: held.count], [slam.view]])
-    ids = np.concatenate([held.ids[: held.count], [held.next_id]])
-    fits = (np.diff(ids) > 0).all() and (held.count == 0) == (held.current < 0)
-    if not (fits and _within(ends, held.count) and _within(seen, views.count)):
+            setattr(graph, name, type(getattr(graph, name))(rest[name]))
+    ends = np.concatenate([graph.sources[: graph.linked], graph.targets[: graph.linked], [graph.current]])
+    seen = np.concatenate([graph.views[: graph.count], [slam.view]])
+    ids = np.concatenate([graph.ids[: graph.count], [graph.next_id]])
+    fits = (np.diff(ids) > 0).all() and (graph.count == 0) == (graph.current < 0)
+    if not (fits and _within(ends, graph.count) and _within(seen, views.count)):
         raise ValueError("its parts do not fit together")
     cells = slam.cells.cells
     if (
         cells.min() < 0
         or not 0.99 < cells.sum() < 2.0
         or not np.isfinite(
-            [held.seconds, held.still, *(d.distance for d in held.doubts), *astuple(slam.odometry)]
+            [graph.seconds, graph.still, *(d.distance for d in graph.doubts), *astuple(slam.odometry)]
         ).all()
     ):
         raise ValueError("its numbers are no map's")
-    pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)
-    held.pairs = {(min(a, b), max(a, b)): n for n, (a, b) in enumerate(pairs)}
+    pairs = zip(graph.sources[: graph.linked].tolist(), graph.targets[: graph.linked].tolist(), strict=True)
+    graph.pairs = {(min(a, b), max(a, b)): n for n, (a, b) in enumerate(pairs)}
 
 
 def _within(numbers: np.ndarray, count: int) -> bool:
@@ -173,7 +173,7 @@ def _within(numbers: np.ndarray, count: int) -> bool:
 
 
 def _put(owner: Any, name: str, found: np.ndarray, count: int) -> None:
-    """Replace an array of room for more by one that begins with what was found."""
+    """Replace an array by one that begins with the stored values and has room for more."""
     room = getattr(owner, name)
     checked = _like(room, found, count, name)
     grown = np.zeros((max(64, count), *room.shape[1:]), room.dtype)
@@ -182,7 +182,7 @@ def _put(owner: Any, name: str, found: np.ndarray, count: int) -> None:
 
 
 def _like(model: np.ndarray, found: np.ndarray, count: int, name: str) -> np.ndarray:
-    """Return what was found. Raises ValueError unless it is finite, of the model's kind and shape, `count` long."""
+    """Return `found`. Raises ValueError unless it is finite, of the model's kind and shape, and `count` long."""
     if found.dtype != model.dtype or found.shape != (count, *model.shape[1:]) or not np.isfinite(found).all():
         raise ValueError(f"{name} has another shape or kind")
     return found

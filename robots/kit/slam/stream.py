@@ -1,4 +1,4 @@
-"""The changes of the map since a reader last looked, so that only these are sent."""
+"""The changes of the map since a reader's last question, so that only these are sent."""
 
 from dataclasses import dataclass
 
@@ -34,23 +34,23 @@ class ChangeLog:
         self.nodes_at: NDArray[np.int64] = np.zeros(0, np.int64)
         self.links_at: NDArray[np.int64] = np.zeros(0, np.int64)
 
-    def note(self, held: ExperienceMap, sequence: int) -> None:
+    def note(self, graph: ExperienceMap, sequence: int) -> None:
         """Compare the map with what it was at the last call."""
-        poses = np.rint(held.poses[: held.count] * STEPS).astype(np.int64)
+        poses = np.rint(graph.poses[: graph.count] * STEPS).astype(np.int64)
         fresh = np.ones(len(poses), bool)
         before = len(self.poses)
         fresh[:before] = (poses[:before] != self.poses).any(axis=1)
         self.nodes_at = np.where(fresh, sequence, np.resize(self.nodes_at, len(poses)) if before else 0)
-        self.links_at = np.concatenate([self.links_at, np.full(held.linked - len(self.links_at), sequence)])
+        self.links_at = np.concatenate([self.links_at, np.full(graph.linked - len(self.links_at), sequence)])
         self.poses = poses
 
-    def since(self, held: ExperienceMap, map_number: int, sequence: int, last: int) -> Changes:
+    def since(self, graph: ExperienceMap, map_number: int, sequence: int, last: int) -> Changes:
         """Return what changed after the sequence number `last`; everything if that is from before the last cut."""
         whole = not self.whole_since <= last <= sequence
         nodes = np.flatnonzero((self.nodes_at > last) | whole)
         links = np.flatnonzero((self.links_at > last) | whole)
-        ends = np.column_stack([held.ids[held.sources[links]], held.ids[held.targets[links]]])
-        return Changes(map_number, sequence, whole, held.ids[nodes], self.poses[nodes] / STEPS, ends)
+        ends = np.column_stack([graph.ids[graph.sources[links]], graph.ids[graph.targets[links]]])
+        return Changes(map_number, sequence, whole, graph.ids[nodes], self.poses[nodes] / STEPS, ends)
 
 
 def activity(cells: NDArray[np.float64], faintest: float = 1 / 64) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:

@@ -36,7 +36,7 @@ def masks_of(settings: Mapping[str, Any], camera: int) -> tuple[Mask, ...]:
     try:
         found = check([] if stored is None else stored)
     except BadRequest:
-        return ((0, 0, FARTHEST, FARTHEST),)  # rather nothing than what nobody was to see
+        return ((0, 0, FARTHEST, FARTHEST),)  # all black: a part that must be hidden is never shown
     return tuple((x0, y0, x1, y1) for number, x0, y0, x1, y1 in found if number == camera)
 
 

@@ -1,7 +1,7 @@
 """Judges whether pictures are stable, by comparing pairs (Goldberg et al. 1995, section 6.6).
 
-The paper calls the number a factor of similarity, and a picture stable if it is below a set value. That is a
-difference, and is called one here.
+The paper calls the number a factor of similarity, and a picture stable if the number is below a set value. So the
+number is a difference, and is called that here.
 """
 
 from collections.abc import Callable

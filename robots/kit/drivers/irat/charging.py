@@ -1,6 +1,6 @@
 """Charging (section 3.5): to a place from where the dock was seen, into the dock by sight of its markers, and rest.
 
-"Charging" is said only while the charger's current says so.
+The robot counts as charging only while the charger gives a current.
 """
 
 from math import pi
@@ -8,25 +8,24 @@ from math import pi
 from robots.kit.contract.errors import GaveUp
 from robots.kit.contract.session import JSON, OnStage, Permit, Progress
 from robots.kit.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Seen
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import Velocity
-from robots.kit.drivers.irat.spec import FULL
+from robots.kit.drivers.irat.spec import FULL, Mode
 from robots.kit.drivers.irat.wheels import REST, STEP_S, Wheels
 from robots.kit.rovers.docking import Docking, Sighting, dock
 
 TRIES = 12  # of docking
-SURE = 2  # pictures one after another in which the outer marker is seen
+SURE = 2  # successive pictures in which the outer marker has to be seen
 NEAR_M, ASIDE = 1.7, 0.95  # the marker is used from here, if it is wholly in the picture
 OLD_S = 0.3  # of a sighting
 TURN_RAD_S = 1.0  # looking round at a place
 PLACE_S = 120.0  # on the way to one place
-UNLED_S = 3.0  # without being led there, it tries another
-ROAM_S = 60.0  # where no place is known, so long before the known ones are tried again
-TOLD_S = 10.0
+UNLED_S = 3.0  # without guidance to a place for so long, it tries another
+ROAM_S = 60.0  # without a place to try it roams for so long, then all places are tried again
+TELL_S = 10.0  # between two reports of the charge
 
 
 class Charging:
-    """The robot's need."""
+    """Carries out the command `charge`, the robot's need."""
 
     def __init__(self, wheels: Wheels) -> None:
         self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
@@ -61,7 +60,7 @@ class Charging:
             while self._senses.charging and not self._full:
                 permit()
                 self._clock.sleep(STEP_S)
-                if self._clock.monotonic() - told > TOLD_S:
+                if self._clock.monotonic() - told > TELL_S:
                     told = self._clock.monotonic()
                     on_stage(Progress(f"charging: {100 * self._senses.share:.0f} %", self._senses.share))
         finally:
@@ -88,7 +87,7 @@ class Charging:
         return failed
 
     def _searched(self, permit: Permit, on_stage: OnStage) -> bool:
-        """Go to the next place from where the dock was seen and look round; tell whether it is seen now."""
+        """Go to the next place from where the dock was seen and look round; tell whether the dock is seen now."""
         tried = tuple(self._tried)
         answer = self._brain.call(lambda n: AimAtDock(n, tried))
         if answer.refusal:
@@ -116,7 +115,7 @@ class Charging:
             if self._senses.charging or self._visible(seen):
                 return True
             if seen is None:
-                led = self._clock.monotonic()  # silence is not its refusal to lead there
+                led = self._clock.monotonic()  # a brain that is silent has not refused to lead there
             elif place is None:
                 self._wheels.steer(None, permit, Mode.DOCKING)
             elif seen.guided is not None and seen.guided.goal == place:
@@ -136,7 +135,7 @@ class Charging:
         return False
 
     def _visible(self, seen: Seen | None) -> bool:
-        """Tell whether the outer marker was seen in several pictures, one after another."""
+        """Tell whether the outer marker was seen in several successive pictures."""
         if seen is None or seen.at == self._seen_at:
             return False
         self._seen_at = seen.at

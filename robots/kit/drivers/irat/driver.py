@@ -12,10 +12,10 @@ from robots.kit.drivers.irat.brain.messages import Care, Clear, Key, Packet
 from robots.kit.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.kit.drivers.irat.charging import Charging
 from robots.kit.drivers.irat.line import IratLine
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import Status, Velocity
 from robots.kit.drivers.irat.roaming import Roaming
 from robots.kit.drivers.irat.senses import Senses
+from robots.kit.drivers.irat.spec import Mode
 from robots.kit.drivers.irat.wheels import FLAT, REST, STEP_S, Wheels
 from robots.kit.drivers.rosbridge_client import connected
 
@@ -28,7 +28,7 @@ class Driver(Session):
     """A `robots.kit.contract.session.Session`. `settings` may hold `epoch`, and `folder`, where the map is kept."""
 
     opened = staticmethod(connected)  # how a connection is opened
-    think = staticmethod(BrainProcess)  # by what the brain runs
+    think = staticmethod(BrainProcess)  # makes the owner's end of the brain
 
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
@@ -123,7 +123,7 @@ class Driver(Session):
         return dict(args)
 
     def _moved_since(self, before: Status | None) -> bool:
-        """Return whether a motion has begun; the robot is asked only if its newest word does not say so."""
+        """Return whether a motion has begun; the robot is asked only if its newest status does not say so."""
         newest = self.line.status.value
         if before is None or newest is None:
             return True

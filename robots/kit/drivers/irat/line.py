@@ -1,4 +1,4 @@
-"""The owner's end of the iRat's wire: it claims, drives, holds, and keeps the newest of everything it hears."""
+"""The owner's end of the iRat's wire: it claims, drives, holds, and stores the newest message of each topic."""
 
 import threading
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class Newest(Generic[T]):
             self._changed.notify_all()
 
     def wait(self, seconds: float, after: float = 0.0) -> T:
-        """Return the value, at the latest after so many seconds; `after`: one that arrived later than that.
+        """Return the value, waiting for it at most so many seconds; `after`: only one that arrived later than that.
 
         Raises:
             LineSilent: none came.
@@ -115,8 +115,8 @@ class IratLine:
     def drive(self, velocity: Velocity, permit: Permit | None = None) -> None:
         """Send a velocity, which the robot forgets after 0.25 s; `permit` is called last. Raises LineGone, LineSilent.
 
-        It bears the epoch, so that the robot knows whose it is without knowing connections, and the stamp of the
-        newest odometry, so that the robot refuses a velocity that a network has delayed for long.
+        It carries the epoch, by which the robot knows its commander without knowing connections, and the stamp of the
+        newest odometry, by which the robot refuses a velocity that a network has delayed for long.
         """
         if not self.bridge.is_open:
             raise LineGone("The robot's rosbridge is not connected.")
@@ -124,16 +124,17 @@ class IratLine:
         self.bridge.publish(DRIVE, Drive(velocity, self._epoch, heard.stamp).encode(), permit)
 
     def obeys(self) -> None:
-        """Return unless the robot says that another client commands it, or that it has forgotten who does.
+        """Return if this client commands the robot, by the robot's newest status.
 
-        Raises LineBusy, ControllerRestarted: behind a rosbridge_server it may start anew while the connection stays.
+        Raises LineBusy: another client does. ControllerRestarted: the robot has forgotten its commander, because behind
+        a rosbridge_server it may start anew while the connection stays.
         """
         status = self.status.value
         if status is None or status.epoch == self._epoch:
             return
         if status.epoch > self._epoch:
             raise LineBusy(f"The robot is used by another client: epoch {status.epoch} commands it.")
-        if self.status.at > self._claimed_at + ANSWER_S:  # what was said before the claim has come by now
+        if self.status.at > self._claimed_at + ANSWER_S:  # by now no older status can arrive
             raise ControllerRestarted("The robot was started again and does not know its owner; connect again.")
 
     def ask(self) -> Status:

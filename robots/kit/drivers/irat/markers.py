@@ -1,10 +1,10 @@
 """The two markers of the dock: an outer one for the approach, a small one in its centre for the last centimetres.
 
 ArUco markers of 3 x 3 bits within a black border of one cell: fewer and larger cells than any predefined dictionary
-has, so that seven pixels suffice. 1 is white. The four corners and the four sides of the code each have a pattern that
-no quarter turn repeats, so a turned marker differs in at least four bits from any that is not turned, and from the
-other marker in at least four. The small marker is in the outer one's centre cell, which therefore reads as black or as
-white: the outer marker has both codes.
+has, so that a marker of seven pixels can be read. 1 is white. The four corners and the four sides of the code each have
+a pattern that no quarter turn repeats, so a turned marker differs in at least four bits from any that is not turned,
+and from the other marker in at least four. The small marker is in the outer one's centre cell, which therefore reads as
+black or as white: the outer marker has both codes.
 """
 
 OUTER_M = 0.075  # side of the outer marker with its border (the paper's)
@@ -12,7 +12,6 @@ CELLS = 5  # three bits and the border on both sides
 CELL_M = OUTER_M / CELLS
 SMALL_M = 0.012  # side of the small marker; a white margin of 1.5 mm is left in the centre cell
 HEIGHT_M = 0.06  # of both centres above the floor, the camera's own
-QUIET_M = 0.015  # white around the outer marker: one cell
 
 OUTER = ((1, 1, 1), (0, 0, 0), (0, 0, 1))
 OUTER_IDS = (0, 1)  # of `BITS`: the outer marker, with a black and with a white centre

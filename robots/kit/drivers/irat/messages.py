@@ -1,7 +1,7 @@
 """Messages that the iRat publishes, as values with SI units and as ROS messages.
 
-Read are the messages of ROS 1 and ROS 2 as rosbridge_server writes them: it makes `null` of NaN and of both infinities,
-and floats of 32 bits are a little more than one where one is meant.
+They are read from ROS 1 and ROS 2 as rosbridge_server writes them: it writes `null` for NaN and both infinities, and
+floats of 32 bits may be a little above one where one is meant.
 """
 
 import base64
@@ -131,8 +131,8 @@ class BatteryState:
     def decode(cls, message: Message) -> "BatteryState":
         """Return the battery's state in a message. Raises Malformed.
 
-        A quantity that is not measured is NaN there: no current counts as 0 A, and the share is then the charge
-        by the capacity, or else what the voltage says between an empty and a full battery.
+        A quantity that is not measured is NaN there. A current that is not measured counts as 0 A; a share that is not
+        measured is the charge divided by the capacity, or else follows from the voltage of an empty and a full battery.
         """
         voltage, status = numeral(message, "voltage", 0, 100, "V"), int(numeral(message, "power_supply_status", 0, 4))
         share = _measured(message, "percentage", -ROUNDED, 1 + ROUNDED)

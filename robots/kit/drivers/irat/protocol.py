@@ -10,7 +10,7 @@ from typing import Any
 from robots.kit.description import load
 from robots.kit.drivers.rosbridge import Malformed, Message, nested, numeral
 
-COMMAND, DRIVE = "/irat/cmd_vel", "/irat/drive"  # the second tells whose it is and what it answers to
+COMMAND, DRIVE = "/irat/cmd_vel", "/irat/drive"  # the second has the epoch, and the stamp of the odometry before it
 VELOCITIES, ODOMETRY, RANGES = "/irat/velocities", "/irat/odom", "/irat/ranges"
 BATTERY, CHARGER, STATE = "/irat/battery", "/irat/charger_current", "/irat/state"
 CAMERA = "/irat/camera/image/compressed"

@@ -10,19 +10,18 @@ from robots.kit.description import load
 from robots.kit.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
 from robots.kit.drivers.irat.brain.places import MapCleared
 from robots.kit.drivers.irat.brain.process import ANSWER_S
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.packets import Why
 from robots.kit.drivers.irat.protocol import Velocity
 from robots.kit.drivers.irat.senses import between
-from robots.kit.drivers.irat.spec import SLICE_S
+from robots.kit.drivers.irat.spec import SLICE_S, Mode
 from robots.kit.drivers.irat.wheels import Wheels
 
 EARLY_S = 3.0  # a slice ends by itself so long before its grant
 BACK_M, BACK_M_S, BACK_S = 0.42, 0.10, 8.0  # out of the dock's funnel
 ROUND_RAD, ROUND_RAD_S, ROUND_S = 2.6, 1.2, 5.0
-CHARGES_S, COMES_S = 3 * 3600.0, 600.0  # so long a goal that was cut short keeps the map: to charge, and else
-KNOWN_S = 3.0  # an answer of the brain of which the map's age is taken: at rest one comes each second
-UNLED_S = 2.0  # without being led to the goal: it is said again
+CHARGES_S, COMES_S = 3 * 3600.0, 600.0  # how long a goal that was cut short keeps the map: to charge, otherwise
+KNOWN_S = 3.0  # the oldest answer of the brain that tells the map's age: at rest one comes each second
+UNLED_S = 2.0  # without guidance to the goal for so long, the goal is sent again
 
 
 class Roaming:
@@ -57,7 +56,7 @@ class Roaming:
         self._clear_after(self._clear_s, Why.AGE)
 
     def _clear_between_goals(self) -> None:
-        """Clear a map that is so old that it goes although others may wait, unless these have just waited long."""
+        """Clear a map that is so old that it is cleared although others may wait, unless these waited for a charge."""
         if self._clock.monotonic() >= self._served_until:
             self._clear_after(self._latest_s, Why.OLDEST)
 
@@ -75,7 +74,7 @@ class Roaming:
                 self._cleared = seen.map_number
 
     def charged(self) -> None:
-        """Goals that waited meanwhile come now; one that was cut short comes soon, or not at all."""
+        """Keep the map for the goals that waited for the charge, and no longer for one that was cut short."""
         self._served_until = self._clock.monotonic() + COMES_S
         self._kept_until = min(self._kept_until, self._served_until)
 
@@ -103,7 +102,7 @@ class Roaming:
             self._until(velocity, most, seconds, permit)
 
     def _until(self, velocity: Velocity, most: float, seconds: float, permit: Permit) -> None:
-        """Drive so until the odometry has gone, or turned, so far (m + rad), or the time is over."""
+        """Drive with this velocity until the odometry has gone (m), or turned (rad), so far, or the time is over."""
         wheels, gone = self._wheels, 0.0
         was, until = wheels.line.odometry.value, self._clock.monotonic() + seconds
         while gone < most and self._clock.monotonic() < until:
@@ -132,7 +131,7 @@ class Roaming:
             return answer
 
         answer = aim(ANSWER_S)
-        self._kept_until = -1e9  # one that was cut short comes before all others, so it is this one, or was cancelled
+        self._kept_until = -1e9  # a goal that was cut short is served first, so it is this one, or was cancelled
         self._brain.keep_aim(lambda n: Aim(n, which, x, y, answer.experience))
         over = False
         try:
@@ -140,7 +139,7 @@ class Roaming:
             over = True
         except RobotError as error:
             self._cut_short(error)
-            over = isinstance(error, GaveUp | BadRequest)  # what else ended it may let it wait again
+            over = isinstance(error, GaveUp | BadRequest)  # after any other error it may wait again
             raise
         finally:
             self._brain.keep_aim(None)
@@ -165,7 +164,7 @@ class Roaming:
                 led = self._clock.monotonic()
                 continue
             if seen.guided is None or seen.guided.goal != goal:
-                if self._clock.monotonic() - led > UNLED_S:  # a brain that was started again may know it otherwise
+                if self._clock.monotonic() - led > UNLED_S:  # a restarted brain may have another experience there
                     led = self._clock.monotonic()
                     with contextlib.suppress(HardwareFault):
                         goal = aim(UNLED_S).experience

@@ -1,4 +1,4 @@
-"""Collects the robot's messages: feeds the brain with odometry and pictures, and gives the robot's state."""
+"""Collects the robot's messages: feeds the brain with odometry and pictures, and makes the robot's state."""
 
 import contextlib
 import threading
@@ -13,12 +13,12 @@ from robots.kit.drivers.irat.brain.messages import Feed
 from robots.kit.drivers.irat.brain.process import BrainProcess
 from robots.kit.drivers.irat.line import IratLine
 from robots.kit.drivers.irat.messages import BatteryState, Odometry, Picture
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import FULL
+from robots.kit.drivers.irat.spec import Mode
 
 STEP_S, REST_S = 0.1, 1.0  # between two steps: on the way, and at rest
 LONGEST_STEP_S = 1.0
-LEAST_S, LATE_S = 0.02, 0.05  # by so much a picture may come late before a step goes without it
+LEAST_S, LATE_S = 0.02, 0.05  # the shortest pause; how late a picture may be before a step is sent without it
 FRESH_S = 0.5
 CHARGER_FRESH_S = 2.0
 BATTERY_FRESH_S = 10.0
@@ -45,7 +45,7 @@ class Senses:
         self._stepped_at = 0.0
         self.driven = 0.0  # m, by odometry
         self.mode = Mode.RESTING
-        self.find = False  # the dock is being looked for
+        self.find = False  # whether the dock's markers are searched for
         self.fault = ""
 
     def start(self) -> None:
@@ -79,7 +79,7 @@ class Senses:
             return self._picture.jpeg if self._picture is not None and self._picture_at > since else None
 
     def _loop(self) -> None:
-        """Step ten times a second while the robot moves or somebody looks, each second otherwise."""
+        """Step ten times a second while the robot moves or somebody watches, otherwise once a second."""
         fed = 0.0
         while self._running:
             awake = self.is_awake
@@ -96,7 +96,7 @@ class Senses:
 
     @property
     def is_awake(self) -> bool:
-        """Tell whether the robot moves or somebody looks, so that it steps ten times a second."""
+        """Tell whether the robot moves or somebody watches, so that it steps ten times a second."""
         return self._clock.monotonic() < self._awake_until or self._moving
 
     def _await_picture(self, seconds: float) -> None:
@@ -129,7 +129,7 @@ class Senses:
         distance, turn = between(was, here) if was is not None else (0.0, 0.0)
         if abs(distance) > JUMP_M:
             distance = turn = 0.0
-        # messages may come late and together: the way is kept, at no more than the robot's greatest speed
+        # messages may come late and together: the whole way counts, at no more than the robot's greatest speed
         dt = min(max(dt, abs(distance) / FASTEST_M_S, abs(turn) / FASTEST_RAD_S), LONGEST_STEP_S)
         with self._changed:
             picture = self._picture

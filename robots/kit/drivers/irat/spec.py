@@ -1,5 +1,6 @@
 """The spec of the iRat; readable without its driver."""
 
+from enum import StrEnum
 from math import pi
 
 from robots.kit.contract.capabilities import (
@@ -19,7 +20,6 @@ from robots.kit.contract.channels import IN_PLANE, Scalar, Scale
 from robots.kit.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.kit.contract.streams import Stream
 from robots.kit.description import load
-from robots.kit.drivers.irat.modes import Mode
 
 BY_STAFF, BY_ANYONE = frozenset({STAFF}), frozenset({ANYONE})
 HAND_LONGEST_S = 60.0
@@ -54,6 +54,19 @@ SCALES = {
     "heading": Scale(-2 * pi, 2 * pi, 0.001),
 }  # fmt: skip
 MOST = 16_777_216  # whole numbers that a channel's four bytes hold
+
+
+class Mode(StrEnum):
+    """The present activity of the robot; `RobotState.mode` tells it."""
+
+    RESTING = "resting"
+    EXPLORING = "exploring"
+    GOAL = "going to somebody's goal"
+    CHARGING = "charging"
+    DOCKING = "going to the dock"
+    STUCK = "stuck"
+    HAND = "driven by hand"
+    FLAT = "waiting for staff: battery"
 
 
 def spec() -> Spec:

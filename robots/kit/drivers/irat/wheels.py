@@ -12,9 +12,9 @@ from robots.kit.contract.session import Permit
 from robots.kit.drivers.irat.brain.messages import Save, Seen
 from robots.kit.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.kit.drivers.irat.line import IratLine
-from robots.kit.drivers.irat.modes import Mode
 from robots.kit.drivers.irat.protocol import Velocity
 from robots.kit.drivers.irat.senses import Senses
+from robots.kit.drivers.irat.spec import Mode
 from robots.kit.drivers.permits import until_held
 from robots.kit.rovers.steering import Limits, Memory, Sensed, Steer, steer
 
@@ -25,7 +25,7 @@ SILENT_S = 3.0  # of the robot
 BLIND_S = 20.0  # without a usable picture
 TROUBLED_S = 10.0  # of nothing but stalls and obstacles
 DOCK_SEEN_S, FUNNEL_M, NEAREST_M = 1.0, 0.33, 0.05
-STANDING_S, STANDING_M = 6.0, 0.05  # no farther in this time: it backs off, or goes ahead, in turn
+STANDING_S, STANDING_M = 6.0, 0.05  # a robot that came no farther in this time backs off, or goes ahead, in turn
 BATTERY_SILENT = "The robot does not tell how much charge its battery has."
 FLAT = "The battery is almost flat and the dock was not reached; staff have to put the robot into its dock."
 REST = Velocity(0.0, 0.0)
@@ -42,7 +42,7 @@ class Wheels:
         self._begin()
 
     def seed(self, seed: int) -> None:
-        """Make what is left to chance the same each time."""
+        """Seed the random numbers, so that they are the same each time."""
         self._dice.seed(seed)
 
     def _begin(self) -> None:
@@ -90,8 +90,8 @@ class Wheels:
     def pause(self, permit: Permit) -> Seen | None:
         """Wait for the next moment; return the brain's newest answer.
 
-        None: brain or robot is silent, and the wheels were told to rest. Raises HardwareFault once that lasts, once
-        the battery is almost flat or silent, CameraFault if no picture has been of use for long.
+        None: brain or robot is silent, and the wheels were commanded to rest. Raises HardwareFault if that lasts, or if
+        the battery is almost flat or silent; CameraFault if no picture was of use for long.
         """
         self.clock.sleep(max(0.0, self._stepped_at + STEP_S - self.clock.monotonic()))
         now = self._stepped_at = self.clock.monotonic()
@@ -154,7 +154,7 @@ class Wheels:
         return max(self._dock - FUNNEL_M, NEAREST_M) if near else self._limits.far
 
     def _standing(self, x: float, y: float) -> None:
-        """Let a robot that has not come from the spot for long back off or go ahead, in turn."""
+        """Let a robot that has not left its place for long back off or go ahead, in turn."""
         now = self.clock.monotonic()
         if self._stood is None or hypot(x - self._stood[0], y - self._stood[1]) > STANDING_M:
             self._stood = (x, y, now)

@@ -1,4 +1,4 @@
-"""From a click to a target: an affine map a height, measured by moving and looking.
+"""From a click to a target: an affine map for each height, measured by moving and looking.
 
 "A click on the camera image requires a different relative move if the camera is in the up
 or down position. To handle it, we implemented an empirical calibration program" (Goldberg
@@ -9,6 +9,7 @@ A calibration is JSON: ``{"up": {"matrix": [[a, b, c], [d, e, f]], "z": m, "thet
 in pixels from the middle of the picture, v down.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 from typing import Any
@@ -17,11 +18,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.kit.contract.errors import NotCalibrated
+from robots.kit.contract.capabilities import PictureTaken
+from robots.kit.contract.errors import BadRequest, NotCalibrated
+from robots.kit.contract.session import Permit, Session
+from robots.kit.vision.stability import Verdict
 
 Picture = NDArray[np.uint8]
 RESPONSE = 0.05  # a shift with a lower correlation peak is not used
 OUTLIER_M = 0.002
+STEPS_M = ((0.018, 0.0), (0.0, 0.018), (-0.018, 0.0), (0.0, -0.018), (0.014, 0.014), (-0.014, 0.014))
+HEIGHTS = ("up", "down")
 
 
 @dataclass(frozen=True)
@@ -139,3 +145,57 @@ def target(
     dx, dy = a * pu + b * pv + c, d * pu + e * pv + f
     turn = pose[3] - one["theta"]
     return pose[0] + cos(turn) * dx - sin(turn) * dy, pose[1] + sin(turn) * dx + cos(turn) * dy
+
+
+def calibrate(session: Session, settle: Callable[[], Verdict], permit: Permit) -> dict[str, Any]:
+    """Measure both heights around the present position by known steps and return the calibration (section 6.5).
+
+    Blows one burst of air at the end; its mark shows where the nozzle is.
+
+    Raises:
+        NotCalibrated: the pictures are not good enough.
+        HardwareFault, NotPermitted, CameraFault: from the robot and its camera.
+    """
+
+    def do(kind: str, **args: float) -> None:
+        session.execute(kind, args, permit, lambda _: None)
+
+    x, y = session.state().pose[:2]
+    shifts: dict[str, list[Shift]] = {}
+    before: dict[str, Picture] = {}
+    for height in HEIGHTS:
+        do(height)
+        before[height] = settle().picture
+        shifts[height] = [
+            s for s in (_step(do, settle, before[height], x, y, *step) for step in STEPS_M) if s is not None
+        ]
+        do("move", x=x, y=y)
+        before[height] = settle().picture
+    do("air", seconds=0.3)
+    down_mark = find_change(before["down"], settle().picture)
+    poses = {"down": session.state().pose}
+    do("up")
+    up_mark = find_change(before["up"], settle().picture)
+    poses["up"] = session.state().pose
+    marks = {"up": up_mark, "down": down_mark}
+    return {h: entry(shifts[h], marks[h], poses[h][2], poses[h][3]) for h in HEIGHTS}
+
+
+def _step(
+    do: Callable[..., None], settle: Callable[[], Verdict], before: Picture, x: float, y: float, dx: float, dy: float
+) -> Shift | None:
+    do("move", x=x + dx, y=y + dy)
+    verdict = settle()
+    if verdict.reason not in ("stable", "unstable"):
+        raise NotCalibrated(f"The camera is {verdict.reason}.")
+    du, dv, response = measure_shift(before, verdict.picture)
+    return Shift(dx, dy, du, dv) if response > RESPONSE else None
+
+
+def resolve(picture: PictureTaken, u: float, v: float) -> tuple[str, dict[str, Any]]:
+    """Return the move to the point (u, v) in px of the picture. Raises BadRequest."""
+    try:
+        x, y = target(dict(picture.calibration), picture.pose, u, v, picture.width, picture.height)
+    except NotCalibrated as error:
+        raise BadRequest(str(error)) from error
+    return "move", {"x": x, "y": y}

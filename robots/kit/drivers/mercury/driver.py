@@ -14,8 +14,7 @@ from robots.kit.drivers.mercury.checks import check, check_target
 from robots.kit.drivers.mercury.line import HostLine, open_port
 from robots.kit.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.kit.drivers.mercury.scara import scara
-from robots.kit.drivers.permits import until_held
-from robots.kit.drivers.waiting import until_at_rest
+from robots.kit.drivers.permits import until_at_rest, until_held
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then

@@ -36,6 +36,7 @@ READ_S, READ_OVER_NET_S = 1.0, 0.05  # a reader waits so long for a byte; only t
 REOPEN_S = 60.0  # a port is opened again after so long a silence, and not before
 UNACKNOWLEDGED_MS = 5000  # a TCP connection whose other machine acknowledges no byte for so long ends
 ENDS = (Reply.DONE, Reply.HELD)
+GONE = "The robot's serial line is gone; the cable may be unplugged."
 T = TypeVar("T")
 
 
@@ -48,7 +49,7 @@ def _keep_ready(port: serial.SerialBase) -> None:
 
 
 def _end_unacknowledged(port: serial.SerialBase) -> None:
-    """Have a TCP connection end whose other machine is gone; a controller that is only silent does not end it."""
+    """Let a TCP connection end if its other machine is gone; a controller that is only silent does not end it."""
     with contextlib.suppress(Exception), socket.socket(fileno=os.dup(port.fileno())) as same:  # not every system has it
         same.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, UNACKNOWLEDGED_MS)
 
@@ -158,7 +159,7 @@ class HostLine:
             self._tell()
 
     def _tell(self) -> None:
-        """Wake who waits for news; the caller holds the lock."""
+        """Wake the threads that wait for news; the caller holds the lock."""
         self._told += 1
         self._news.notify_all()
 
@@ -196,12 +197,12 @@ class HostLine:
                 permit()  # last before actuation
             port = self._port
             if port is None or self._gone is not None:
-                raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
+                raise LineGone(GONE)
             try:
                 port.write(frame.encode())
             except Exception as error:  # also termios.error
                 self._lose(str(error))
-                raise LineGone("The robot's serial line is gone; the cable may be unplugged.") from error
+                raise LineGone(GONE) from error
         if self._trace:
             self._trace(">", frame.encode(), spell(frame))
 
@@ -231,7 +232,7 @@ class HostLine:
                     if answer is not None:
                         return answer
                     if self._gone is not None:
-                        raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
+                        raise LineGone(GONE)
                     left = limit.remaining
                     if left <= 0 or frame.seq in self._spoilt:
                         break
@@ -305,7 +306,7 @@ class HostLine:
                 if left <= 0:
                     return None
                 if self._gone is not None:
-                    raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
+                    raise LineGone(GONE)
                 self._await_news(left)
             return self._ends[seq]
 

@@ -118,12 +118,12 @@ JOINTS_WITHIN = 10_000.0  # deg and mm
 
 
 def move_xyz(seq: int, x_mm: float, y_mm: float, z_mm: float) -> Frame:
-    """Move the tool to (x, y, z) in mm, its world angle kept."""
+    """Return the instruction to move the tool to (x, y, z) in mm; its world angle stays."""
     return Frame(Instruction.MOVE_XYZ, seq, _XYZ.pack(x_mm, y_mm, z_mm))
 
 
 def scalar(instruction: Instruction, seq: int, value: float) -> Frame:
-    """MOVE_THETA (deg), AIR (s), SPEED (mm/s)."""
+    """Return an instruction with one number: MOVE_THETA (deg), AIR (s), SPEED (mm/s)."""
     return Frame(instruction, seq, _FLOAT.pack(value))
 
 

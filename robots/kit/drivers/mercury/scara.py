@@ -43,12 +43,12 @@ class Scara:
 
     @property
     def outer_radius(self) -> float:
-        """Greatest reach (m)."""
+        """Return the greatest reach (m)."""
         return self.link1 + self.link2
 
     @property
     def inner_radius(self) -> float:
-        """Least reach (m), from the elbow's limit."""
+        """Return the least reach (m), which follows from the elbow's limit."""
         bend = min(pi, max(abs(self.q2.low), abs(self.q2.high)))
         return hypot(self.link1 + self.link2 * cos(bend), self.link2 * sin(bend))
 

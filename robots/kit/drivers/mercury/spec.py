@@ -47,9 +47,9 @@ def spec() -> Spec:
         scales=scales,
         capabilities=(
             Check(f"{HERE}.checks:check"),
-            ClickInPicture("click", f"{HERE}.click:resolve"),
+            ClickInPicture("click", f"{HERE}.calibration:resolve"),
             Reset(),
-            Calibration(f"{HERE}.calibrating:calibrate", rows=MEASURED),
+            Calibration(f"{HERE}.calibration:calibrate", rows=MEASURED),
             stills(description["camera"], f"{HERE}.brightness:Brightness"),
             Setting("speed", "Speed", unit="m/s", low=slowest, high=fastest, default=motion["speed"]),
         ),

@@ -10,8 +10,7 @@ from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.values import known_command, within
-from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S
-from robots.kit.drivers.pa10.protocol import Malformed, Request
+from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, Malformed, Request
 from robots.kit.drivers.pa10.protocol import program as parse_program
 from robots.kit.drivers.pa10.units import motion_request, step_of
 

@@ -10,8 +10,7 @@ from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.planner import Plan
 from robots.kit.arms.zones import Box
 from robots.kit.description import load
-from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S
-from robots.kit.drivers.pa10.protocol import Mode, Request
+from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, Mode, Request
 from robots.kit.drivers.pa10.units import motion_of, step_of
 
 MODES = {"j": Mode.JOINT_CTRL, "k": Mode.KIN_RPY_CTRL, "K": Mode.KIN_EULER_CTRL, "l": Mode.KIN_RPY_CTRL}

@@ -17,13 +17,12 @@ from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, Robo
 from robots.kit.contract.values import number
 from robots.kit.description import load
 from robots.kit.drivers.pa10.checks import check, planner_for, request_of, steps_of
-from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.kit.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
-from robots.kit.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
+from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, MOTIONS, ArmState, End, Mode, Request
+from robots.kit.drivers.pa10.spec import PLANNED_S
 from robots.kit.drivers.pa10.units import joint_request
-from robots.kit.drivers.permits import until_held
+from robots.kit.drivers.permits import until_at_rest, until_held
 from robots.kit.drivers.stream import open_stream
-from robots.kit.drivers.waiting import until_at_rest
 
 POLL_S = 0.05
 LOOK_S = 0.01  # between two looks for rest after a hold

@@ -1,52 +1,36 @@
 """The owner's end of the museum arm's TCP line: one question, one answer."""
 
-import contextlib
-from collections.abc import Iterator
-from pathlib import Path
-
 from robots.kit.addresses import HIDDEN
 from robots.kit.clock import TIMER, Limit, Timer
-from robots.kit.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
+from robots.kit.contract.errors import ControllerRefused, LineBusy, LineGone, OutOfWorkspace
 from robots.kit.contract.session import Permit, Trace
 from robots.kit.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request, lines
-from robots.kit.drivers.stream import OpenStream, Stream, open_stream
-from robots.kit.opening import why_not
+from robots.kit.drivers.stream import OpenStream, OwnerLine, open_stream
 
 ANSWER_S = 1.0  # by the machine's clock, as all limits here: how long it may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
 HOLD, HELD = b"h\n", "ok hold"
 
 
-class ArmLine:
+class ArmLine(OwnerLine):
     """Thread safe; `address` is host:port, a `socket://` URL, or a file that contains the address."""
+
+    controller, robot = "The arm's controller", "the arm"
 
     def __init__(
         self, address: str, epoch: int, token: str, trace: Trace | None, clock: Timer = TIMER,
         opened: OpenStream = open_stream,
     ) -> None:  # fmt: skip
-        self._address, self._epoch, self._token, self._trace = address, epoch, token, trace
-        self._clock, self._opened = clock, opened
-        self._stream: Stream | None = None
-        self._lock = clock.lock()  # one question, one answer
-        self._writing = clock.lock()  # a hold is sent even while an answer is awaited
+        super().__init__(address, trace, clock, opened)
+        self._epoch, self._token = epoch, token
         self._holds = 0  # written, not yet answered
         self._rest = b""
         self.resent = self.broken = 0
 
-    @property
-    def is_open(self) -> bool:
-        """Return whether a connection is open."""
-        return self._stream is not None
-
     def open(self) -> None:
         """Connect and identify the owner. Raises LineGone, LineBusy."""
         with self._lock:
-            self._close()
-            try:
-                self._stream = self._opened(*self._where(), ANSWER_S)
-            except (OSError, ValueError) as error:
-                self._close()
-                raise LineGone(f"The arm's controller cannot be reached: {why_not(error)}") from error
+            self._connect(ANSWER_S)
         claim = Request("i", (float(self._epoch),), self._token)
         shown = Request(claim.letter, claim.numbers, HIDDEN if self._token else "")  # staff watch the wire
         try:
@@ -55,23 +39,9 @@ class ArmLine:
             self.close()
             raise LineBusy(f"The arm is used by another client: {error}") from error
 
-    def _where(self) -> tuple[str, int]:
-        text = self._address.removeprefix("socket://")
-        if text.startswith("/"):
-            text = Path(text).read_text().strip()
-        host, _, port = text.rpartition(":")
-        return host or "127.0.0.1", int(port)
-
-    def close(self) -> None:
-        """Close the connection."""
-        with self._lock:
-            self._close()
-
     def _close(self) -> None:
-        if self._stream is not None:
-            with contextlib.suppress(OSError):
-                self._stream.close()
-        self._stream, self._rest, self._holds = None, b"", 0
+        super()._close()
+        self._rest, self._holds = b"", 0
 
     def hold(self) -> None:
         """Send `h` at once, also while an answer is awaited; return when it was answered. Raises as `ask`."""
@@ -117,33 +87,10 @@ class ArmLine:
         self._noted(shown or data, answer)
         return self._judged(answer)
 
-    def _open_line(self) -> Stream:
-        if self._stream is None:
-            raise LineGone("The arm's controller is not connected.")
-        return self._stream
-
-    @contextlib.contextmanager
-    def _watched(self) -> Iterator[None]:
-        """Translate errors on the wire; the connection ends with them."""
-        try:
-            yield
-        except TimeoutError as error:
-            self._close()  # an answer that comes later must not be taken for the next one
-            raise LineSilent("The arm's controller does not answer.") from error
-        except (OSError, ValueError) as error:  # the latter: another thread has closed the connection
-            self._close()
-            raise LineGone(f"The connection to the arm broke: {why(error)}.") from error
-
     def _noted(self, data: bytes, answer: str) -> None:
         if self._trace is not None:
             self._trace(">", data, data.decode().strip())
             self._trace("<", answer.encode(), answer)
-
-    def _send(self, data: bytes, permit: Permit | None) -> None:
-        with self._writing:
-            if permit is not None:
-                permit()  # last before actuation
-            self._open_line().sendall(data)
 
     def _answer(self, limit: Limit) -> str:
         """Return the next line that is not the answer to a hold sent meanwhile."""

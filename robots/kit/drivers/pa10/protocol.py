@@ -20,6 +20,11 @@ SAID_MOST = {"q": 7200.0, "v": 72_000.0, "t": 1e6}  # in a state: degrees, degre
 OPENING_MOST, DIGITS = 1000.0, 16  # mm; of a count
 MOTIONS = "jkKl"
 VELOCITIES = "JC"
+BLANKS = " \t\r"  # around what a line of a program says
+LONGEST_PROGRAM = 500  # lines, and steps
+LONGEST_PROGRAM_S = 300.0
+LONGEST_TEXT = 20_000  # characters of a program
+DEEPEST = 8  # repetitions in each other
 WORDED = "ib"  # a word follows the values: the optional token, the name of a box
 
 
@@ -224,12 +229,6 @@ def program(text: str) -> list[Request]:
     if len(stack) > 1:
         raise Malformed("a repetition (R) has no end (E)")
     return stack[0][1]
-
-
-BLANKS = " \t\r"  # around what a line of a program says
-LONGEST_PROGRAM = 500
-LONGEST_TEXT = 20_000
-DEEPEST = 8
 
 
 def _nest(stack: list[tuple[int, list[Request]]], request: Request) -> None:

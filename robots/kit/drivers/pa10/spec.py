@@ -6,8 +6,7 @@ from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs,
 from robots.kit.contract.channels import IN_SPACE, Pose, Scale
 from robots.kit.contract.spec import Argument, CommandKind, Spec
 from robots.kit.description import load
-from robots.kit.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
-from robots.kit.drivers.pa10.protocol import Mode
+from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, Mode
 from robots.kit.drivers.stills import stills
 
 HERE = "robots.kit.drivers.pa10"
@@ -15,6 +14,8 @@ JOG_LONGEST_S = 20.0
 GRIPPER = "gripper"  # the last joint of the state: the opening of each finger, m
 FINE, COARSE = 1.2e-5, 3e-5  # rad; together at most 0.03 mm at the tool
 PLACE = IN_SPACE.coordinates
+LONGEST_TEXT = 6000  # characters of a program that people send; fewer than the wire takes
+PLANNED_S = 10.0  # a motion is planned and checked before the answer, which takes longer on a busy machine
 
 
 def spec() -> Spec:

@@ -1,4 +1,4 @@
-"""The permit by which the rover drives on where its line is lost: renewed on the way, it ends before the grant does.
+"""The permit by which the rover drives on when its line is lost; it is renewed on the way and ends before the grant.
 
 Only the firmware's patrol can go on by itself. Motions that the driver leads (to a place, in place, by hand) end as
 soon as it sends no velocity any more.
@@ -16,9 +16,9 @@ from robots.kit.drivers.srv1.line import RoverLine
 
 MARGIN_S = 1.0  # before the end of the grant; the rover brakes in it
 SHORTEST_S = 0.5  # a shorter one is not worth its bytes
-LOST_S = 0.25  # without an answer for so long it is lost
-AGAIN_SHARE = 0.1  # of a permit has passed when it is renewed
-SAME_S = 0.05
+LOST_S = 0.25  # without an answer for so long a message is lost
+AGAIN_SHARE = 0.1  # a permit is renewed once this share of it has passed
+SAME_S = 0.05  # ends that differ by less are the same
 NOWHERE = (0.0, 0.0, 0.0, 0.0)
 SMALLEST_M = 0.5  # of half an area's side
 AHEAD_M = 0.3  # this near to the edge of its area the rover gets no permit, so that a late message stops nothing
@@ -27,7 +27,7 @@ Pose = tuple[float, float, float]  # m, m, rad
 
 
 class Alone:
-    """The newest permit of one rover. `seconds` is the longest, 0: none; `time_left` as `Session.time_left`."""
+    """The newest permit of one rover. `seconds`: the longest permit, 0: none. `time_left`: see `Session.time_left`."""
 
     def __init__(self, line: RoverLine, seconds: float, time_left: Callable[[], float], clock: Timer) -> None:
         described = load("srv1")
@@ -35,22 +35,24 @@ class Alone:
         self._speed = float(described["motion"]["most_speed"])
         self._braking_s = float(described["line"]["rest_s"])
         self._hall = float(described["hall"]["width"]), float(described["hall"]["depth"])
-        self._until = -inf  # at the latest the permit ends then, by this clock
+        self._until = -inf  # the latest end of the permit, by this clock
 
     @property
     def remaining_s(self) -> float:
-        """Return for how many seconds more the rover may drive without a word; 0 if it may not."""
+        """Return for how many seconds more the rover may drive without a message; 0 if it may not."""
         return max(0.0, self._until - self._clock.monotonic())
 
     @property
     def rests_within(self) -> float:
-        """Return within how many seconds it rests without another word; 0 if it may not drive without one."""
+        """Return within how many seconds it rests without another message; 0 if it may not drive without one."""
         return max(0.0, self._until + self._braking_s - self._clock.monotonic())
 
     def renew(self, status: Status, pose: Pose, spread: float, permit: Permit) -> None:
-        """Let the rover drive on by itself for as long as it may, by a status of a moment ago.
+        """Permit the rover to drive on by itself for as long as it may; `status` is of a moment ago.
 
-        `pose`, `spread`: where it is in the hall by that status, and how sure (m). Raises what `RoverLine.ask` raises.
+        `pose`, `spread`: its place in the hall by that status, and how uncertain that is (m).
+
+        Raises what `RoverLine.ask` raises.
         """
         now = self._clock.monotonic()
         seconds = min(self._seconds, self._time_left() - MARGIN_S)
@@ -62,7 +64,7 @@ class Alone:
             return
         until = now + seconds  # the status is older, so by the rover's clock it ends sooner
         if not (-SAME_S < until - self._until < AGAIN_SHARE * self._seconds and status.permit_ms):
-            self._until = max(until, self._until)  # it may have heard it, if it does not answer
+            self._until = max(until, self._until)  # it may have got the permit even if it does not answer
             self._say(status.uptime_ms + round(1000 * seconds), area, permit)
             self._until = until
 
@@ -77,8 +79,8 @@ class Alone:
 def area_of(hall: tuple[float, float], status: Status, pose: Pose, spread: float) -> Area | None:
     """Return the largest area inside the hall (width, depth), in the coordinates of the odometry; None if it is small.
 
-    It keeps the spread from the walls. The odometry's axes may be turned against the hall's, and an area has sides
-    along its axes, so it is smaller the more they are turned.
+    The area stays away from the walls by the spread. Its sides are along the axes of the odometry, so the more these
+    are turned against those of the hall, the smaller it is.
     """
     wide, deep = (side / 2 - spread for side in hall)
     turn = remainder(pose[2] - status.heading, tau)

@@ -1,7 +1,7 @@
-"""Checks and previews of the rover's commands, before anything moves.
+"""Checks and previews of the rover's commands, before anything moves, and the floor of its hall.
 
-A command is refused that leads to a place where the rover cannot stand, or rules by which it cannot brake. A preview
-is the path in the rover's own frame, with the judgements of its steps.
+A command is refused if it leads to a place where the rover cannot stand, and a rule set is refused if the rover cannot
+brake by it. A preview is the path in the rover's own frame, with the judgements of its steps.
 """
 
 from bisect import bisect_right
@@ -10,6 +10,7 @@ from math import ceil, cos, hypot, isfinite, remainder, sin, tau
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
+from robots.kit.contract.floor import Floor
 from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.spec import Spec
 from robots.kit.contract.values import known_command, number, within
@@ -49,7 +50,7 @@ def pose_of(state: RobotState | None) -> Pose:
 def foresee(kind: str, args: JSON, joints: tuple[float, ...], settings: JSON) -> Foreseen:
     """Return the path of a command from the pose `joints` (m, m, rad; from home where there is none).
 
-    Raises BadRequest; what a step lacks is among the judgements.
+    Raises BadRequest. A step that cannot be done has a judgement.
     """
     within(known_command(described(), kind, args), args)
     here = start(joints)
@@ -85,7 +86,7 @@ def start(joints: tuple[float, ...]) -> Pose:
 
 
 def sampled(found: list[Leg], here: Pose) -> tuple[list[Pose], list[float]]:
-    """Return poses along the legs and when the rover is there (s): turns in place, then straight lines.
+    """Return poses along the legs and the time of each (s): turns in place, then straight lines.
 
     At most MOST, the first and the last among them.
     """
@@ -131,8 +132,16 @@ def _own(pose: Pose, here: Pose) -> Pose:
 
 
 def _step_at(found: list[Leg], at: float) -> int:
-    """Return the step that runs at a time, counted from 1; 0 at the start."""
+    """Return the number of the step that runs at a time, counted from 1; 0 at the start."""
     ends: list[float] = []
     for leg in found:
         ends.append((ends[-1] if ends else 0.0) + leg.seconds)
     return 0 if at <= 0 or not found else found[min(bisect_right(ends, at - 1e-9), len(found) - 1)].step
+
+
+def floor_plan(_settings: JSON) -> Floor:
+    """Return the hall as plots of the path show it: walls, showcases and exhibits."""
+    place = hall()
+    boxes = ((c.at[0] - c.half[0], c.at[1] - c.half[1], c.at[0] + c.half[0], c.at[1] + c.half[1]) for c in place.cases)
+    rounds = ((e.at[0], e.at[1], e.radius) for e in place.exhibits)
+    return Floor((0.0, 0.0, place.width, place.depth), tuple(boxes), tuple(rounds))

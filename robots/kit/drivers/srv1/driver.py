@@ -4,19 +4,20 @@ import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
-from robots.kit.contract.errors import RobotError
+from robots.kit.contract.errors import ControllerRefused, GaveUp, LineSilent, RobotError
 from robots.kit.contract.session import JSON, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.kit.contract.values import check, number
 from robots.kit.description import load
 from robots.kit.drivers.permits import until_held
 from robots.kit.drivers.srv1.alone import Alone
+from robots.kit.drivers.srv1.extension import Activate
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.drivers.srv1.line import RoverLine
 from robots.kit.drivers.srv1.locating import Locating
 from robots.kit.drivers.srv1.motions import Motions
 from robots.kit.drivers.srv1.pictures import Pictures
 from robots.kit.drivers.srv1.refusals import StockFirmware
-from robots.kit.drivers.srv1.sending import put_in_force
+from robots.kit.drivers.srv1.rules import canonical, crc_of
 from robots.kit.drivers.srv1.spec import SLICE_S
 from robots.kit.drivers.srv1.stock import StockRover
 from robots.kit.drivers.srv1.touring import go_to, observer, tour
@@ -24,8 +25,10 @@ from robots.kit.drivers.srv1.unseen import Unseen
 from robots.kit.drivers.srv1.wheels import REST_S, Wheels
 from robots.kit.drivers.stream import open_stream
 
-NOTICED_S = 0.1  # a connection that has ended is noticed within this
+NOTICED_S = 0.1  # the rover notices the end of a connection within this time
 EARLY_S = 3.0  # a patrol ends by itself so long before its grant
+UPLOADS = 3  # attempts: an upload moves nothing, and a motion that ends beside it ends it, too
+NOT_WHOLE = "The rules did not reach the rover whole; those that were in force still are."
 
 
 class Driver(Session):
@@ -152,7 +155,7 @@ class Driver(Session):
 
 
 class Stages:
-    """Tells the stages of one command in their order: what it does is told only once the rover has understood it."""
+    """Tells the stages of one command in their order: its progress is told only once the rover has understood it."""
 
     def __init__(self, on_stage: OnStage) -> None:
         self._on_stage, self._begun = on_stage, False
@@ -169,8 +172,33 @@ class Stages:
             self._on_stage(self._waits)
 
     def tell(self, words: str, share: float | None = None) -> None:
-        """Tell how far it is."""
+        """Tell the progress."""
         if self._begun:
             self._on_stage(Progress(words, share))
         else:
             self._waits = Progress(words, share)
+
+
+def put_in_force(text: str, wheels: Wheels, permit: Permit, began: Callable[[], None]) -> int:
+    """Put a rule set into force while the rover does whatever it does; return its CRC.
+
+    The rover drives by it from its next tick on. A hold by another thread ends an upload, which is begun again where
+    `permit` allows it. Raises what `permit` and the line raise; GaveUp where the rover answers but does not get or take
+    the text.
+    """
+    data, crc = canonical(text).encode("ascii"), crc_of(text)
+    for _ in range(UPLOADS):
+        permit()
+        try:
+            wheels.line.upload(data, permit)
+            began()
+            wheels.line.ask(Activate(wheels.line.epoch, crc), permit=permit)
+        except LineSilent:
+            continue
+        except ControllerRefused as error:
+            raise GaveUp(str(error)) from error
+        else:
+            wheels.ask()
+            return crc
+    wheels.ask()
+    raise GaveUp(NOT_WHOLE)

@@ -1,7 +1,7 @@
 """A text into the rover's flash buffer: `X`, then XMODEM with blocks of 128 bytes and a CRC.
 
-A byte is sent only right after one that only an open `X` sends (`C`, ACK, NAK), because any other reader of these bytes
-takes letters of the text for commands. Nothing is sent again after silence; the whole may be begun again.
+Each byte is sent only right after one that only an open reception sends (`C`, ACK, NAK), because every other reader of
+these bytes takes letters of the text for commands. After silence nothing is resent; the whole text may be sent anew.
 """
 
 from binascii import crc_hqx
@@ -13,13 +13,13 @@ SOH, EOT, ACK, NAK, CAN, ASKS = b"\x01", b"\x04", b"\x06", b"\x15", b"\x18", b"C
 BLOCK, LARGE = 128, 1024  # bytes
 FILL = b"\x1a"  # the last block's rest, where text ends
 TRIES = 4  # of a block
-CHECKED = 0x1FFF8  # bytes of the buffer that `zC` sums up; what was not received is 0
+CHECKED = 0x1FFF8  # bytes of the buffer that `zC` sums up; those not received are 0
 # The firmware throws bytes away after the end and after a block that is wrong, until one is 0 or for 1 s of silence.
 QUIET = b"\0"
-# Ends a reception, wherever it is: 01 begins a block or fills one that is open, and is harmless as all else
+# Ends a reception at any point: 01 begins a block or fills one that is open, and is harmless to every other reader
 # (protocol.RESYNCHRONISE). Only then come 00 and CAN, which a command that was cut off must not take.
 END = SOH * (BLOCK + 5) + QUIET + CAN * 2 + QUIET
-END_OF_ANY = SOH * (LARGE + 5) + QUIET + CAN * 2 + QUIET  # also of somebody who sends large blocks
+END_OF_ANY = SOH * (LARGE + 5) + QUIET + CAN * 2 + QUIET  # also of a client that sends large blocks
 
 Exchange = Callable[[bytes], bytes]  # sends bytes and returns the next one that comes; raises TimeoutError
 
@@ -44,7 +44,7 @@ def buffer_crc(data: bytes) -> int:
 
 
 def send(data: bytes, exchange: Exchange) -> None:
-    """Send all of it. The rover's line with the count is still to be read. Raises OutOfStep, and what `exchange` does.
+    """Send all of it; the rover's line with the count has still to be read. Raises OutOfStep, and what `exchange` does.
 
     After an error the reception may be open; `END` ends it.
     """
@@ -53,7 +53,7 @@ def send(data: bytes, exchange: Exchange) -> None:
     for block in blocks(data):
         for _ in range(TRIES):
             said = exchange(block + QUIET)
-            while said == ASKS:  # it asked once more before the first block came
+            while said == ASKS:  # the rover asked once more before the first block came
                 said = exchange(b"")
             if said != NAK:
                 break

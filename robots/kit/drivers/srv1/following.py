@@ -8,21 +8,21 @@ Pose = tuple[float, float, float]
 Twist = tuple[float, float]  # m/s ahead, rad/s to the left
 AHEAD_M = 0.45  # the point of the line that it steers for (pure pursuit)
 REACHED_M = 0.08
-TURN_FIRST_RAD = 0.6  # a place farther aside than this is turned to before it drives
-ALONG_RAD = 0.1  # no farther aside than this it looks along its line
+TURN_FIRST_RAD = 0.6  # towards a place farther aside than this it turns before it drives
+ALONG_RAD = 0.1  # up to this angle it looks along its line
 TURN_RAD_S, SLOW_TURN_RAD_S, TURNED_RAD = 1.2, 0.3, 0.03
 REACTION_S = 0.12  # until the next velocity
 NEAR_GAIN = 1.0  # 1/s: how fast it may be for each metre that is left
 
 
 def room_ahead(infrared: float, sonar: float, stop: float, close: float, left: float) -> float:
-    """Return how far the rover may drive ahead (m): at `stop` (m) it stands before what infrared sees.
+    """Return how far the rover may drive ahead (m): it stops `stop` (m) before a thing that infrared sees.
 
-    Beside the ray of infrared the sonar sees things that would touch the hull, from `close` (m) on, and black glass.
-    A thing behind the end of the line, which is `left` (m) away, does not count: a place may be nearer to a wall.
+    The sonar also sees things beside the ray of infrared that would touch the hull, from `close` (m) on, and black
+    glass. A thing behind the end of the line, which is `left` (m) away, does not count: a place may be near a wall.
     """
     free = infrared - stop
-    if sonar < left:  # of the front, and of the middle: at the end of the line it would touch it
+    if sonar < left:  # the front would touch it before the middle is at the end of the line
         free = min(free, sonar - close)
     return max(0.0, free)
 
@@ -44,12 +44,12 @@ def toward(pose: Pose, begin: Place, end: Place, fastest: float, room: float, br
 
 
 def fastest_before(room: float, braking: float) -> float:
-    """Return the speed from which it comes to rest within `room` (m), with the moment in which it does not know yet."""
+    """Return the speed from which it comes to rest within `room` (m); its reaction time is counted."""
     return braking * (sqrt(REACTION_S**2 + 2 * room / braking) - REACTION_S)
 
 
 def bearing(pose: Pose, begin: Place, end: Place) -> float:
-    """Return how far to the left of its heading the line from `begin` to `end` leads on (rad)."""
+    """Return the direction of the line from `begin` to `end`, to the left of the heading (rad)."""
     return _aside(pose, _on_line(pose, begin, end))
 
 
@@ -69,7 +69,7 @@ def _on_line(pose: Pose, begin: Place, end: Place) -> Place:
 
 
 def is_reached(pose: Pose, begin: Place, end: Place, passed: bool) -> bool:
-    """Tell whether a line's end is reached; `passed`: it suffices to have come past it, as at a corner."""
+    """Tell whether a line's end is reached; `passed`: coming past it is enough, as at a corner."""
     if hypot(end[0] - pose[0], end[1] - pose[1]) <= REACHED_M:
         return True
     dx, dy = end[0] - begin[0], end[1] - begin[1]
@@ -78,5 +78,5 @@ def is_reached(pose: Pose, begin: Place, end: Place, passed: bool) -> bool:
 
 
 def turning(left: float) -> float:
-    """Return the rate of turn with so much left to turn (rad, to the left)."""
+    """Return the rate of turn (rad/s) where `left` is still to turn (rad, to the left)."""
     return max(-TURN_RAD_S, min(max(abs(left), SLOW_TURN_RAD_S), TURN_RAD_S) * (1 if left > 0 else -1))

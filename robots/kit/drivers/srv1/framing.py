@@ -1,12 +1,15 @@
-"""Frames of our commands behind `%`, and of their answers: a letter, a payload, a checksum.
+"""Frames of our commands behind `%`, and of their answers: a letter, a payload of bounded numbers, a checksum.
 
 `%` LETTER payload `*` CRC `\\n` of at most 96 bytes goes to the rover, `##%` LETTER payload `*` CRC `\\r\\n` of at most
 200 bytes comes back. The payload is printable ASCII without `*`. The CRC is XMODEM's (CCITT, from 0) of letter and
-payload, as four hexadecimal digits, as the firmware has it for its flash buffer.
+payload, as four hexadecimal digits, as the firmware has it for its flash buffer. Numbers are whole, with commas between
+them.
 """
 
 from binascii import crc_hqx
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from robots.kit.drivers.srv1.protocol import Malformed
 
@@ -15,6 +18,59 @@ COMMAND, ANSWER = b"%", b"##%"
 _ENDS = {COMMAND: b"\n", ANSWER: b"\r\n"}
 _MOST = {COMMAND: LONGEST_COMMAND, ANSWER: LONGEST_ANSWER}
 _CHECK = 5  # bytes of `*` and the checksum
+MOST_DIGITS = 17  # with a sign
+
+
+class Bounds(NamedTuple):
+    """The least and the greatest value of a whole number; `milli`: of a thousandth of our unit."""
+
+    low: int
+    high: int
+    milli: bool = False
+
+
+EPOCH = Bounds(0, 2**53 - 1)
+BOOT = Bounds(0, 2**32 - 1)
+NUMBER = Bounds(0, 2**31)  # of motions, of entries
+UPTIME_MS = Bounds(0, 2**40)
+PERMIT_MS = Bounds(0, 600_000)  # what is left of it; a rover's own limit is in its description
+MM = Bounds(-1_000_000, 1_000_000, milli=True)
+MM_S = Bounds(-2000, 2000, milli=True)
+MRAD = Bounds(-6284, 6284, milli=True)
+MRAD_S = Bounds(-10_000, 10_000, milli=True)
+RANGE_MM = Bounds(0, 100_000)
+MV = Bounds(0, 60_000)
+DECIDEGREES = Bounds(-1000, 2000)
+THOUSANDTHS = Bounds(0, 1000)
+FLAG = Bounds(0, 1)
+SIDES = Bounds(0, 3)
+CRC = Bounds(0, 0xFFFF)
+
+
+def _bounded(value: int, bounds: Bounds) -> int:
+    if not bounds.low <= value <= bounds.high:
+        raise Malformed(f"{value} is not from {bounds.low} to {bounds.high}")
+    return value
+
+
+def encode_numbers(values: Sequence[int], bounds: Sequence[Bounds]) -> str:
+    """Return numbers as text. Raises Malformed for one outside its bounds."""
+    return ",".join(str(_bounded(value, limits)) for value, limits in zip(values, bounds, strict=True))
+
+
+def numbers(payload: str, bounds: Sequence[Bounds]) -> list[int]:
+    """Return exactly as many numbers as there are bounds. Raises Malformed, also for one outside its bounds."""
+    parts = payload.split(",", len(bounds)) if payload else []
+    if len(parts) != len(bounds):
+        raise Malformed(f"{len(bounds)} numbers were expected in {payload[:40]!r}")
+    return [_bounded(_number(part), limits) for part, limits in zip(parts, bounds, strict=True)]
+
+
+def _number(text: str) -> int:
+    digits = text.removeprefix("-")
+    if not (digits.isascii() and digits.isdigit() and len(text) <= MOST_DIGITS):
+        raise Malformed(f"{text[:40]!r} is no number")
+    return int(text)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from robots.kit.description import load
 from robots.kit.rovers.gridmap.plan import Plan, RangeSensor
 from robots.kit.rovers.gridmap.range_map import BINS, CELL_M, RangeMap
 
-RAY_RAD = 0.01  # half of what is taken for a narrow ray
+RAY_RAD = 0.01  # half of the cone that stands for a narrow ray
 
 
 def plan_of(hall: Mapping[str, Any]) -> Plan:

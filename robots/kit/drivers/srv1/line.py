@@ -1,8 +1,8 @@
-"""The owner's end of the rover's line: one question, one answer; a hold is sent at once, even in between."""
+"""The owner's end of the rover's line: one question, one answer; a hold is sent at once, even between the two."""
 
 import contextlib
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TypeVar
 
 from robots.kit.clock import TIMER, Limit, Timer
@@ -18,6 +18,7 @@ from robots.kit.drivers.srv1.protocol import (
     HEADER_BYTES,
     LONGEST_LINE,
     NO_FAILSAFE,
+    PORT,
     RESYNCHRONISE,
     VERSION,
     Malformed,
@@ -29,18 +30,17 @@ from robots.kit.drivers.srv1.protocol import (
     version_of,
 )
 from robots.kit.drivers.srv1.refusals import Overtaken, StockFirmware, refusal
-from robots.kit.drivers.srv1.wire import Wire, open_wire
-from robots.kit.drivers.stream import OpenStream, open_stream
-from robots.kit.opening import why_not
+from robots.kit.drivers.stream import OpenStream, OwnerLine, open_stream
 
 HELD = ANSWER + extension.Hold.letter.encode()
+OPEN_S = 2.0  # the longest that opening, or sending, may take
 ANSWER_S = 1.0  # how long an answer may take
-QUESTIONS = 3  # how often the same is asked
+QUESTIONS = 3  # how often a question is sent until it is answered
 HELD_S, PICTURE_S = 0.3, 3.0  # how long the answer to a hold, and to the question for a picture, may take
 BLOCK_S = 2.0  # how long the answer to a block may take
 UPLOAD_S = 8.0  # a whole text, also by radio
-STATUSES = 8  # that tell how quick the line is
-LOOK_S = 0.05  # between two looks whether a hold has come in between
+STATUSES = 8  # the newest ones, by which the speed of the line is judged
+LOOK_S = 0.05  # between two checks for a hold that has overtaken
 ENDED_S, RADIO_BYTE_S = 0.3, 8 / 7000  # how long the answer to the end of a reception may take, and each byte of it
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
 FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
@@ -50,18 +50,17 @@ MOST_NOISE = 300_000  # bytes that are thrown away while the line is put in orde
 T = TypeVar("T")
 
 
-class RoverLine:
-    """Thread safe. `address` is host:port, a `socket://` URL, or a file that contains the address."""
+class RoverLine(OwnerLine):
+    """Thread safe. `address` is a host, host:port, a `socket://` URL, or a file that contains one of these."""
+
+    controller, robot, silence = "The rover", "the rover", (TimeoutError, Malformed)
 
     def __init__(
         self, address: str, epoch: int, trace: Trace | None = None, clock: Timer = TIMER,
         opened: OpenStream = open_stream,
     ) -> None:  # fmt: skip
-        self._address, self.epoch, self._trace = address, epoch, trace
-        self._clock, self._opened = clock, opened
-        self._stream: Wire | None = None
-        self._lock = clock.lock()  # one question, one answer
-        self._writing = clock.lock()  # a hold is sent even while an answer is awaited
+        super().__init__(address, trace, clock, opened)
+        self.epoch = epoch
         self._rest = bytearray()
         self._astray = False  # an answer may be missing or half read: the line is put in order before the next question
         self._held = False  # a hold was sent, and is not answered yet
@@ -72,11 +71,6 @@ class RoverLine:
         self.version = ""
 
     @property
-    def is_open(self) -> bool:
-        """Return whether a connection is open."""
-        return self._stream is not None
-
-    @property
     def answer_s(self) -> float:
         """Return how long a status takes (s): the quickest of the newest ones; 0 before the first."""
         return min(self._took, default=0.0)
@@ -84,12 +78,7 @@ class RoverLine:
     def open(self) -> Status:
         """Connect, put the line in order, and claim the rover. Raises LineGone, LineBusy, LineSilent."""
         with self._lock:
-            self._close()
-            try:
-                self._stream = open_wire(self._address, self._opened)
-            except (OSError, ValueError) as error:
-                self._close()
-                raise LineGone(f"The rover cannot be reached: {why_not(error)}") from error
+            self._connect(OPEN_S, PORT)
             with self._watched():
                 self._put_in_order()
                 try:
@@ -109,13 +98,13 @@ class RoverLine:
         return answer
 
     def letters(self, data: bytes, answered: Callable[[bytes], T | None], permit: Permit | None = None) -> T:
-        """Send published letters; `answered` returns what they are answered, None while the answer is not whole.
+        """Send published letters; `answered` gets the bytes so far and returns the answer, None while it is not whole.
 
         Raises LineGone, LineSilent, and whatever `permit` raises.
         """
         with self._lock, self._watched():
             self._ready()
-            self._send(data, permit, data[:1].decode("latin-1"))
+            self._say(data, permit, data[:1].decode("latin-1"))
             limit = Limit(self._clock, ANSWER_S)
             while (found := answered(bytes(self._rest))) is None:
                 self._more(limit)
@@ -123,16 +112,14 @@ class RoverLine:
             self._rest.clear()
             return found
 
-    def close(self) -> None:
-        """Close the connection."""
-        with self._lock:
-            self._close()
-
     def _close(self) -> None:
-        if self._stream is not None:
-            with contextlib.suppress(OSError):
-                self._stream.close()
-        self._stream, self._astray, self._held, self._ends = None, False, False, b""
+        super()._close()
+        self._astray, self._held, self._ends = False, False, b""
+        self._rest.clear()
+
+    def _fell_silent(self) -> None:
+        """Have the line put in order before the next question."""
+        self._astray = True
         self._rest.clear()
 
     def hold(self) -> None:
@@ -145,7 +132,7 @@ class RoverLine:
         with self._writing:
             stream, self._held = self._open_line(), True
             try:
-                stream.write(extension.HOLD)
+                stream.sendall(extension.HOLD)
             except (OSError, ValueError) as error:
                 raise LineGone(f"The connection to the rover broke: {why(error)}.") from error
         self._noted(">", extension.HOLD, "hold")
@@ -162,7 +149,7 @@ class RoverLine:
             while True:
                 self._ready()
                 limit = Limit(self._clock, seconds)
-                self._send(extension.encode(command), permit, type(command).__name__.lower())
+                self._say(extension.encode(command), permit, type(command).__name__.lower())
                 try:
                     answer = self._answer_to(command.letter, limit)
                     if isinstance(answer, Status):
@@ -196,7 +183,7 @@ class RoverLine:
         limit = Limit(self._clock, seconds)
         with self._lock, self._watched():
             self._ready()
-            self._send(GRAB, None, "picture")
+            self._say(GRAB, None, "picture")
             try:
                 return self._taken(limit)
             except TimeoutError:
@@ -206,9 +193,9 @@ class RoverLine:
         return None
 
     def upload(self, data: bytes, permit: Permit) -> None:
-        """Put bytes into the rover's flash buffer and have it sum them up. `permit` is called before each of them.
+        """Put bytes into the rover's flash buffer and compare their checksum. `permit` is called before each of them.
 
-        The line is taken for all of it; a hold ends it. Raises LineGone; LineSilent where it was not done, and may be
+        The line is in use until the end; a hold ends it. Raises LineGone; LineSilent where it was not done, and may be
         begun again; and whatever `permit` raises.
         """
         with self._lock, self._watched():
@@ -223,7 +210,7 @@ class RoverLine:
                 raise
             self._answered(b"", f"{received} bytes in the flash buffer")
             self._ready()
-            self._send(CHECKSUM, permit, "checksum")
+            self._say(CHECKSUM, permit, "checksum")
             if checksum_of(self._line(Limit(self._clock, ANSWER_S))) != flash.buffer_crc(data):
                 raise Malformed("the rover has something else in its flash buffer")
             self._answered(b"", "checksum")
@@ -239,7 +226,7 @@ class RoverLine:
             if self._held:
                 raise Overtaken
             permit()
-            self._open_line().write(piece)
+            self._open_line().sendall(piece)
         if piece:
             self._noted(">", piece, f"{len(piece)} bytes of an upload")
         self._until(lambda: len(self._rest), Limit(self._clock, min(BLOCK_S, limit.remaining)))
@@ -255,7 +242,7 @@ class RoverLine:
         return line
 
     def _until(self, come: Callable[[], object], limit: Limit) -> None:
-        """Wait for more bytes until `come` holds. Raises TimeoutError, Overtaken, OSError."""
+        """Wait for more bytes until `come` is true. Raises TimeoutError, Overtaken, OSError."""
         while self._held or not come():
             if self._held:
                 raise Overtaken
@@ -266,7 +253,7 @@ class RoverLine:
                 raise TimeoutError
 
     def _taken(self, limit: Limit) -> bytes:
-        """Return a JPEG whose header has still to come. Raises TimeoutError, OSError."""
+        """Wait for a picture's header and its JPEG, and return the JPEG. Raises TimeoutError, OSError."""
         while (at := self._rest.find(HEADER)) < 0 or len(self._rest) < at + HEADER_BYTES:
             self._more_of_picture(limit)
         header = PictureHeader.decode(bytes(self._rest[at : at + HEADER_BYTES]))
@@ -276,7 +263,7 @@ class RoverLine:
             self._more_of_picture(limit)
         data = bytes(self._rest[: header.length])
         del self._rest[: header.length]
-        if not (data.startswith(BEGIN) and data.endswith(END)):  # a byte was lost, or the length is a lie
+        if not (data.startswith(BEGIN) and data.endswith(END)):  # a byte was lost, or the length is wrong
             raise TimeoutError
         self._answered(b"", f"picture of {header.length} bytes")
         return data
@@ -289,7 +276,7 @@ class RoverLine:
             raise Overtaken
 
     def _answer_to(self, letter: str, limit: Limit) -> Answer:
-        """Return the answer to that letter; others belong to nobody. Raises TimeoutError, Overtaken, OSError."""
+        """Return the answer to that letter; other answers are dropped. Raises TimeoutError, Overtaken, OSError."""
         frames = Frames(ANSWER)
         while True:
             for frame in frames.feed(bytes(self._rest)):
@@ -333,9 +320,9 @@ class RoverLine:
         Raises TimeoutError where that does not end.
         """
         with self._writing:
-            self._open_line().write(self._ends or RESYNCHRONISE)
+            self._open_line().sendall(self._ends or RESYNCHRONISE)
         if self._ends:
-            with contextlib.suppress(TimeoutError):  # it answers to one of these bytes, whatever it does
+            with contextlib.suppress(TimeoutError):  # it answers to one of these bytes, whatever state it is in
                 self._more(Limit(self._clock, ENDED_S + RADIO_BYTE_S * len(self._ends)))
         limit, thrown = Limit(self._clock, ANSWER_S), 0
         with contextlib.suppress(TimeoutError):
@@ -344,11 +331,11 @@ class RoverLine:
             raise ConnectionResetError("what the rover says has no end")
         self._rest.clear()
         self._astray = self._held = False
-        self.size = None  # what was cut off may have been anything
+        self.size = None  # the command that was cut off may have changed it
 
     def _asked_version(self) -> str:
         """Return what the firmware calls itself. Raises TimeoutError, OSError."""
-        self._send(VERSION, None, "version")
+        self._say(VERSION, None, "version")
         limit = Limit(self._clock, ANSWER_S)
         while (end := self._rest.find(b"\n", self._rest.find(b"Version"))) < 0 or b"Version" not in self._rest:
             self._more(limit)
@@ -362,38 +349,17 @@ class RoverLine:
         left = limit.remaining
         if left <= 0:
             raise TimeoutError
-        data = self._open_line().read(65_536, left)
+        data = self._open_line().receive(65_536, left)
         if not data:
-            raise TimeoutError
+            raise ConnectionError("the rover's Wi-Fi module has closed the connection")
         self._rest += data
         if len(self._rest) > MOST_NOISE:
             raise ConnectionResetError("what the rover says has no end")
         return len(data)
 
-    def _send(self, data: bytes, permit: Permit | None, words: str) -> None:
-        with self._writing:
-            if permit is not None:
-                permit()  # last before actuation
-            self._open_line().write(data)
+    def _say(self, data: bytes, permit: Permit | None, words: str) -> None:
+        self._send(data, permit)
         self._noted(">", data, words)
-
-    def _open_line(self) -> Wire:
-        if self._stream is None:
-            raise LineGone("The rover is not connected.")
-        return self._stream
-
-    @contextlib.contextmanager
-    def _watched(self) -> Iterator[None]:
-        """Translate errors on the wire; after silence the line is put in order, after all others it is closed."""
-        try:
-            yield
-        except (TimeoutError, Malformed) as error:
-            self._astray = True
-            self._rest.clear()
-            raise LineSilent("The rover does not answer.") from error
-        except (OSError, ValueError) as error:  # the latter: another thread has closed the connection
-            self._close()
-            raise LineGone(f"The connection to the rover broke: {why(error)}.") from error
 
     def _noted(self, way: str, data: bytes, words: str) -> None:
         if self._trace is not None:

@@ -12,8 +12,8 @@ from robots.kit.drivers.srv1.motions import Began, Motions
 from robots.kit.drivers.srv1.ways import Place
 from robots.kit.rovers.grid import SCANS, TURNS, Belief, Estimate, beacon_of, locate, next_step, scan_of
 
-UNSURE_M = 0.20  # beyond this spread it looks around before it drives to a place, and when it is there
-HEADING_RAD = 0.1  # how sure the heading is by the compass
+UNSURE_M = 0.20  # beyond this spread it looks around before it drives to a place, and after it
+HEADING_RAD = 0.1  # standard deviation of the heading by the compass
 SETTLE_S = 0.3  # at rest before each reading: the compass is smoothed over this
 NOT_FOUND = (
     "The rover does not know where it is: it looked around {} times. Look at the picture, drive it a little by hand, "
@@ -23,7 +23,7 @@ Looked = Callable[[int, Status], None]  # called after each reading of a look ar
 
 
 def _unnoted(number: int, status: Status) -> None:
-    """A look around that nobody asked for is not noted."""
+    """Note nothing: nobody records this look around."""
 
 
 class Locating:
@@ -39,7 +39,7 @@ class Locating:
         return not where.is_known or where.spread > UNSURE_M
 
     def look(self, permit: Permit, began: Began, looked: Looked = _unnoted) -> Estimate:
-        """Look around once, in 18 turns; take over the place that was found if it is known."""
+        """Look around once, in 18 turns; use the estimated place from then on if it is certain enough."""
         readings: list[Status] = []
         for number in range(1, TURNS + 1):
             self._motions.turn(tau / TURNS, permit, began)

@@ -30,8 +30,8 @@ LONGEST, MOST_STEPS, LONGEST_LINE = int(_MISSION["longest"]), int(_MISSION["most
 LIMIT_S = float(_MISSION["limit_s"])
 MOST_WAIT_S, MOST_PATROL_S = 120.0, 120.0
 SPEED_M_S, TURN_RAD_S = float(_MISSION["speed"]), float(_MISSION["turn"])
-# No text has these: what ends a line elsewhere, what turns or hides a text, and what no database stores. Without them
-# Python and the page's script agree on what a blank is.
+# No mission has these characters: other line ends, marks that turn or hide text, and those that no database stores.
+# Without them Python and the page's script agree on what a blank is.
 UNWRITABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]|\r(?!$)")
 FASTEST_M_S, FASTEST_RAD_S = float(_MOTION["most_speed"]), float(_MOTION["turn"])
 SETTLE_S, PICTURE_S, LOOK_S = (float(_MISSION[name]) for name in ("settle_s", "picture_s", "look_s"))
@@ -151,7 +151,7 @@ def _number(text: str, low: float, high: float, what: str, unit: str) -> float:
 
 
 def _rounded(value: float) -> float:
-    """Return a number to thousandths, halves up: so that both languages write the same."""
+    """Return a number rounded to thousandths, halves up, so that Python and the page's script write the same."""
     return floor(1000 * value + 0.5) / 1000
 
 
@@ -161,7 +161,7 @@ def write(steps: Sequence[Step]) -> str:
 
 
 def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterator[Leg]:
-    """Yield the leg of each step, from `here` (m, rad) on. Where a patrol ends is not known: the next way begins there.
+    """Yield the leg of each step, from `here` (m, rad) on. The end of a patrol is not known: it counts as its begin.
 
     Raises:
         OutOfWorkspace: a step cannot be done; the sentence names it.
@@ -212,8 +212,7 @@ def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:
 def judge(steps: Sequence[Step], here: Pose, limit_s: float = LIMIT_S) -> tuple[list[Leg], list[Judgement]]:
     """Return the legs of a mission from `here` (m, rad), as far as it can run, and all judgements of its steps.
 
-    This is the one verdict: of the page while somebody writes, of the server when it is sent, of the rover before it
-    moves.
+    Page, server and rover judge by the same rules: while somebody writes, when the mission is sent, before it moves.
     """
     found: list[Leg] = []
     said: list[Judgement] = []

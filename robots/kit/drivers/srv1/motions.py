@@ -9,17 +9,17 @@ from robots.kit.contract.session import Permit
 from robots.kit.description import load
 from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.following import TURNED_RAD, Pose, is_reached, room_ahead, toward, turning
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.rounds import Round
+from robots.kit.drivers.srv1.spec import Mode
 from robots.kit.drivers.srv1.ways import Place, length, way
 from robots.kit.drivers.srv1.wheels import Wheels
 
 BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
 MARGIN_M = 0.03  # before the reflex, where it counts as blocked
-CLEAR_M = 0.10  # by so much farther than what stopped it the sonar sees where it goes on
+CLEAR_M = 0.10  # the sonar must see by so much farther than at the stop before it goes on
 NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
 UNHEARD = "out of reach: it drives on by itself, and rests within {:.0f} s if it is not reached"
-STUCK_S = 6.0  # told to move, and no farther in so long
+STUCK_S = 6.0  # commanded to move, and no farther in so long
 STUCK = "The rover does not move: it stands against something. Staff or its driver have to free it."
 ENCODER = (
     "An encoder counts nothing while its wheels are driven: it is broken, or they are held fast. The rover does not "
@@ -32,19 +32,19 @@ Left = Callable[[float, float], None]  # called with the metres that are left of
 
 
 class Progressing:
-    """Notices that the rover is told to move and does not: it stands against something that no sensor sees."""
+    """Notices that the rover is commanded to move and does not: it stands against something that no sensor sees."""
 
     def __init__(self, clock: Timer) -> None:
         self._clock = clock
         self.rests()
 
     def rests(self) -> None:
-        """Begin anew: it is not told to move."""
+        """Begin anew: the rover is not commanded to move."""
         self._since: float = self._clock.monotonic()
         self._from: Pose | None = None
 
     def check(self, pose: Pose) -> None:
-        """Take where it is. Raises GaveUp if it has not come from there for long."""
+        """Take its pose. Raises GaveUp if it has not moved for long."""
         if self._from is None or _has_moved(self._from, pose):
             self._since, self._from = self._clock.monotonic(), pose
         elif self._clock.monotonic() - self._since > STUCK_S:
@@ -165,9 +165,9 @@ class Motions:
         self.wheels.during(permit, Mode.TURNING, act)
 
     def patrol(self, seconds: float, permit: Permit, began: Began, tell: Callable[[str], None]) -> float:
-        """Let the rover drive by its rules for so long (s), around the map where its place is known.
+        """Let the rover drive by its rules for so long (s), on its round where its place is known.
 
-        Returns how far it came (m). If its line is lost it drives on by its permit meanwhile, and `tell` is told so.
+        Return how far it came (m). If its line is lost it drives on by its permit meanwhile, and `tell` reports that.
         """
         until, driven = self._clock.monotonic() + seconds, self.wheels.where.driven
         self._first()
@@ -196,7 +196,7 @@ class Motions:
         return self.wheels.where.driven - driven
 
     def _lead(self, status: Status, permit: Permit) -> None:
-        """Let the rover drive by its rules for the next moment, on its round where its place is known."""
+        """Let the rover drive by its rules until the next message, on its round where its place is known."""
         aside = 0.0
         if self.wheels.where.is_known:
             near = status.infrared < self._stop + MARGIN_M or status.sonar < self._sonar["close"]

@@ -1,4 +1,4 @@
-"""Pictures over the rover's line: as large as it carries soon enough, and none where it is too slow for any."""
+"""Pictures over the rover's line: of the largest size that the line carries in time; none where it is too slow."""
 
 from robots.kit.contract.errors import HardwareFault
 from robots.kit.description import load
@@ -15,11 +15,11 @@ class Pictures:
     def __init__(self, line: RoverLine) -> None:
         limits = load("srv1")["line"]
         self._line, self._large_s, self._small_s = line, float(limits["large_s"]), float(limits["small_s"])
-        self.missed_count = 0  # that were asked for and did not come
+        self.missed_count = 0  # pictures that were requested and did not come
 
     @property
     def size(self) -> Size | None:
-        """Return the size that the line carries soon enough, by how long a status takes; None: no picture at all."""
+        """Return the size that the line carries in time, judged by how long a status takes; None: no picture at all."""
         if self._line.answer_s > self._small_s:
             return None
         return SMALL if self._line.answer_s > self._large_s else LARGE

@@ -14,9 +14,9 @@ VERSION, GRAB, SONAR, COMPASS, ENCODERS, BATTERY = b"V", b"I", b"p", b"$C", b"$E
 STOP, TURN_LEFT, TURN_RIGHT = b"5", b"0", b"."  # the two turn by about 20 degrees each
 NO_FAILSAFE = b"f"
 RECEIVE, CHECKSUM = b"X", b"zC"  # of the flash buffer
-# Ends a command that was cut off, whatever arguments it lacks: as a speed a byte is 1 %, which moves nothing, as a
-# duration 10 ms, and as a letter it is unknown. Never 00, which as a duration has no end. All go in one write: what a
-# command does not take is thrown away after it.
+# Ends a command that was cut off, whatever arguments it lacks: each byte is 1 % as a speed, which moves nothing, 10 ms
+# as a duration, and unknown as a letter. It is never 00, which as a duration has no end. All bytes go in one write:
+# the firmware throws away those that the command does not take.
 RESYNCHRONISE = b"\x01" * 5
 FASTEST = 100  # per cent, of a motor
 DURATION_S, LONGEST_S = 0.01, 2.55  # the unit of a motion's duration, and the longest
@@ -67,7 +67,7 @@ def _speed(per_cent: int, least: int = -FASTEST) -> int:
 def motion(left: int, right: int, seconds: float) -> bytes:
     """Return `M`: both sides at so many per cent for 0.01 to 2.55 s; the robot reads nothing meanwhile.
 
-    A duration of 0, with which it would run on for ever, cannot be said. Raises Malformed.
+    A duration of 0, with which it would run on for ever, is refused. Raises Malformed.
     """
     if not DURATION_S <= seconds <= LONGEST_S:  # also if it is NaN
         raise Malformed(f"a motion lasts from {DURATION_S} to {LONGEST_S} s, not {seconds}")
@@ -99,7 +99,7 @@ def acknowledgement(command: bytes) -> bytes:
 
 
 def confirms(command: bytes) -> Callable[[bytes], bool | None]:
-    """Return what tells of the bytes that have come whether they confirm that command; None: not yet."""
+    """Return a function that tells whether the bytes so far confirm that command; None: not yet."""
     done = acknowledgement(command)
     return lambda said: True if done in said else None
 

@@ -1,4 +1,4 @@
-"""The round of a patrol: from node to node of the map, each time to the one that was longest not visited. Pure; m."""
+"""The round of a patrol: from node to node of the map, each time to the one whose last visit is oldest. Pure; m."""
 
 from math import dist, hypot
 
@@ -7,7 +7,7 @@ from robots.kit.drivers.srv1.following import TURN_FIRST_RAD, Pose, bearing, is_
 from robots.kit.drivers.srv1.hall import Hall, Node, hall
 from robots.kit.drivers.srv1.ways import Place, length, way
 
-ASTRAY_M = 0.5  # from its line: it was led elsewhere, or placed anew
+ASTRAY_M = 0.5  # farther from its line than this it was driven elsewhere, or its place was estimated anew
 
 
 class Round:
@@ -31,7 +31,7 @@ class Round:
         return self._to.name if self._to else ""
 
     def aside(self, pose: Pose, near: bool) -> float:
-        """Return how far to the left of its heading the way leads on (rad); 0 where no way leads anywhere.
+        """Return the direction of the way, to the left of its heading (rad); 0 where there is no way.
 
         `near`: whether something stands before the rover.
         """
@@ -46,7 +46,7 @@ class Round:
         aside = self._bearing(pose)
         if not near or abs(aside) > TURN_FIRST_RAD or len(self._line) < 2:
             return aside
-        self._turn_back(pose)  # it stands in the way
+        self._turn_back(pose)  # a thing stands in the way
         return self._bearing(pose)
 
     def _bearing(self, pose: Pose) -> float:
@@ -70,7 +70,7 @@ class Round:
         self._line.append(self._to.at)
 
     def _neighbours(self) -> list[Node]:
-        """Note that the node to which it was led is visited; return those to which a way leads from there."""
+        """Note that the node to which it was led is visited; return the nodes to which a way leads from there."""
         assert self._to is not None
         self._count += 1
         self._visits[self._to.name] = self._count

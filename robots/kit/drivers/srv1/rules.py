@@ -18,8 +18,8 @@ NOISES = 3  # standard deviations of a distance
 def braking() -> Braking:
     """Return how the rover stops, by its robot.toml.
 
-    It is taken to slow down as rules let it, which is less than what it brakes with when it is held; and to react as
-    late as a velocity is forgotten.
+    Its deceleration counts as that of a change of speed by the rules, which is less than that of a hold; its reaction
+    time counts as the time after which a velocity is forgotten.
     """
     made = load("srv1")
     body, motion, infrared = made["body"], made["motion"], made["infrared"]
@@ -46,12 +46,12 @@ def rules_of(text: str) -> RuleSet:
 
 @cache
 def paper() -> str:
-    """Return the text of the rule set that the rover was made with."""
+    """Return the text of the rule set that the rover was made with, the paper's."""
     return text_of("srv1", "rules.txt")
 
 
 def canonical(text: str) -> str:
-    """Return what the rover is sent of a rule set: its lines in one order, and no comments, which may say anything.
+    """Return the text of a rule set as it is sent to the rover: its lines in a fixed order, without comments.
 
     Raises ValueError where the text is no rule set.
     """
@@ -60,12 +60,12 @@ def canonical(text: str) -> str:
 
 @lru_cache(64)
 def crc_of(text: str) -> int:
-    """Return by which number the rover calls a rule set that it was sent. Raises ValueError as `canonical`."""
+    """Return the CRC by which the rover names a rule set that was sent to it. Raises ValueError as `canonical`."""
     return crc_hqx(canonical(text).encode("ascii"), 0)
 
 
 def number_of(text: str) -> int:
-    """Return what the channel `rules` shows while that set is in force; -1, which it never shows, of no rule set."""
+    """Return what the channel `rules` shows while that set is in force; -1, which it never shows, for no rule set."""
     try:
         return channel_value(crc_of(text))
     except ValueError:  # an earlier version may have taken it
@@ -73,5 +73,5 @@ def number_of(text: str) -> int:
 
 
 def channel_value(crc: int) -> int:
-    """Return what the channel `rules` shows for the set in force: 0 for the paper's, also where it was sent."""
+    """Return what the channel `rules` shows for the set in force: 0 for the paper's, also if it was sent."""
     return 0 if crc == crc_of(paper()) else crc

@@ -1,5 +1,6 @@
 """The spec of the hall rover; readable without its driver."""
 
+from enum import StrEnum
 from math import pi
 from typing import Any
 
@@ -24,7 +25,6 @@ from robots.kit.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind,
 from robots.kit.contract.streams import Stream
 from robots.kit.description import load
 from robots.kit.drivers.srv1.missions import LIMIT_S, LONGEST
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.rules import paper
 from robots.kit.rovers.fuzzy_text import LONGEST as LONGEST_RULES
 
@@ -45,6 +45,17 @@ STATISTICS = Statistics(
     ),
     over_time="battery", job="place", done="reached",
 )  # fmt: skip
+
+
+class Mode(StrEnum):
+    """The words of `RobotState.mode`."""
+
+    RESTING = "resting"
+    HAND = "driven by hand"
+    GOING = "going to a place"
+    TURNING = "turning"
+    PATROL = "on patrol"
+    WAITING = "waiting for a free way"
 
 
 def spec() -> Spec:
@@ -75,7 +86,7 @@ def spec() -> Spec:
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.kit.drivers.srv1.checks:check"), STATISTICS,
             Programs("mission", "mission"), Preview("robots.kit.drivers.srv1.checks:foresee"),
-            FloorPlan("robots.kit.drivers.srv1.floor:plan"), JobMovies(("go",)), PrivacyMasks(),
+            FloorPlan("robots.kit.drivers.srv1.checks:floor_plan"), JobMovies(("go",)), PrivacyMasks(),
             Setting(
                 "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],
                 default=description["line"]["permit_s"],

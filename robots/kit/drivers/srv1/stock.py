@@ -1,8 +1,9 @@
 """A rover with its maker's firmware, which is silent to `%`: driven by hand alone, in bursts that end by themselves.
 
-It has no hold that is read during a motion, no epoch and no odometry. So a burst lasts at most 0.1 s, each after a
-permit; it never drives itself, and never says where it is. Whether it moves it says only by the counts of its wheels.
-So it counts as moving from before a burst, and from before it is connected, until it was told to stop and asked.
+It has no hold that is read during a motion, no epoch and no odometry. So each burst lasts at most 0.1 s and needs a
+permit; the rover never drives by itself, and never tells its place. Only the counts of its wheels tell whether it
+moves. So it counts as moving from before a burst, and from before it is connected, until it was commanded to stop and
+the counts were read.
 """
 
 import contextlib
@@ -17,11 +18,11 @@ from robots.kit.description import load
 from robots.kit.drivers.permits import until_held
 from robots.kit.drivers.srv1 import protocol, sensors
 from robots.kit.drivers.srv1.line import RoverLine
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.sensors import Channel
+from robots.kit.drivers.srv1.spec import Mode
 
 BURST_S = 0.1
-ASKED = 2  # times that its wheels do not turn: they may be between two counts
+READINGS = 2  # without a count until its wheels rest: they may be between two counts
 REST_S = 2.0  # within which it rests after a stop, also from its greatest speed
 NOT_AT_REST = "The rover did not come to rest after a stop."
 BY_HAND_ONLY = "This rover has its maker's firmware: it can be driven by hand, and nothing else."
@@ -39,9 +40,9 @@ class StockRover:
         self.holds = 0
 
     def connect(self) -> RobotState:
-        """Tell it to stop, because another client may have left it running, and ask. Raises LineGone, LineSilent.
+        """Command a stop, because another client may have left it running, and ask. Raises LineGone, LineSilent.
 
-        `5` alone does that: what it does not end (before the first `M` since a reset) does not run either.
+        `5` is enough: before the first `M` since a reset it ends nothing, but then nothing runs either.
         """
         self._runs()
         self._stop()
@@ -94,7 +95,7 @@ class StockRover:
         return max(-100, min(round(left), 100)), max(-100, min(round(right), 100))
 
     def hold(self) -> RobotState:
-        """Begin no other burst, and tell it to stop until its wheels rest. Raises HardwareFault if they do not."""
+        """Begin no other burst, and repeat the stop until its wheels rest. Raises HardwareFault if they do not."""
         self.holds += 1
         self._runs()
         self._rest()
@@ -109,7 +110,7 @@ class StockRover:
 
     def _stop(self) -> None:
         self._line.letters(protocol.STOP, protocol.confirms(protocol.STOP))
-        turns = (self._line.letters(protocol.ENCODERS, _line(protocol.encoders_of)) for _ in range(ASKED))
+        turns = (self._line.letters(protocol.ENCODERS, _line(protocol.encoders_of)) for _ in range(READINGS))
         self._may_run = any(left or right for left, right in turns)
 
     def refuse(self, kind: str) -> None:
@@ -119,5 +120,5 @@ class StockRover:
 
 
 def _line(decode: Callable[[bytes], T]) -> Callable[[bytes], T | None]:
-    """Return what decodes the first line of an answer; None while it is not whole."""
+    """Return a function that decodes the first line of an answer; it returns None while the line is not whole."""
     return lambda data: decode(data.partition(b"\n")[0]) if b"\n" in data else None

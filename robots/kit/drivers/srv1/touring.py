@@ -1,4 +1,4 @@
-"""Carries out a mission, a step after the other, and tells what each has found."""
+"""Carries out a mission, one step after the other, and reports the findings of each."""
 
 from collections.abc import Callable
 
@@ -19,7 +19,7 @@ READINGS = ("temperature", "humidity", "light", "presence", "infrared", "sonar")
 def observer(pictures: Pictures, on_stage: OnStage) -> Looked:
     """Return a function that records each reading of a look around, with a picture where the line carries one.
 
-    After one picture that did not come no other is asked for, so that a lost camera costs a moment, not minutes.
+    After one picture that did not come no other is requested, so that a lost camera costs a moment, not minutes.
     """
     missed = pictures.missed_count
 
@@ -37,9 +37,9 @@ def go_to(
     place: Place, motions: Motions, locating: Locating, permit: Permit, began: Began, left: Left,
     tell: Callable[[str], None],
 ) -> float:  # fmt: skip
-    """Go to a place: look where it is before, and again there, wherever it is not sure (section 7.2).
+    """Go to a place: look around before and after it if the rover's place is not certain enough (section 7.2).
 
-    An obstacle may be in its way because the rover is elsewhere than it believes: then it looks, and tries once
+    An obstacle may be in the way because the rover is elsewhere than it believes: then it looks around and tries once
     more. Returns how long the ways were (m). Raises GaveUp, OutOfWorkspace.
     """
     if locating.is_unsure:

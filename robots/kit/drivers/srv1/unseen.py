@@ -1,4 +1,4 @@
-"""The rover's motions while nobody was connected: read from its journal, and told as a byte stream.
+"""The rover's motions while nobody was connected: read from its journal, and sent as a byte stream.
 
 A packet of the stream `unseen` is JSON: `ways`, each a list of [x, y] (m) in the hall, and `events`, each
 [how long ago (ms), the journal's word, x, y]. Both are empty where nothing is known.
@@ -10,13 +10,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from robots.kit.contract.errors import HardwareFault
-from robots.kit.drivers.srv1.answers import Status
+from robots.kit.drivers.srv1.answers import Entries, Entry, Event, Status
 from robots.kit.drivers.srv1.extension import Journal
-from robots.kit.drivers.srv1.journal import Entries, Entry, Event
 from robots.kit.drivers.srv1.line import RoverLine
 
 GAP_MS = 2000  # without a status for so long, something was missed
-LOOKED_BACK = 64  # entries, by an owner that has not heard this rover before
+LOOKED_BACK = 64  # entries that an owner reads at its first status of this start of the rover
 MOST = 256  # entries
 TOLD = frozenset({
     Event.ALONE, Event.WAY, Event.HEARD, Event.REFLEX, Event.EXPIRED, Event.LEFT, Event.FAST, Event.REST, Event.ENCODER,
@@ -41,9 +40,11 @@ class Unseen:
             self._since = last.journal
 
     def catch_up(self, place: Callable[[Status], Place] | None) -> None:
-        """Read what was missed, and tell it; `place` turns the odometry's into the hall's (m), None: that is not known.
+        """Read the entries that were missed, and send them.
 
-        A line that is lost meanwhile leaves it for later.
+        `place` returns the place in the hall (m) of a status; None where that is not known.
+
+        If the line is lost meanwhile, they are read later.
         """
         status, since = self._last, self._since
         if status is None or since is None:
@@ -67,7 +68,7 @@ class Unseen:
 
 
 def packet(entries: Iterable[Entry], status: Status, place: Callable[[Status], Place] | None) -> bytes | None:
-    """Return the packet of what was done without a word; None if nothing was."""
+    """Return the packet of what the rover did without a message; None if it did nothing."""
     told = [entry for entry in entries if entry.event in TOLD]
     first = next((number for number, entry in enumerate(told) if entry.event is Event.ALONE), None)
     if first is None:

@@ -12,7 +12,7 @@ from robots.kit.drivers.srv1.hall import Hall, hall
 
 Place = tuple[float, float]
 STEP_M = 0.05  # between two points of a line whose room is looked at
-CORNER_M = 0.001  # that a corner counts as longer
+CORNER_M = 0.001  # that each corner adds to a way, so that ways with fewer corners are preferred
 ASIDE_M, ASIDE_STEPS, DIRECTIONS = 0.05, 24, 24  # steps away from something that is too near, and around the rover
 CORNERED = "No way leads out of where the rover seems to be: let it look around, or drive it by hand."
 ROOM_M = float(load("srv1")["mission"]["room"])
@@ -65,7 +65,7 @@ def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
 
 
 def aside(begin: Place, floor: Hall) -> Place:
-    """Return the nearest place with room, to which the rover comes no nearer to anything than it stands.
+    """Return the nearest place with room; on the way there the rover comes no nearer to anything than it stands.
 
     Raises OutOfWorkspace where there is none.
     """
@@ -90,5 +90,5 @@ def length(begin: Place, way: Sequence[Place]) -> float:
 
 
 def _apart(a: Place, b: Place) -> float:
-    """Return how far two places are apart, and a millimetre, by which a way with fewer corners is shorter."""
+    """Return the distance between two places, with the addition for a corner (m)."""
     return hypot(a[0] - b[0], a[1] - b[1]) + CORNER_M

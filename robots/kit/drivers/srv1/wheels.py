@@ -12,16 +12,16 @@ from robots.kit.drivers.srv1 import extension
 from robots.kit.drivers.srv1.alone import Alone
 from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.line import RoverLine
-from robots.kit.drivers.srv1.modes import Mode
 from robots.kit.drivers.srv1.refusals import NotNow
 from robots.kit.drivers.srv1.rules import channel_value
+from robots.kit.drivers.srv1.spec import Mode
 from robots.kit.drivers.srv1.unseen import Unseen
 from robots.kit.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
 REST_S = 2.0  # within which it rests after a hold
-LOST_S = 0.25  # without an answer for so long, or twice as long as one takes, a velocity is lost
-SLOW_S = 0.05  # an answer that takes longer is not asked for once more: the last one's is new enough
+LOST_S = 0.25  # without an answer for so long, or twice as long as an answer takes, a velocity is lost
+SLOW_S = 0.05  # where answers take longer, no extra status is requested: that of the last velocity is new enough
 LEAST_PAUSE_S = 0.01  # in which others may use the line
 RESTARTED = "The rover was started again and does not know its owner; connect again."
 OUT_OF_REACH = "The rover was out of reach for so long that it has come to rest by itself."
@@ -47,7 +47,7 @@ class Wheels:
         self.holds = 0  # of other threads
         self._closed = True  # by its owner: nothing is opened again by itself
         self.status: Status | None = None  # the newest
-        self._told: Status | None = None  # what the last velocity was answered, until it is used
+        self._told: Status | None = None  # the answer to the last velocity, until it is used
         self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
@@ -79,9 +79,9 @@ class Wheels:
         return self._same(status)
 
     def next_status(self) -> Status:
-        """Return the status to which the next velocity of a motion answers; for the thread that moves it alone.
+        """Return the status to which the next velocity of a motion answers; only for the thread that moves the rover.
 
-        By a slow line it is what the last velocity was answered; else, and if that was lost, as `ask`.
+        On a slow line it is the answer to the last velocity; otherwise, and if that was lost, the same as `ask`.
         """
         status, self._told = self._told, None
         return self.ask() if status is None else self._same(status)
@@ -134,7 +134,7 @@ class Wheels:
                 self.where.keep(self.status)
 
     def _settle(self) -> None:
-        """Hold until the rover says that it rests, or its permit is surely over: sooner no command of it has ended."""
+        """Hold until the rover says that it rests, or its permit is certainly over: no command has ended before."""
         while self.alone.rests_within and not self._closed:
             with contextlib.suppress(HardwareFault):
                 if not self.line.is_open:
@@ -169,9 +169,9 @@ class Wheels:
         self._say(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit)
 
     def patrol(self, status: Status, permit: Permit, aside: float) -> None:
-        """Let the rover drive by its rules for the next moment, and for a while without a word.
+        """Let the rover drive by its rules until the next message, and by its permit for a while without one.
 
-        `aside` (rad): so far to the left of its heading its way leads on.
+        `aside`: the direction of its way, to the left of its heading (rad).
 
         Raises what else `RoverLine.ask` raises.
         """
@@ -180,7 +180,7 @@ class Wheels:
         self._say(extension.Patrol(self.line.epoch, status.uptime_ms, aside), permit)
 
     def _say(self, command: extension.Command, permit: Permit) -> None:
-        """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""
+        """Send a command that the rover forgets soon. A lost one is never resent; the next answers to a new status."""
         with contextlib.suppress(NotNow, LineSilent):  # a rover that is silent does not answer the next question either
             answer = self.line.ask(command, max(LOST_S, 2 * self.line.answer_s), permit)
             if isinstance(answer, Status) and self.line.answer_s > SLOW_S:
@@ -188,7 +188,7 @@ class Wheels:
                 self.take(answer)
 
     def pause(self) -> None:
-        """Wait for the next moment; by a slow line the answer to a velocity has taken a part of that, or all."""
+        """Wait for the next step; on a slow line the answer to a velocity has taken a part of that time, or all."""
         spent = self.line.answer_s if self._told is not None else 0.0
         self.clock.sleep(max(STEP_S - spent, LEAST_PAUSE_S))
 

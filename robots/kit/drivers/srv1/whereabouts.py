@@ -1,7 +1,8 @@
-"""The rover's place in the hall, and how sure it is: by the last grid scan, then by dead reckoning. m, rad.
+"""The rover's place in the hall and its spread (uncertainty): by the last grid scan, then by dead reckoning. m, rad.
 
-It is less sure for each metre and each turn, more so beside what its sides may touch, where wheels slide. Sonar that
-contradicts the map, because somebody carried it off or something was moved, makes it less sure reading by reading.
+The spread grows with each metre and each turn, and faster beside things that the rover may touch, where wheels slide.
+It also grows with each sonar reading that contradicts the map, because somebody carried the rover away or moved
+something.
 """
 
 import json
@@ -16,19 +17,19 @@ from robots.kit.drivers.srv1.answers import Status
 from robots.kit.drivers.srv1.hall import hall
 from robots.kit.files import replace_text
 
-STILL_M = 0.05  # so far is no way
+STILL_M = 0.05  # a shorter way counts as none
 UNKNOWN_M = 10.0  # the spread of a place that is not known
 KNOWN_M = 1.0  # beyond this spread a place is called unknown
-LOST_M = 0.15  # by so much it is less sure if it has driven unseen, and by OF_WAY of the longest way that it may have
-OF_WAY, OF_TURN = 0.03, 0.04  # m lost for each metre driven, and for each radian turned: four wheels slip
+LOST_M = 0.15  # that the spread grows after driving unseen, beside OF_WAY of the longest way that it may have driven
+OF_WAY, OF_TURN = 0.03, 0.04  # m that the spread grows for each metre and each radian: four wheels slip
 BESIDE_M, OF_WAY_BESIDE = 0.25, 0.25  # nearer to something than this it may slide along it
-DOUBT_M = 0.01  # that each contradiction of the map costs, and each agreement gives back
-TOLERANCE_M, OF_RANGE = 0.3, 0.1  # what a range may be off, and its share, beside twice the spread
+DOUBT_M = 0.01  # that each contradiction of the map adds, and each agreement takes away
+TOLERANCE_M, OF_RANGE = 0.3, 0.1  # tolerance of a range (m, and share of it), beside twice the spread
 RAYS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the half cone
 JUMP_M = 1.0  # odometry that changes by more between two answers has begun anew,
 FASTEST_M_S = 0.5  # or by more than it could drive meanwhile, where it was not heard for a while
-UNSEEN_S = 2.0  # then it has turned as nobody knows
-LONGEST_UNSEEN_S = float(load("srv1")["line"]["longest_permit_s"])  # it does not drive longer without a word
+UNSEEN_S = 2.0  # after a longer gap its turns are unknown
+LONGEST_UNSEEN_S = float(load("srv1")["line"]["longest_permit_s"])  # it does not drive longer without a message
 LARGEST = 2000  # bytes of what is stored
 
 
@@ -45,9 +46,9 @@ class Anchor:
 
 
 class Whereabouts:
-    """Takes each status. What is known of a start of the rover outlives its owner, in `file`.
+    """Takes each status. The place in a start of the rover outlives its owner, in `file`.
 
-    `spread` is the radius (m) in which it is, 95 times of 100. What slips is random, so squares of errors are added.
+    `spread` is the radius (m) that contains it with 95 %. Slip is random, so squares of errors are added.
     """
 
     def __init__(self, file: Path | None = None) -> None:
@@ -80,7 +81,7 @@ class Whereabouts:
         )  # fmt: skip
 
     def take_scan(self, pose: tuple[float, float, float], spread: float, status: Status) -> None:
-        """Take over where a scan has found the rover, as of this status."""
+        """Take the place that a scan has estimated, as of this status."""
         self._anchor = Anchor(
             status.boot, (status.x, status.y, status.heading), pose, spread, status.motion, status.uptime_ms
         )
@@ -100,7 +101,7 @@ class Whereabouts:
             self._compare(status)
 
     def _compare(self, status: Status) -> None:
-        """Be less sure where sonar and map contradict each other; not by somebody who stands before it."""
+        """Grow the spread where sonar and map contradict each other, unless somebody stands before the rover."""
         expected = sonar_at(self.pose(status))
         off, bound = status.sonar - expected, TOLERANCE_M + OF_RANGE * expected + 2 * self.spread
         if abs(off) <= bound:
@@ -128,10 +129,10 @@ class Whereabouts:
         lost = share * way + OF_TURN * turn
         if seconds > UNSEEN_S and (way > STILL_M or last.moving or status.motion != last.motion):
             lost += _unseen(seconds)
-        self._squared += lost * (0.6 * self.spread + lost)  # partly the same error again, as a compass that is off
+        self._squared += lost * (0.6 * self.spread + lost)  # partly the same error again, as that of the compass
 
     def keep(self, status: Status) -> None:
-        """Store what is known, for the next owner; a disk that is full costs a scan later."""
+        """Store the place for the next owner; if the disk is full, that one has to scan."""
         if self._file is None or self._anchor is None or not self.is_known:
             return
         here = (status.x, status.y, status.heading)
@@ -143,7 +144,7 @@ class Whereabouts:
 
 
 def _unseen(seconds: float) -> float:
-    """Return how much less sure it is (m) after driving unheard for at most so long: nobody knows which way."""
+    """Return how much the spread grows (m) after the rover drove unseen for at most so long, in any direction."""
     return LOST_M + OF_WAY * FASTEST_M_S * min(max(seconds, 0.0), LONGEST_UNSEEN_S)
 
 
@@ -158,7 +159,7 @@ def sonar_at(pose: tuple[float, float, float]) -> float:
 
 
 def _stored(file: Path | None) -> Anchor | None:
-    """Return what an owner before has stored; None where there is none, or it cannot be read."""
+    """Return the place that an earlier owner has stored; None if there is none, or it cannot be read."""
     if file is None:
         return None
     try:

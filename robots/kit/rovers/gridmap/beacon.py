@@ -7,14 +7,14 @@ from math import cos, hypot, sin, sqrt
 import numpy as np
 
 from robots.kit.rovers.gridmap.belief import Belief
-from robots.kit.rovers.gridmap.compass import angle
 from robots.kit.rovers.gridmap.plan import Floats
+from robots.kit.rovers.gridmap.scan import angle
 
-OUTLIER = 0.02  # share of readings that tell nothing
-HEARD = 6  # readings of a scan, at least: fewer are no beacon
+OUTLIER = 0.02  # share of wrong readings
+HEARD = 6  # the least readings of a scan: with fewer there is no beacon
 NOISE_M, NOISE_RAD = 0.05, 0.02  # standard deviations of a reading
 BIAS_M, BIAS_RAD = 0.03, 0.015  # what all readings of a place share: reflections, how the tower was set up
-MEDIAN = 1.25  # times the spread of a mean has that of a median
+MEDIAN = 1.25  # the spread of a median, in spreads of a mean
 MOST = 1e4  # m, rad
 AGREES = 2.0  # standard deviations, within which a place is where the beacon has it
 
@@ -46,7 +46,7 @@ class Beacon:
         return self.tower[0] + self.range * cos(self.bearing), self.tower[1] + self.range * sin(self.bearing)
 
     def differences(self, x: Floats, y: Floats) -> Floats:
-        """Return how far places are from what it tells, (..., 2), in standard deviations of range and bearing."""
+        """Return the differences of places from the beacon's range and bearing, (..., 2), in standard deviations."""
         east, north = x - self.tower[0], y - self.tower[1]
         away = (np.hypot(east, north) - self.range) / self.range_spread
         return np.stack([away, angle(np.arctan2(north, east) - self.bearing) / self.bearing_spread], -1)

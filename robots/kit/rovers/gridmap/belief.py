@@ -5,17 +5,16 @@ from math import isfinite, tau
 
 import numpy as np
 
-from robots.kit.rovers.gridmap.compass import angle, facing
 from robots.kit.rovers.gridmap.plan import Floats
 from robots.kit.rovers.gridmap.range_map import LEVEL_M, RangeMap
-from robots.kit.rovers.gridmap.scan import Scan
+from robots.kit.rovers.gridmap.scan import Scan, angle, facing
 
 Pose = tuple[float, float, float]
-MOST = 1e3  # m, rad, of any number that is given
-LOST = 0.01  # share of the belief that stays everywhere: somebody may have carried the rover off
-OUTLIER = 0.15  # share of readings that tell nothing of the map: ghosts, visitors, edges that a cell has elsewhere
+MOST = 1e3  # m, rad, of any number of a caller
+LOST = 0.01  # share of the belief that stays everywhere: somebody may have carried the rover away
+OUTLIER = 0.15  # share of readings that say nothing about the map: echoes, visitors, edges elsewhere in a cell
 CELL_SHARE = 0.4  # of a cell's size: how far the readings in a cell are from those of its middle
-TEMPER = 0.5  # readings of neighbouring directions see the same surface: two tell little more than one
+TEMPER = 0.5  # of the log likelihood: readings of neighbouring directions see the same surface
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ class Belief:
         return np.where(inside, self.mass[h, np.where(inside, y, 0), np.where(inside, x, 0)], 0.0)
 
     def _normal(self, mass: Floats) -> "Belief":
-        """Return a belief in which free cells alone have a share; in nothing at all, every one of them."""
+        """Return a belief in which only free cells have a share; all of them have the same if nothing is left."""
         kept = np.where(self.ranges.free, mass, 0.0)
         total = float(kept.sum())
         if not (isfinite(total) and total > 0.0):

@@ -7,16 +7,16 @@ import numpy as np
 
 from robots.kit.rovers.gridmap.beacon import Beacon
 from robots.kit.rovers.gridmap.belief import TEMPER, Belief, Pose
-from robots.kit.rovers.gridmap.compass import angle
 from robots.kit.rovers.gridmap.plan import Floats
 from robots.kit.rovers.gridmap.refine import Fits
+from robots.kit.rovers.gridmap.scan import angle
 
-SHARE = 0.95  # of the belief, which the spread holds and the pose has to have
+SHARE = 0.95  # of the belief: within the spread, and near a pose that is known
 SPREAD_M = 0.30  # a pose is known if it is within this
 AGREE = 0.6  # of the sonar's readings fit the map where a pose is known
 SAME_M, SAME_RAD = 0.30, 0.35  # within these two poses are one
 SCALE = 1.3  # of the fit's spreads: readings share errors, which it takes for independent
-PLACE_M, TURN_RAD = 0.010, 0.027  # what the fit does not know of: the middle wanders during the scan, and the last turn
+PLACE_M, TURN_RAD = 0.010, 0.027  # errors outside the fit: the middle moves during the scan, and the last turn
 NORMAL = 1.96  # standard deviations to each side that hold 95 %
 DRAWS = np.random.default_rng(7).standard_normal((256, 2))  # always the same: an estimate is repeatable
 

@@ -1,19 +1,21 @@
 """The stored map as geometry in the plane: straight walls and round things, and what a range sensor would read there.
 
-x to the right, y up (m), angles to the left from +x (rad).
+x to the right, y up (m), angles to the left from +x (rad). A sensor reads the nearest point of all surfaces inside its
+cone. Nothing can hide the nearest point, so no ray has to be followed: the part of each wall inside the cone is taken,
+and the nearest point of that part.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import cos, sin, tan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.kit.rovers.gridmap.cones import circles_away, segments_away
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
+TINY = 1e-300  # a segment along the side of a cone: it is inside or outside as a whole
 
 
 @dataclass(frozen=True)
@@ -131,3 +133,36 @@ def _beam(x: Floats, y: Floats, heading: Floats, sensor: RangeSensor) -> tuple[F
 def _outline(x0: float, y0: float, x1: float, y1: float) -> list[tuple[float, float, float, float]]:
     corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     return [(*a, *b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+
+
+def segments_away(segments: Floats, px: Floats, py: Floats, c: Floats, s: Floats, half_cone: float) -> Floats:
+    """Return how far the part of each segment (..., 4: x, y, x, y) inside the cone is; infinite if no part is.
+
+    Of many segments and sensors at once: the sensor's x, y, cosine and sine of its heading broadcast against the
+    segments' last axis.
+    """
+    x, y = segments[..., 0] - px, segments[..., 1] - py
+    ax, ay = x * c + y * s, y * c - x * s  # in the sensor's frame: x ahead, y left
+    x, y = segments[..., 2] - segments[..., 0], segments[..., 3] - segments[..., 1]
+    dx, dy = x * c + y * s, y * c - x * s
+    slope = tan(half_cone)
+    first, last = np.zeros_like(ax), np.ones_like(ax)
+    for sign in (1.0, -1.0):  # each side of the cone: begin + u change >= 0, u from 0 to 1 along the segment
+        begin, change = ax * slope + sign * ay, dx * slope + sign * dy
+        change = np.where(change == 0.0, TINY, change)
+        at, rises = -begin / change, change > 0.0
+        first = np.where(rises, np.maximum(first, at), first)
+        last = np.where(rises, last, np.minimum(last, at))
+    u = np.minimum(np.maximum(-(ax * dx + ay * dy) / (x * x + y * y), first), last)
+    ax, ay = ax + u * dx, ay + u * dy
+    return np.where(first <= last, np.sqrt(ax * ax + ay * ay), np.inf)
+
+
+def circles_away(circles: Floats, px: Floats, py: Floats, c: Floats, s: Floats, half_cone: float) -> Floats:
+    """Return the same for circles (..., 3: x, y, radius): along the ray of the cone that is nearest to the middle."""
+    x, y = circles[..., 0] - px, circles[..., 1] - py
+    ax, ay = x * c + y * s, np.abs(y * c - x * s)
+    along, aside = ax * cos(half_cone) + ay * sin(half_cone), ay * cos(half_cone) - ax * sin(half_cone)
+    hit = circles[..., 2] ** 2 - aside**2
+    grazed = np.where((along > 0.0) & (hit > 0.0), along - np.sqrt(np.maximum(hit, 0.0)), np.inf)
+    return np.where((ax > 0.0) & (aside <= 0.0), np.hypot(ax, ay) - circles[..., 2], grazed)

@@ -6,19 +6,18 @@ from math import sqrt, tau
 import numpy as np
 
 from robots.kit.rovers.gridmap.beacon import Beacon
-from robots.kit.rovers.gridmap.compass import angle, facing
 from robots.kit.rovers.gridmap.plan import Floats
 from robots.kit.rovers.gridmap.range_map import RangeMap
-from robots.kit.rovers.gridmap.scan import Scan
+from robots.kit.rovers.gridmap.scan import Scan, angle, facing
 
 SPREADS_M = (0.25, 0.15, 0.10, 0.06, 0.04)  # of the sonar's readings in the steps of the fit: coarse, then fine
-SONAR_M, INFRARED_M = 0.035, 0.02  # at last: noise, turns that are not known exactly, a middle that wanders
-OUTLIER = 0.10  # share of readings that are ghosts, or of what the map does not have
+SONAR_M, INFRARED_M = 0.035, 0.02  # in the last steps: noise, inexact turns, a middle that moves during the scan
+OUTLIER = 0.10  # share of readings that are echoes, or of things that the map does not have
 STEP = np.array([0.01, 0.01, 0.01])  # m, m, rad, of the slopes
 MOST = np.array([0.25, 0.25, 0.15])  # m, m, rad, that a step of the fit changes
-STEEP = 5.0  # m/m: a range that changes more has left one surface for another, and tells no slope
+STEEP = 5.0  # m/m: a range that changes more has changed from one surface to another, and has no slope
 FIRST, BEST = 3, 8  # steps with all candidates, and how many go on
-HELD = 16.0  # 1/m², 1/rad²: what readings do not tell stays about where it was
+DAMPING = 16.0  # 1/m², 1/rad²: a direction that the readings do not determine stays almost unchanged
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class Fits:
 
 
 class _Fit:
-    """The state of a fit: the best pose so far of each candidate, with what was known there."""
+    """The state of a fit: the best pose so far of each candidate, with its score and its normal equations."""
 
     def __init__(self, ranges: RangeMap, poses: Floats, scan: Scan, beacon: Beacon | None) -> None:
         self._ranges, self._scan, self._beacon = ranges, scan, beacon
@@ -66,13 +65,13 @@ class _Fit:
         return np.stack(off, 1) - self._read, np.stack(slopes, 2).transpose(1, 0, 2, 3) / STEP[:, None, None]
 
     def step(self, spread: float) -> None:
-        """Look at where each candidate is, remember it if it is its best, and move it."""
+        """Score the pose of each candidate, remember it if it is its best, and move it."""
         off, slopes = self._look()
         slopes = np.where(np.abs(slopes[:, :2]).max(1, keepdims=True) < STEEP, slopes, 0.0)
         self._remember(off, slopes)
         wide = np.array([spread, max(INFRARED_M, 0.5 * spread)])[:, None]
         push, pull = self._normal(off, slopes, wide)
-        step = np.linalg.solve(push + HELD * np.eye(3), pull[..., None])[..., 0]
+        step = np.linalg.solve(push + DAMPING * np.eye(3), pull[..., None])[..., 0]
         self.at = self.at - np.clip(step, -MOST, MOST)
 
     def _remember(self, off: Floats, slopes: Floats) -> None:

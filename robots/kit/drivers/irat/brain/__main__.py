@@ -10,7 +10,7 @@ import cv2
 
 from robots.kit.drivers.irat.brain.messages import frame, read, to_brain
 from robots.kit.drivers.irat.brain.mind import Mind
-from robots.kit.slam.ready import compile_loops
+from robots.kit.slam.slam import compile_loops
 
 
 def main() -> None:

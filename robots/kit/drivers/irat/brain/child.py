@@ -16,7 +16,7 @@ from robots.kit.drivers.irat.brain.messages import FromBrain, ToBrain, frame, fr
 
 
 class Child(Protocol):
-    """A brain that runs apart from its owner; made for a folder, and begun once."""
+    """A brain that runs apart from its owner; it is made for a folder and begins once."""
 
     pid: int  # of its process; 0 before it has begun
 
@@ -64,7 +64,7 @@ class ChildProcess:
         self._unsent.put(frame(message))
 
     def _write(self) -> None:
-        """Write what is to be sent; alone in its thread, because a process that is stuck reads nothing."""
+        """Write the messages, in a thread of its own, because a process that is stuck reads nothing."""
         assert self._process is not None and self._process.stdin is not None
         pipe = self._process.stdin
         with contextlib.suppress(OSError, ValueError):

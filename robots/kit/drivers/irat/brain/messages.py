@@ -19,7 +19,7 @@ NONE = -1  # no experience
 class Feed(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """A step of odometry, perhaps with the picture at its end.
 
-    find: look for the dock's markers in it; docked: the robot stands in its dock, where it learns nothing new.
+    find: search the picture for the dock's markers. docked: the robot stands in its dock, where it learns nothing new.
     """
 
     at: float
@@ -32,7 +32,7 @@ class Feed(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Aim(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Lead to a place of map `map_number`: to the experience, or to what is nearest to x, y if that is not given."""
+    """Lead to a place of map `map_number`: to the experience, or without one to the experience nearest to x, y."""
 
     number: int
     map_number: int
@@ -49,7 +49,7 @@ class AimAtDock(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Forget(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Lead nowhere any more; `place`: one from where the dock was not seen."""
+    """End the guidance; `place`: an experience from where the dock was looked for and not seen."""
 
     place: int = NONE
 
@@ -62,7 +62,7 @@ class Clear(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Care(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Keep the map small by pruning, for days; else it is cleared now and then."""
+    """Keep the map small for days by pruning; without it the map is cleared now and then."""
 
     number: int
     pruning: bool
@@ -92,7 +92,7 @@ class Guided(msgspec.Struct, frozen=True, tag=True, array_like=True):
 class Seen(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """The answer to a `Feed`, with its `at`.
 
-    picture: what it was worth (see `robots.kit.slam.slam.Step`). outer, small: the dock's markers.
+    picture: its verdict (see `robots.kit.slam.slam.Step`). outer, small: the dock's markers.
     age: of the map, in s outside the dock.
     """
 
@@ -111,7 +111,7 @@ class Seen(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Answer(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """The answer to a numbered message: why not, or an empty text; the goal, and how long it may take (s)."""
+    """The answer to a numbered message: why it is refused, or an empty text; the goal, and its time limit (s)."""
 
     number: int
     refusal: str = ""

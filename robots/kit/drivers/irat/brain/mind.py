@@ -16,10 +16,9 @@ from robots.kit.contract.errors import BadRequest
 from robots.kit.description import load as described
 from robots.kit.drivers.irat import markers as dock
 from robots.kit.drivers.irat.brain import messages
-from robots.kit.drivers.irat.brain.earlier import EarlierMap
 from robots.kit.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
 from robots.kit.drivers.irat.brain.places import NO_PLACE, MapCleared, goal_place
-from robots.kit.drivers.irat.brain.streams import CellStream, MapStream
+from robots.kit.drivers.irat.brain.streams import CellStream, EarlierMap, MapStream
 from robots.kit.drivers.irat.composites.decoding import MapShown
 from robots.kit.files import replaced
 from robots.kit.rovers.docking import Sighting
@@ -31,10 +30,10 @@ from robots.kit.slam.views import Grey, decoded
 from robots.kit.vision.markers import Markers
 
 log = logging.getLogger(__name__)
-SAVE_S = 10.0  # on the machine's clock unless told another: it spares the disk
-WHERE_EACH = 10  # feeds, after which it is reckoned again where the dock is
-LONGEST_STEP_S = 2.0  # by more a map does not age between two feeds
-FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody looks for it
+SAVE_S = 10.0  # between two saves, on the machine's clock unless it is given another: it spares the disk
+WHERE_EACH = 10  # feeds, after which the place of the dock is computed again
+LONGEST_STEP_S = 2.0  # the most that a map ages between two feeds
+FIND_EACH = 4  # one of so many pictures is searched for the dock while the robot does not look for it
 NO_WAY = "No way to this place is known."
 IN_DOCK_M = (
     0.42  # to it a robot that does not dock comes no nearer than 0.52 m (wheels, steering); a goal reaches 0.1 m
@@ -42,7 +41,7 @@ IN_DOCK_M = (
 
 
 class Mind:
-    """Not for several threads. `folder` keeps `map.npz`, and `kept` with the map's number, its age and its care."""
+    """Not for several threads. `folder` has `map.npz`, and `kept` with the map's number, its age and its care."""
 
     def __init__(self, folder: Path, clock: Timer = TIMER) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -79,7 +78,7 @@ class Mind:
             if slam.map_number == self._number:
                 slam.skip_ids()
                 return slam
-            lost = False  # it is the one before, which was cleared
+            lost = False  # the file has the map before this one, which was cleared
         if lost:
             self._earlier.was_lost(self._number, self._age)
         self._number, self._age = self._number + 1, 0.0
@@ -163,7 +162,7 @@ class Mind:
         self._fed_at = feed.at
         outer, small = self._dock(picture, feed.find)
         self._feeds += 1
-        if self._feeds % WHERE_EACH == 0 or step.map_number != self._dock_map:  # it moves slowly, as the map is pulled
+        if self._feeds % WHERE_EACH == 0 or step.map_number != self._dock_map:  # it moves slowly, as the map is relaxed
             self._dock_at, self._dock_map = self._where(), step.map_number
         if outer is not None:
             slam.docks.saw(step.experience, outer.z, outer.theta)

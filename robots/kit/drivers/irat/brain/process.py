@@ -1,6 +1,6 @@
-"""The owner's end of the brain: starts its process, feeds it, keeps its newest answer, and starts it again.
+"""The owner's end of the brain: starts its process, feeds it, stores its newest answer, and restarts it.
 
-The brain never tells a velocity. The wheels ask `fresh`, which is empty once the brain has been silent.
+The brain never sends a velocity. The wheels ask `fresh`, which returns None once the brain has been silent.
 """
 
 import itertools
@@ -16,7 +16,7 @@ from robots.kit.drivers.irat.brain.messages import Answer, Feed, FromBrain, Pack
 
 log = logging.getLogger(__name__)
 SILENT_S = 0.5  # after which nobody drives by its answers
-STUCK_S = 60.0  # without an answer to a feed: it is killed and started again
+STUCK_S = 60.0  # without an answer to a feed for so long it is killed and started again
 ANSWER_S = 5.0
 # real time, because a process starts and ends no faster on another clock:
 AGAIN_S = 0.5
@@ -71,7 +71,7 @@ class BrainProcess:
         self.starts += 1
 
     def _keep_running(self) -> None:
-        """Read what it says; start it again when it ends."""
+        """Read its messages; start it again when it ends."""
         while True:
             for said in self._child.answers():
                 self._take(said)
@@ -90,7 +90,7 @@ class BrainProcess:
             self._aim_again()
 
     def keep_aim(self, aim: Callable[[int], ToBrain] | None) -> None:
-        """Say this again whenever the process was started again; None: nothing."""
+        """Send this aim again whenever the process was started again; None: nothing."""
         self._aim = aim
 
     def _aim_again(self) -> None:
@@ -112,7 +112,7 @@ class BrainProcess:
             self._changed.notify_all()
 
     def post(self, message: ToBrain) -> None:
-        """Send a message that has no answer. What cannot be sent is lost."""
+        """Send a message that has no answer. If it cannot be sent, it is lost."""
         self._child.send(message)
 
     def feed(self, feed: Feed) -> bool:

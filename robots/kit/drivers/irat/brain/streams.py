@@ -1,29 +1,34 @@
-"""The byte streams of the map and of the pose cells, in few bytes. Their format: the robot's README.
+"""The byte streams of the map, of the pose cells and of the map before this one. Their format: the robot's README.
 
 A key packet holds everything, a delta what changed since the packet before.
 """
 
+import logging
 import math
 import struct
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.kit.drivers.irat.packets import DOCK, DOCKS, HEAD, LEVELS, PLACE, ROUTE, UNIT_M, VERSION
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.drivers.irat.packets import DOCK, DOCKS, EARLIER, HEAD, LEVELS, PLACE, ROUTE, UNIT_M, VERSION, Why
+from robots.kit.files import replaced
 from robots.kit.slam.slam import RatSlam
 
+log = logging.getLogger(__name__)
 Grid = NDArray[np.int16]
 Dock = tuple[int, int, int]
 NO_DOCK: Dock = (0, 0, 0)
-MOVED = 4  # units; by less the dock's place is not told again
+MOVED = 4  # units; the dock's place is sent again only if it moved by so much
 
 
 class MapStream:
-    """Experiences, links, the way to the goal (whose last is the goal), from where the dock was seen, where it is."""
+    """The stream `map`: experiences, links, the route (its last is the goal), places that saw the dock, the dock."""
 
     def __init__(self) -> None:
-        self._map, self._last = -1, -1  # number and sequence that were told
+        self._map, self._last = -1, -1  # number and sequence that were sent
         self._places: dict[int, tuple[int, int]] = {}
         self._route: tuple[int, ...] = ()
         self._docks: tuple[int, ...] = ()
@@ -100,3 +105,40 @@ class CellStream:
         if not (key or len(changed)):
             return None
         return (changed.astype(np.uint16) << 3 | levels[changed]).astype("<u2").tobytes(), key
+
+
+class EarlierMap:
+    """The map before this one, with the reason and the time of its end, for people who miss it.
+
+    Keeps the packet of the byte stream `earlier` in a file, so that it outlives the process.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.key = path, True  # the packet is to be sent
+        try:
+            self._packet = path.read_bytes()
+        except OSError:
+            self._packet = b""
+
+    def was(self, slam: RatSlam, dock: tuple[float, float] | None, closed_m: float, age_s: float, why: Why) -> None:
+        """Take in the map that is about to be cleared."""
+        told = MapStream().next(slam, (), dock, closed_m)
+        assert told is not None  # the first packet of a stream holds everything
+        self._take(told[0], age_s, why)
+
+    def was_lost(self, number: int, age_s: float) -> None:
+        """Note that a map could not be read."""
+        self._take(HEAD.pack(VERSION, 0, number, 0, 0), age_s, Why.LOST)
+
+    def _take(self, data: bytes, age_s: float, why: Why) -> None:
+        self._packet, self.key = EARLIER.pack(VERSION, why, age_s, ms_of(SYSTEM.now())) + data, True
+        try:
+            with replaced(self._path) as out:
+                out.write(self._packet)
+        except OSError as error:
+            log.warning("the map before this one is not kept: %s", error)
+
+    def next(self) -> bytes | None:
+        """Return the packet if it is to be sent."""
+        wanted, self.key = self.key, False
+        return self._packet if wanted and self._packet else None

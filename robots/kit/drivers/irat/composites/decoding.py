@@ -82,7 +82,7 @@ def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
         shown = MapShown()
     elif len(shown.links) + m > MOST or len(shown.ids) + n > MOST:
         raise ValueError("this map is too large")
-    # of an id that is told again the last place counts: unique keeps the first, so the newest stand first
+    # the last place of an id counts; np.unique returns the first one, so the newest come first
     newest, first = np.unique(np.concatenate([ids[::-1], shown.ids]), return_index=True)
     everywhere = np.concatenate([places[::-1], shown.places])[first]
     return MapShown(number, newest, everywhere, np.concatenate([shown.links, links]), route, docks, dock)

@@ -1,4 +1,4 @@
-/** Reads the byte stream `map`: experiences, links, the way to the goal, from where the dock was seen. */
+/** Reads the byte stream `map`: experiences, links, the way to the goal, places from where the dock was seen. */
 import type { Graph, Spot } from "/static/farhand/v1/roaming.js";
 
 const VERSION = 1;
@@ -8,7 +8,7 @@ const DOCKS = 2;
 const DOCK = 4;
 const UNIT_M = 0.005;
 
-/** The map as the packets so far have told it. */
+/** The map by the packets so far. */
 export class ExperienceMap implements Graph {
   number = 0;
   spots = new Map<number, Spot>();
@@ -25,7 +25,11 @@ export class ExperienceMap implements Graph {
     return new Map([...this.spots].filter(([, { x, y }]) => Math.hypot(x - dock.x, y - dock.y) >= dock.within));
   }
 
+<<<<<<< HEAD
   /** Take a key packet or a delta. Returns false for one that cannot be read; after that only a key packet helps. */
+=======
+  /** Take a key packet or a delta. False for one that cannot be read; after it a key packet is needed. */
+>>>>>>> h-kit
   take(data: Uint8Array, key: boolean): boolean {
     const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
     if (data.byteLength < HEAD || view.getUint8(0) !== VERSION) return false;
@@ -63,7 +67,11 @@ export class ExperienceMap implements Graph {
   }
 }
 
+<<<<<<< HEAD
 /** Return the length of a list in bytes; 0 without a list. */
+=======
+/** The bytes of a list; 0 if it is not there. */
+>>>>>>> h-kit
 function lengthOf(list: number[] | null): number {
   return list ? 2 + 4 * list.length : 0;
 }

@@ -7,7 +7,7 @@ export type Step =
   | { do: "wait" | "patrol"; seconds: number }
   | { do: "look" | "photograph" | "read" }
   | { do: "say"; words: string };
-/** What a mission may name: the places of the map, and the size of the hall (m). */
+/** The places of the map that a mission may name, and the size of the hall (m). */
 export interface Floor {
   width: number;
   depth: number;

@@ -15,7 +15,7 @@ export class RuleMemory {
         this.known.set(crc, text);
       }
     } catch {
-      // nothing that can be read
+      // stored data that cannot be read
     }
     this.add(paper);
   }
@@ -25,7 +25,7 @@ export class RuleMemory {
     try {
       localStorage.setItem(KEY, JSON.stringify([...this.known].slice(-MOST)));
     } catch {
-      // it is only not known after a reload
+      // then it is unknown after a reload
     }
   }
 

@@ -35,7 +35,7 @@ class IratNode:
         rospy.Service("irat/status", Status, self.status)
 
     def run(self) -> None:
-        """Tell the base its velocity while it moves or is held, and everybody the state."""
+        """Send the base its velocity while it moves or is held, and publish the state."""
         told = 0.0
         while not rospy.is_shutdown():
             velocity = self.rules.velocity()
@@ -55,7 +55,7 @@ class IratNode:
             rospy.logwarn_throttle(1.0, why)
 
     def odometry(self, message: Any) -> None:
-        """Take what the wheels measure."""
+        """Take the measured velocity."""
         speed = message.twist.twist
         self.rules.odometry(speed.linear.x, speed.angular.z, seconds(message.header.stamp))
 

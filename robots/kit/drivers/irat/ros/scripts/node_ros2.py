@@ -45,7 +45,7 @@ class IratNode(Node):
         threading.Thread(target=self.run, name="base", daemon=True).start()  # callbacks may all wait
 
     def run(self) -> None:
-        """Tell the base its velocity while it moves or is held."""
+        """Send the base its velocity while it moves or is held."""
         while self.context.ok():
             velocity = self.rules.velocity()
             if velocity is not None:
@@ -61,7 +61,7 @@ class IratNode(Node):
             self.get_logger().warning(why, throttle_duration_sec=1.0)
 
     def odometry(self, message: Any) -> None:
-        """Take what the wheels measure."""
+        """Take the measured velocity."""
         speed = message.twist.twist
         self.rules.odometry(speed.linear.x, speed.angular.z, seconds(message.header.stamp))
 

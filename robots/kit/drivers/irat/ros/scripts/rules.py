@@ -62,7 +62,7 @@ class Rules:
             return True, "you command", epoch
 
     def drive(self, epoch: int, stamp: float, velocity: tuple[float, ...]) -> str:
-        """Take a velocity; return why not, in one sentence, or an empty text.
+        """Take a velocity; return why it is refused, in one sentence, or an empty text.
 
         `stamp`: of the odometry that it answers to (s); `velocity`: linear x, y, z (m/s) and angular x, y, z (rad/s).
         """

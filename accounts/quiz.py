@@ -11,10 +11,10 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def draw(bank: Sequence[T], seen: Collection[T], count: int, rng: random.Random) -> list[T]:
-    """Return `count` questions of the bank in random order, with those just `seen` only if there are too few others."""
-    fresh = [q for q in bank if q not in seen]
-    stale = [q for q in bank if q in seen]
+def draw(bank: Sequence[T], recent: Collection[T], count: int, rng: random.Random) -> list[T]:
+    """Return `count` questions of the bank in random order, those of `recent` only if there are too few others."""
+    fresh = [q for q in bank if q not in recent]
+    stale = [q for q in bank if q in recent]
     count = min(count, len(bank))
     drawn = rng.sample(fresh, min(count, len(fresh)))
     drawn += rng.sample(stale, count - len(drawn))

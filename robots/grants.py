@@ -155,12 +155,12 @@ def _let_rest(grant: Grant, now: datetime) -> None:
         start_grant(grant.robot, GrantKind.REST, now, until=now + timedelta(seconds=seconds))
 
 
-def goes_on_for(robot: Robot, kept: dict[str, Any] | None) -> float | None:
+def goes_on_for(robot: Robot, settings: dict[str, Any] | None) -> float | None:
     """Return for how many seconds more what runs may go on without a word, and come to rest; None: nothing may.
 
-    `kept`: as of `Spec.rests_within`.
+    `settings`: as of `Spec.rests_within`.
     """
-    within = rests_within(robot, kept)
+    within = rests_within(robot, settings)
     return within if within is not None and within > (robot.spec().rest_s or 0.0) else None
 
 
@@ -170,18 +170,18 @@ def running_motions(robot: Robot) -> list[str]:
     return list(running.values_list("kind", flat=True))
 
 
-def rests_within(robot: Robot, kept: dict[str, Any] | None) -> float | None:
+def rests_within(robot: Robot, settings: dict[str, Any] | None) -> float | None:
     """Return within how many seconds the robot rests that nobody has asked yet, and no word reaches; None: not known.
 
     By the rows a motion may run that was allowed to go on by itself. Until the robot was asked, it counts as moving.
-    `kept`: as of `Spec.rests_within`.
+    `settings`: as of `Spec.rests_within`.
     """
     try:
         spec = robot.spec()
     except LookupError:
         return None
     kinds = [*running_motions(robot), ""]
-    return None if spec.rest_s is None else max(spec.rests_within(kind, kept) or 0.0 for kind in kinds)
+    return None if spec.rest_s is None else max(spec.rests_within(kind, settings) or 0.0 for kind in kinds)
 
 
 def interruption(grant: int) -> str:

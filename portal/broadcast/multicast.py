@@ -7,15 +7,15 @@ import struct
 BUFFER = 4 * 1024 * 1024  # bytes that may wait for an edge that is busy: some seconds
 
 
-def group_of(told: str) -> tuple[str, int]:
+def group_of(text: str) -> tuple[str, int]:
     """Return the group and its port of `239.x.y.z:port`. Raises ValueError."""
-    address, _, port = told.rpartition(":")
+    address, _, port = text.rpartition(":")
     try:
         known = ipaddress.IPv4Address(address)
     except ValueError:
         known = None
     if known is None or not known.is_multicast or not (port.isdecimal() and 0 < int(port) < 2**16):
-        raise ValueError(f"{told!r} is no multicast group, as 239.8.1.30:5004.")
+        raise ValueError(f"{text!r} is no multicast group, as 239.8.1.30:5004.")
     return address, int(port)
 
 

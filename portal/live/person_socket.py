@@ -151,8 +151,8 @@ class PersonSocket(Socket):
             await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
 
 
-def next_look_s(shown: dict[str, Any], now_ms: float) -> float:
+def next_look_s(content: dict[str, Any], now_ms: float) -> float:
     """Return how long the page waits for a message (s): until the next pulse, or the next moment before an end."""
-    ends = [end for one in shown["places"] for end in (one["kept_until_ms"] or one["until_ms"], one["idle_ms"])]
+    ends = [end for one in content["places"] for end in (one["kept_until_ms"] or one["until_ms"], one["idle_ms"])]
     moments: list[float] = [(end - now_ms) / 1000 - before for end in ends if end for before in MOMENTS_S]
     return min([PULSE_S, *(m + 0.05 for m in moments if m > 0)])

@@ -23,9 +23,9 @@ def place_info(one: queue.Standing, now: datetime) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def places(found: Sequence[queue.Standing], now: datetime) -> dict[str, Any]:
+def places(standings: Sequence[queue.Standing], now: datetime) -> dict[str, Any]:
     """Return everything that the bar on every page shows, the most urgent place first."""
-    return {"t": "places", "now_ms": ms_of(now), "places": [place_info(one, now) for one in found]}
+    return {"t": "places", "now_ms": ms_of(now), "places": [place_info(one, now) for one in standings]}
 
 
 def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime, session: str = "") -> str:

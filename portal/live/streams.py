@@ -24,11 +24,11 @@ class Streams:
         del self._early[slug][:-EARLY]
         return False
 
-    def restore(self, slug: str, kept: list[list[bytes]]) -> None:
+    def restore(self, slug: str, stored: list[list[bytes]]) -> None:
         """Take over the packets of each stream that Redis keeps, then those heard meanwhile. Raises ValueError."""
         chains = self._chains.setdefault(slug, {})
         early = self._early.pop(slug, [])
-        for index, packets in enumerate(kept[:MOST]):
+        for index, packets in enumerate(stored[:MOST]):
             heard = [data for data in early if unpack(data).stream == index]
             if packets or heard:
                 chains.setdefault(index, PacketChain(unpack)).restore(packets, heard)

@@ -33,10 +33,10 @@ class Subscriber:
         if self._told & queues:
             self.changed.set()
 
-    def hear(self, told: StandingChanged) -> None:
+    def hear(self, change: StandingChanged) -> None:
         """Take a message that may concern this person."""
-        self._told.add(told.queue)
-        if told.user == self._user or self._queues is None or told.queue in self._queues:
+        self._told.add(change.queue)
+        if change.user == self._user or self._queues is None or change.queue in self._queues:
             self.changed.set()
 
 

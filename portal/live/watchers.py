@@ -19,10 +19,10 @@ class Watchers(NamedTuple):
         return " ".join(map(str, (self.strangers, self.at, *sorted(self.people))))
 
 
-def read_watchers(told: bytes) -> Watchers:
+def read_watchers(data: bytes) -> Watchers:
     """Return the watchers of another process; nobody, long ago, if its text is not understood."""
     try:
-        strangers, at, *people = map(int, told.split())
+        strangers, at, *people = map(int, data.split())
     except ValueError:
         return Watchers(0, frozenset())
     return Watchers(strangers, frozenset(people), at)

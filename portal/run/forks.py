@@ -142,8 +142,8 @@ def _fork_child(line: socket.socket, supervisor: int, asked: bytes, out: int) ->
     os._exit(0)
 
 
-def become(asked: dict[str, Any], out: int, parent: int) -> NoReturn:
-    """Run as `python -m` would. `asked`: name, argv, env, folder; `out`: where it writes; `parent`: its parent."""
+def become(request: dict[str, Any], out: int, parent: int) -> NoReturn:
+    """Run as `python -m` would. `request`: name, argv, env, folder; `out`: where it writes; `parent`: its parent."""
     os.setsid()
     until = time.monotonic() + ADOPTED_S
     while os.getppid() != parent and time.monotonic() < until:
@@ -158,15 +158,15 @@ def become(asked: dict[str, Any], out: int, parent: int) -> NoReturn:
     os.close(null)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     ctypes.CDLL(None).mallopt(M_ARENA_MAX, 2)  # a heap for each thread would waste memory
-    _rename(asked["name"])
-    os.chdir(asked["folder"])
+    _rename(request["name"])
+    os.chdir(request["folder"])
     os.environ.clear()
-    os.environ.update(asked["env"])
-    for option in filter(None, asked["env"].get("PYTHONWARNINGS", "").split(",")):
+    os.environ.update(request["env"])
+    for option in filter(None, request["env"].get("PYTHONWARNINGS", "").split(",")):
         action, _, message = option.partition(":")
         warnings.filterwarnings(action, message)  # type: ignore[arg-type]
-    roles.take(asked["env"].get("FARHAND_ROLE", "web"))
-    module, *arguments = asked["argv"]
+    roles.take(request["env"].get("FARHAND_ROLE", "web"))
+    module, *arguments = request["argv"]
     sys.argv = [module, *arguments]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
     sys.exit(0)

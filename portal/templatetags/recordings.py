@@ -29,15 +29,15 @@ def films_of(recordings: list[Recording]) -> list[exports.Film]:
 
 
 @register.simple_tag
-def figures_of(robot: Robot, findings: Sequence[Finding], shown: list[exports.Film]) -> list[figures.Figure]:
+def figures_of(robot: Robot, findings: Sequence[Finding], movies: list[exports.Film]) -> list[figures.Figure]:
     """Return a drawing of the path of each run that is known."""
-    return figures.figures_of(robot, findings, [film.recording for film in shown])
+    return figures.figures_of(robot, findings, [film.recording for film in movies])
 
 
 @register.filter
-def arriving(shown: list[exports.Film]) -> bool:
+def arriving(movies: list[exports.Film]) -> bool:
     """Return whether the page has to look again for a movie."""
-    return any(film.arriving for film in shown)
+    return any(film.arriving for film in movies)
 
 
 @register.filter

@@ -89,7 +89,7 @@ def _floats(*rows: tuple[float, ...]) -> bytes:
 
 def state_packet(
     number: int, at_ms: int, state: RobotState, latched: bool, channels: tuple[Scalar, ...] = (),
-    told: Mapping[str, float] | None = None, twist: tuple[float, ...] = (),
+    channel_values: Mapping[str, float] | None = None, twist: tuple[float, ...] = (),
 ) -> bytes:  # fmt: skip
     """Return type 1, flags, number, ms, number of joints and of rows, then float32s, channels and a word.
 
@@ -97,7 +97,8 @@ def state_packet(
 
     The first row are the joints (rad, m); where the robot says them, two more follow: velocities
     (rad/s, m/s) and applied torques (N m, N). What is left is the controller's own word for what
-    it is doing, in UTF-8. `told` are values by name, where not only those of the state's own `values` are packed.
+    it is doing, in UTF-8. `channel_values` are values by name, if others than the state's own `values`
+    are packed.
     `twist`, the body's velocity (m/s, rad/s), follows the channels and is counted with them (`Spec.body`).
     """
     count = len(state.joints)
@@ -105,7 +106,9 @@ def state_packet(
     rows = (state.joints, state.velocities, state.torques) if more else (state.joints,)
     flags = state.moving | (latched << 1) | (bool(channels) << 2)
     head = STATE_HEAD.pack(1, flags, number & 0xFFFFFFFF, at_ms, count, len(rows))
-    values = encode_values(channels, state.values if told is None else told, twist) if channels else b""
+    values = (
+        encode_values(channels, state.values if channel_values is None else channel_values, twist) if channels else b""
+    )
     return head + _floats(*rows) + values + state.mode.encode()
 
 

@@ -68,12 +68,12 @@ def compute(job: Job) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def rolled(found: Foreseen, coordinates: int) -> dict[str, Any]:
+def rolled(preview: Foreseen, coordinates: int) -> dict[str, Any]:
     """Return the poses in the robot's own frame and their times (s), each pose with so many coordinates.
 
     Raises ValueError where a driver tells what is no such path.
     """
-    poses, times = [[float(v) for v in pose] for pose in found.poses], [float(t) for t in found.times]
+    poses, times = [[float(v) for v in pose] for pose in preview.poses], [float(t) for t in preview.times]
     if len(poses) != len(times) or len(poses) > POSES or any(len(pose) != coordinates for pose in poses):
         raise ValueError(f"a path has at most {POSES} poses of {coordinates} coordinates, and a time for each")
     if not all(abs(v) < FARTHEST for v in (*times, *chain(*poses))) or times != sorted([0.0, *times])[1:]:

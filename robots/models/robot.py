@@ -115,10 +115,10 @@ class Robot(models.Model):
         """Return what the robot can do; its driver is not loaded. Raises LookupError."""
         return spec_of(self.driver)
 
-    def readings(self, kept: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
+    def readings(self, state: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
         """Return name, value and unit of what a kept state tells; nothing where the robot's package is gone."""
         try:
-            return self.spec().readings(kept)
+            return self.spec().readings(state)
         except LookupError:
             return ()
 

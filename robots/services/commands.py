@@ -185,11 +185,11 @@ def _write(
 
 def put(
     robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None,
-    seen: datetime | None = None,
+    seen_at: datetime | None = None,
 ) -> Command:  # fmt: skip
     """Write the one command of a grant that this transaction opened for it; wake the owner after the transaction."""
     epoch = Lease.objects.values_list("epoch", flat=True).get(robot=robot)
-    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now, seen=seen).command
+    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now, seen=seen_at).command
 
 
 def over_by(now: datetime, limit_s: float) -> datetime:

@@ -56,8 +56,8 @@ def is_lost(robot: Robot, now: datetime) -> bool:
     return robot.probe_begun_at is not None and robot.probe_begun_at <= now - timedelta(seconds=LIMIT_S)
 
 
-def finish(robot: Robot, found: dict[str, Any], now: datetime) -> None:
+def finish(robot: Robot, result: dict[str, Any], now: datetime) -> None:
     """Store the result of a test."""
-    found = {**found, "at": now.isoformat()}
-    Robot.objects.filter(pk=robot.pk).update(probe=found, probe_asked_at=None, probe_begun_at=None)
+    result = {**result, "at": now.isoformat()}
+    Robot.objects.filter(pk=robot.pk).update(probe=result, probe_asked_at=None, probe_begun_at=None)
     bus.publish(robot.slug, Changed("robot"))

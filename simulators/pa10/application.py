@@ -68,13 +68,13 @@ class Application:
         """Return a number that changes with each hold."""
         return self._holds
 
-    def take(self, request: Request, asked: int | None = None) -> str:
+    def take(self, request: Request, holds: int | None = None) -> str:
         """Start a request; return the line to answer. Raises Refused, Malformed.
 
-        `asked` is the `hold_count` at the time when the request arrived; a request that was held before it could start
+        `holds` is the `hold_count` at the time when the request arrived; a request that was held before it could start
         does not start.
         """
-        asked = self._holds if asked is None else asked
+        holds = self._holds if holds is None else holds
         letter = request.letter
         if letter == "h":
             self.hold()
@@ -82,21 +82,21 @@ class Application:
         if letter not in (*MOTIONS, *VELOCITIES, *"gpb"):
             raise Malformed(f"{letter} is not a request to the arm")
         with self._lock:
-            self._none_came_first(asked)
+            self._none_came_first(holds)
             if letter == "b":
                 return self._forbid(request)
             self._must_be_free_for(request)
         if letter in MOTIONS:
-            return f"ok {self.move(request, asked)}"
+            return f"ok {self.move(request, holds)}"
         if letter in (*VELOCITIES, "g"):
             with self._lock:
-                self._none_came_first(asked)
+                self._none_came_first(holds)
                 if letter == "g":
                     self.grip(request.numbers[0])
                     return "ok gripper"
                 self._drive(request)
                 return "ok velocity"
-        return self._execute(int(request.numbers[0]), asked)
+        return self._execute(int(request.numbers[0]), holds)
 
     def _must_be_free_for(self, request: Request) -> None:
         if self._leaving and not is_default(request):
@@ -117,19 +117,19 @@ class Application:
         if self._holds != asked:
             raise Refused("busy", "a hold came before it could begin")
 
-    def move(self, request: Request, asked: int, in_program: bool = False) -> int:
+    def move(self, request: Request, holds: int, in_program: bool = False) -> int:
         """Plan and start a motion; return its number. Raises Refused."""
         why = ""
         for _ in range(PLANS):
             with self._lock:
-                self._none_came_first(asked)
+                self._none_came_first(holds)
                 moving, follows, motion = self._set.in_motion, self._set.follows(), self.motion
                 begun, at = self._now, self._now + min(MOST_AHEAD_S, max(AHEAD_S, 2 * self._took))
                 q, v = self._set.ahead(at)
             course = self._courses.plan(request, q, v)
             with self._lock:
                 self._took = self._now - begun
-                self._none_came_first(asked)
+                self._none_came_first(holds)
                 if (self._mode == Mode.PROG_EXEC) != in_program:
                     raise Refused("busy", f"program {self.program} began first")
                 if self.motion != motion or self._set.follows() is not follows:

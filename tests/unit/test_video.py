@@ -305,7 +305,7 @@ def test_whatever_is_filmed_whoever_joins_is_given_little(shots):
 
 def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
     video = Video("rover", 0)
-    keys = [unpack(video.packet(Shot(scene(n), n, 0, 100 * n), asked=n > 2)).key for n in range(1, 15)]
+    keys = [unpack(video.packet(Shot(scene(n), n, 0, 100 * n), wants_key=n > 2)).key for n in range(1, 15)]
     first = keys.index(True, 1)
     assert first * 0.1 >= KEYS_S
     assert [n for n, key in enumerate(keys) if key] == list(range(0, 14, first))

@@ -70,12 +70,12 @@ class Link:
         self._clock, self._gone_s = clock, gone_s
         self._seen_at = 0.0
 
-    def note_answer(self, asked: float | None = None) -> None:
-        """Note that Redis answered what was asked at `asked` (monotonic, s); None: now.
+    def note_answer(self, asked_at: float | None = None) -> None:
+        """Note that Redis answered what was asked at `asked_at` (monotonic, s); None: now.
 
         The answer says nothing of the time after the question: it may have waited for this process to run.
         """
-        self._seen_at = self._clock.monotonic() if asked is None else asked
+        self._seen_at = self._clock.monotonic() if asked_at is None else asked_at
 
     @property
     def down(self) -> bool:

@@ -161,9 +161,9 @@ class Video:
         if asked:
             bus.end_key_demand(self._slug, self._camera, self._coarse)
 
-    def packet(self, shot: Shot, asked: bool = False) -> bytes:
-        """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
-        key = self._key_due(shot, asked) or not 0 < shot.number - self._last <= FARTHEST
+    def packet(self, shot: Shot, wants_key: bool = False) -> bytes:
+        """Return the packet of the next picture; `wants_key`: soon one that stands alone. Raises av.FFmpegError."""
+        key = self._key_due(shot, wants_key) or not 0 < shot.number - self._last <= FARTHEST
         if self._encoder is None or self._encoder.shape != shot.picture.shape:
             self._encoder = Encoder(shot.picture.shape, self._quantizer, self._coding)
             self._run, key = (self._run + 1) & 0xFF, True

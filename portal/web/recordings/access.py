@@ -45,22 +45,22 @@ def about(recording: Recording) -> About | None:
     return None
 
 
-def may_see(recording: Recording, found: About | None, user: Any) -> bool:
+def may_see(recording: Recording, about: About | None, user: Any) -> bool:
     """Return whether this person may replay it: staff always, others unless its log entry was hidden by a moderator.
 
     A recording whose turn or job was deleted is for staff alone.
     """
     if user.has_perm("robots.view_recording") or user.has_perm("robots.change_robot"):
         return True
-    if found is None:
+    if about is None:
         return False
-    return not found.hidden or is_person(user, recording.grant.holder_id)
+    return not about.hidden or is_person(user, recording.grant.holder_id)
 
 
-def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About | None]:
-    """Return the recording at an address, with its turn or job. `shown`: it has to have a file. Raises Http404."""
+def visible(key: str, user: Any, with_file: bool = True) -> tuple[Recording, About | None]:
+    """Return the recording at an address, with its turn or job. `with_file`: it has to have a file. Raises Http404."""
     recording = Recording.objects.select_related("robot", "grant").filter(key=key).first()
-    if recording is None or (shown and not recording.replayable):
+    if recording is None or (with_file and not recording.replayable):
         raise Http404(NONE)
     found = about(recording)
     if not may_see(recording, found, user):

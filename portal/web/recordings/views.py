@@ -80,7 +80,7 @@ def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
 @require_safe
 def replay(request: HttpRequest, key: str) -> HttpResponse:
     """Show a recording: the robot's console without controls, and a bar to move in time."""
-    recording, about = access.visible(key, request.user, shown=False)
+    recording, about = access.visible(key, request.user, with_file=False)
     robot = recording.robot
     movies = movies_of(recording)
     context: dict[str, Any] = {

@@ -75,15 +75,19 @@ def _stamp(at: datetime) -> str:
     return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def report_of(found: DayRecord, spec: Spec, declared: Statistics, span: Span) -> Report:
+def report_of(history: DayRecord, spec: Spec, declared: Statistics, span: Span) -> Report:
     """Return the report on these jobs and motions."""
     low, high = next(((c.low, c.high) for c in spec.channels if c.name == declared.against), (0.0, 0.0))
     return Report(
-        [*_jobs(found, declared), *(_own(row, found, spec, span) for row in declared.rows), *_use(found.use, span)],
-        by_hour(found.asks, span.start),
-        success(found.asks, low, high),
-        course(found.motions, declared.over_time, span.start, span.end) if declared.over_time else [],
-        found.cut,
+        [
+            *_jobs(history, declared),
+            *(_own(row, history, spec, span) for row in declared.rows),
+            *_use(history.use, span),
+        ],
+        by_hour(history.asks, span.start),
+        success(history.asks, low, high),
+        course(history.motions, declared.over_time, span.start, span.end) if declared.over_time else [],
+        history.cut,
         declared,
     )
 

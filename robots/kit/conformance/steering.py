@@ -24,8 +24,8 @@ def steered(trial: Trial) -> Iterator[str]:
         trial.settle()
         session, newest, asked = trial.opened_session(), dict[str, float](), list[int]()
 
-        def ask(newest: JSON = newest, asked: list[int] = asked) -> JSON:
-            asked.append(1)
+        def ask(newest: JSON = newest, calls: list[int] = asked) -> JSON:
+            calls.append(1)
             return dict(newest)
 
         session.on_steered = ask

@@ -68,33 +68,33 @@ def at(argument: Argument, share: float) -> float:
     return float(round(number)) if argument.whole else number
 
 
-def ends(command: CommandKind, given: JSON) -> Iterator[JSON]:
+def ends(command: CommandKind, example: JSON) -> Iterator[JSON]:
     """Yield the values with each number at its lowest and at its highest."""
     for argument in command.arguments:
         if not argument.text:
-            yield given | {argument.name: argument.low}
-            yield given | {argument.name: argument.high}
+            yield example | {argument.name: argument.low}
+            yield example | {argument.name: argument.high}
 
 
-def bad(command: CommandKind, given: JSON) -> Iterator[JSON]:
+def bad(command: CommandKind, example: JSON) -> Iterator[JSON]:
     """Yield values that no driver may take: past the range, no numbers, missing, or of another name."""
     for argument in command.arguments:
         name = argument.name
         if argument.text:
-            yield from (given | {name: value} for value in NO_TEXTS)
-            yield given | {name: "x" * (int(argument.high) + 1)}
+            yield from (example | {name: value} for value in NO_TEXTS)
+            yield example | {name: "x" * (int(argument.high) + 1)}
             if argument.low >= 1:
-                yield given | {name: ""}
+                yield example | {name: ""}
         else:
             step = max(1e-3, (argument.high - argument.low) / 1000)
-            yield given | {name: argument.low - (1 if argument.whole else step)}
-            yield given | {name: argument.high + (1 if argument.whole else step)}
-            yield from (given | {name: value} for value in (*WILD, *NO_NUMBERS))
+            yield example | {name: argument.low - (1 if argument.whole else step)}
+            yield example | {name: argument.high + (1 if argument.whole else step)}
+            yield from (example | {name: value} for value in (*WILD, *NO_NUMBERS))
             if argument.whole and argument.high > argument.low:
-                yield given | {name: argument.low + 0.5}
+                yield example | {name: argument.low + 0.5}
         if argument.required:
-            yield {key: value for key, value in given.items() if key != name}
-    yield given | {"no_such_value": 1.0}
+            yield {key: value for key, value in example.items() if key != name}
+    yield example | {"no_such_value": 1.0}
 
 
 def is_refusal(error: BaseException | None) -> bool:

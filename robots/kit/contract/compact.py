@@ -66,17 +66,17 @@ class Layout:
         scales = [[scale.low, scale.step, scale.bits, scale.steps] for scale in self.scales]
         return {"mark": self.mark, "modes": self.modes, "joints": len(self.joints), "scales": scales}
 
-    def encode(self, at_ms: int, state: RobotState, stopped: bool, told: dict[str, float]) -> bytes | None:
+    def encode(self, at_ms: int, state: RobotState, stopped: bool, values: dict[str, float]) -> bytes | None:
         """Return the packet; None where a number is outside its scale, or the state tells other joints.
 
-        `told` are the packed values by name, as `Spec.named` returns them; one that is missing or not finite is
+        `values` are the packed values by name, as `Spec.named` returns them; one that is missing or not finite is
         not known.
         """
         if len(state.joints) != len(self.joints):
             return None
         known = self.modes.index(state.mode) if state.mode in self.modes else (1 << self.mode_bits) - 1
         bits = (self.mark << 18 | at_ms % CLOCK << 2 | state.moving << 1 | stopped) << self.mode_bits | known
-        numbers = (*state.joints, *(told.get(name, nan) for name, _ in self.values))
+        numbers = (*state.joints, *(values.get(name, nan) for name, _ in self.values))
         for scale, number in zip(self.scales, numbers, strict=True):
             code = scale.code(number)
             if code is None:

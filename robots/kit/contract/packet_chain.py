@@ -57,7 +57,7 @@ class PacketChain:
         behind = (self._newest - packet.number) & 0xFFFFFFFF
         return packet.run == self._run and behind < len(self.packets)
 
-    def restore(self, packets: list[bytes], heard: list[bytes]) -> None:
+    def restore(self, packets: list[bytes], newer: list[bytes]) -> None:
         """Take over a chain that was kept elsewhere, unless it is older than this one, then what was heard meanwhile.
 
         Raises ValueError.
@@ -67,7 +67,7 @@ class PacketChain:
             kept.add(data)
         if kept.packets and (kept.times[0], len(kept.packets)) > (self._begun_ms, len(self.packets)):
             self.packets, self.times, self._run, self._newest = kept.packets, kept.times, kept._run, kept._newest
-        for data in heard:
+        for data in newer:
             if self._unpack(data).at_ms >= self._begun_ms and not self.has(data):
                 self.add(data)
 

@@ -172,11 +172,11 @@ class Spec:
         about = [v for axis, v in zip(axes, state.twist, strict=True) if axis not in LENGTHS]
         return (*state.velocities, hypot(*along)), hypot(*about)
 
-    def readings(self, kept: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
+    def readings(self, state: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
         """Return name, value and unit of what a kept state (`pose`, `values`) tells, as far as it is declared."""
-        values = dict(kept.get("values") or {})
+        values = dict(state.get("values") or {})
         if self.pose is not None:
-            values |= zip(self.pose.coordinates, kept.get("pose") or (), strict=False)
+            values |= zip(self.pose.coordinates, state.get("pose") or (), strict=False)
         declared = (*(self.pose.scalars() if self.pose else ()), *self.channels)
         return tuple((c.name, values[c.name], c.unit) for c in declared if c.name in values)
 
@@ -202,29 +202,29 @@ class Spec:
         masks = (one.setting() for one in self.all_of(PrivacyMasks))
         return (*self.all_of(Setting), *(s for stills in self.all_of(Stills) for s in stills.settings()), *masks)
 
-    def for_driver(self, kept: Mapping[str, Any]) -> dict[str, Any]:
+    def for_driver(self, settings: Mapping[str, Any]) -> dict[str, Any]:
         """Return what staff have set of the robot's own settings, by name."""
-        found = ((setting.name, _usable(setting, kept.get(setting.name))) for setting in self.all_of(Setting))
+        found = ((setting.name, _usable(setting, settings.get(setting.name))) for setting in self.all_of(Setting))
         return {name: value for name, value in found if value is not None}
 
-    def rests_within(self, kind: str, kept: Mapping[str, Any] | None) -> float | None:
+    def rests_within(self, kind: str, settings: Mapping[str, Any] | None) -> float | None:
         """Return within how many seconds it rests without a message if that kind of command ran; None: not known.
 
-        `kept` are the robot's settings; None: the highest that staff may set, because a motion keeps the values with
+        `settings` are the robot's; None: the highest that staff may set, because a motion keeps the values with
         which it began. A motion that may go on without the live link may do so without its owner.
         """
-        if kept is None:
-            kept = {setting.name: setting.high for setting in self.all_of(Setting)}
+        if settings is None:
+            settings = {setting.name: setting.high for setting in self.all_of(Setting)}
         found = self.command(kind)
-        alone = found.policies.by(self.for_driver(kept)).on_link_lost if found else None
+        alone = found.policies.by(self.for_driver(settings)).on_link_lost if found else None
         return self.rest_s if self.rest_s is None or alone is None else self.rest_s + alone.seconds
 
-    def stills(self, kept: Mapping[str, Any]) -> Stills | None:
+    def stills(self, settings: Mapping[str, Any]) -> Stills | None:
         """Return how pictures at rest are taken, with what staff have set; None where the spec does not say."""
         stills = self.capability(Stills)
         if stills is None:
             return None
-        threshold, exposure_s = (_usable(setting, kept.get(setting.name)) for setting in stills.settings())
+        threshold, exposure_s = (_usable(setting, settings.get(setting.name)) for setting in stills.settings())
         return replace(stills, threshold=threshold or stills.threshold, exposure_s=exposure_s or stills.exposure_s)
 
 

@@ -65,25 +65,25 @@ def received(data: str | bytes) -> Message:
     return decode(data)
 
 
-def operation(found: Message) -> Operation:
+def operation(message: Message) -> Operation:
     """Return what a received object asks for. Raises Malformed."""
-    op = found.get("op")
+    op = message.get("op")
     if not isinstance(op, str):
         raise Malformed('there is no op; send for example {"op": "subscribe", "topic": "/irat/odom"}')
     if op == "call_service":
-        return _call(found)
-    ident = identifier(found)
+        return _call(message)
+    ident = identifier(message)
     if op in IGNORED:
         return Operation(op, id=ident)
-    name = _name(found, op)
-    if found.get("compression", "none") != "none":
+    name = _name(message, op)
+    if message.get("compression", "none") != "none":
         raise Malformed("compression is not spoken here; send none")
-    body = found.get("msg", {}) if op == "publish" else {}
+    body = message.get("msg", {}) if op == "publish" else {}
     if not isinstance(body, dict):
         raise Malformed("the message must be an object with named values")
-    throttle = numeral(found, "throttle_rate", 0, SLOWEST_MS, "ms")
-    kind, warning = plain_type(_text(found, "type", "")), ""
-    if op == "subscribe" and found.get("fragment_size") is not None:
+    throttle = numeral(message, "throttle_rate", 0, SLOWEST_MS, "ms")
+    kind, warning = plain_type(_text(message, "type", "")), ""
+    if op == "subscribe" and message.get("fragment_size") is not None:
         warning = "fragments are not sent here; a message is one frame"
     return Operation(op, name, ident, kind, body, throttle / 1000, warning=warning)
 
@@ -135,9 +135,9 @@ def encode(**fields: Any) -> str:
     return msgspec.json.encode({name: value for name, value in fields.items() if value is not None}).decode()
 
 
-def identifier(found: Mapping[str, Any]) -> str | int | None:
+def identifier(message: Mapping[str, Any]) -> str | int | None:
     """Return a frame's id as it was sent, None if it has none. Raises Malformed."""
-    ident = found.get("id")
+    ident = message.get("id")
     if ident is None:
         return None
     if not isinstance(ident, str | int) or len(str(ident)) > LONGEST_NAME:
@@ -160,7 +160,7 @@ def _text(found: Mapping[str, Any], name: str, default: str | None = None) -> st
 
 
 def numeral(
-    found: Mapping[str, Any], name: str, low: float, high: float, unit: str = "", default: float = 0.0
+    message: Mapping[str, Any], name: str, low: float, high: float, unit: str = "", default: float = 0.0
 ) -> float:
     """Return a finite number of a message within its bounds; `default` if it is missing.
 
@@ -169,7 +169,7 @@ def numeral(
         OutOfBounds: it is outside its bounds.
 
     """
-    value = found.get(name, default)
+    value = message.get(name, default)
     if not is_number(value):
         raise Malformed(f"{name} must be a number")
     if not low <= value <= high:
@@ -191,9 +191,9 @@ def _shown(value: float) -> str:
         return f"an integer of {len(str(abs(value)))} digits"
 
 
-def nested(found: Mapping[str, Any], name: str) -> Message:
+def nested(message: Mapping[str, Any], name: str) -> Message:
     """Return an object within a message, empty if it is missing. Raises Malformed."""
-    value = found.get(name, {})
+    value = message.get(name, {})
     if not isinstance(value, dict):
         raise Malformed(f"{name} must be an object with named values")
     return value

@@ -119,12 +119,12 @@ class Bridge:
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(2.0)
 
-    def subscribe(self, topic: str, kind: str, heard: Heard, every_s: float = 0.0) -> None:
-        """Have `heard` called with each message of a topic, at most one every `every_s`; also after a new `open`.
+    def subscribe(self, topic: str, kind: str, on_message: Heard, every_s: float = 0.0) -> None:
+        """Have `on_message` called with each message of a topic, at most one every `every_s`; also after a new `open`.
 
         It is called in the connection's thread and must not wait. Raises LineGone.
         """
-        self._heard[topic] = kind, heard, every_s
+        self._heard[topic] = kind, on_message, every_s
         if self.is_open:
             self._subscribe(topic, kind, every_s)
 

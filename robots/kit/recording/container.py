@@ -111,18 +111,18 @@ def camera_of(topic: str) -> int | None:
     return int(number) if topic.startswith(CAMERA) and number.isascii() and number.isdigit() else None
 
 
-def jpeg_of(told: Mapping[str, Any]) -> bytes:
+def jpeg_of(picture: Mapping[str, Any]) -> bytes:
     """Return the JPEG of a picture's object. Raises ValueError."""
     try:
-        return base64.b64decode(told["data"], validate=True)
+        return base64.b64decode(picture["data"], validate=True)
     except (KeyError, TypeError) as error:
         raise ValueError("not a picture") from error
 
 
-def taken_ms(told: Mapping[str, Any]) -> int:
+def taken_ms(picture: Mapping[str, Any]) -> int:
     """Return when the picture of an object was taken, in ms since 1970. Raises ValueError."""
     try:
-        return int(told["timestamp"]["sec"]) * 1000 + int(told["timestamp"]["nsec"]) // 1_000_000
+        return int(picture["timestamp"]["sec"]) * 1000 + int(picture["timestamp"]["nsec"]) // 1_000_000
     except (KeyError, TypeError, OverflowError) as error:
         raise ValueError("not a picture") from error
 
@@ -150,9 +150,9 @@ class Tape:
         """Return the bytes written, and those that wait for a chunk's end."""
         return self.whole + self._pending
 
-    def put(self, topic: str, at_ns: int, told: Any, sent_ns: int = 0) -> None:
+    def put(self, topic: str, at_ns: int, message: Any, sent_ns: int = 0) -> None:
         """Write an object to a JSON channel, or bytes to a byte stream's. Raises OSError."""
-        self.copy(Message(topic, at_ns, sent_ns, told if isinstance(told, bytes) else _encode(told)))
+        self.copy(Message(topic, at_ns, sent_ns, message if isinstance(message, bytes) else _encode(message)))
 
     def copy(self, message: Message) -> None:
         """Write a message as it is. Raises OSError."""

@@ -48,18 +48,18 @@ def state_told(data: bytes, joints: Sequence[str], channels: Sequence[str]) -> d
     return told
 
 
-def state_packed(told: Mapping[str, Any], joints: Sequence[str], channels: Sequence[str]) -> bytes:
+def state_packed(state: Mapping[str, Any], joints: Sequence[str], channels: Sequence[str]) -> bytes:
     """Return the packet of a state's object. Raises ValueError."""
     try:
-        rows = [_numbers(told[name], joints) for name in ROWS if name in told]
-        values = [*_numbers(told["values"], channels), *_list(told.get("twist"))] if "values" in told else None
-        flags = bool(told["moving"]) | (bool(told["stopped"]) << 1) | ((values is not None) << 2)
-        head = STATE_HEAD.pack(1, flags, told["number"], told["at_ms"], len(rows[0]), len(rows))
+        rows = [_numbers(state[name], joints) for name in ROWS if name in state]
+        values = [*_numbers(state["values"], channels), *_list(state.get("twist"))] if "values" in state else None
+        flags = bool(state["moving"]) | (bool(state["stopped"]) << 1) | ((values is not None) << 2)
+        head = STATE_HEAD.pack(1, flags, state["number"], state["at_ms"], len(rows[0]), len(rows))
         floats = [value for row in rows for value in row]
         packed = head + struct.pack(f"<{len(floats)}f", *floats)
         if values is not None:
             packed += struct.pack(f"<B{len(values)}f", len(values), *values)
-        return packed + str(told["mode"]).encode()
+        return packed + str(state["mode"]).encode()
     except (KeyError, IndexError, TypeError, struct.error, OverflowError) as error:
         raise ValueError("not a state") from error
 
@@ -83,10 +83,12 @@ def picture_of(data: bytes, joints: int | None = None, pose: int = 0) -> dict[st
     return told | {name: part for name, part in zip(("pose", "twist"), parts[1:], strict=True) if part}
 
 
-def picture_packed(told: Mapping[str, Any], camera: int) -> bytes:
+def picture_packed(picture: Mapping[str, Any], camera: int) -> bytes:
     """Return the packet of a picture's object. Raises ValueError."""
     try:
-        posture = (*_list(told["joints"]), *_list(told.get("pose")), *_list(told.get("twist")))
-        return picture_packet(int(told["number"]), taken_ms(told), int(told["still"]), posture, jpeg_of(told), camera)
+        posture = (*_list(picture["joints"]), *_list(picture.get("pose")), *_list(picture.get("twist")))
+        return picture_packet(
+            int(picture["number"]), taken_ms(picture), int(picture["still"]), posture, jpeg_of(picture), camera
+        )
     except (KeyError, TypeError, struct.error, OverflowError) as error:
         raise ValueError("not a picture") from error

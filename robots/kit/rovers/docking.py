@@ -65,10 +65,10 @@ class Velocity:
 REST = Velocity(0.0, 0.0)
 
 
-def x_desired(seen: Sighting, limits: DockLimits) -> float:
+def x_desired(sighting: Sighting, limits: DockLimits) -> float:
     """Return where in the picture the outer marker should be: equation (1), with sign(0) = 0."""
-    side = (seen.theta > 0.0) - (seen.theta < 0.0)
-    normal = abs(abs(seen.x / seen.z / limits.x_over_z) - abs(seen.theta / limits.theta))
+    side = (sighting.theta > 0.0) - (sighting.theta < 0.0)
+    normal = abs(abs(sighting.x / sighting.z / limits.x_over_z) - abs(sighting.theta / limits.theta))
     return max(-limits.edge, min(-normal * side, limits.edge))
 
 

@@ -50,6 +50,6 @@ def locate(belief: Belief, scan: Scan, beacon: Beacon | None = None) -> Fix:
     return Fix(by_beacon(beacon, scan.heading, scan.heading_spread), before)
 
 
-def next_step(found: Estimate, scans: int) -> Literal["go", "scan", "ask"]:
+def next_step(estimate: Estimate, scans: int) -> Literal["go", "scan", "ask"]:
     """Return what to do after so many scans in turn: an unknown pose is scanned twice again, then somebody is asked."""
-    return "go" if found.is_known else "scan" if scans < SCANS else "ask"
+    return "go" if estimate.is_known else "scan" if scans < SCANS else "ask"

@@ -151,7 +151,7 @@ class ExperienceMap:
         here = self.pose()
         return math.dist(here[:2], (x, y)), abs(wrapped(facing - here[2]))
 
-    def refuse(self, found: list[tuple[int, Pose]], gone: float) -> tuple[int, Pose] | None:
+    def refuse(self, candidates: list[tuple[int, Pose]], gone: float) -> tuple[int, Pose] | None:
         """Count a sighting that fits nowhere; return the experience to believe once enough successive sightings agree.
 
         found: experiences and how the robot stands against each. gone: the odometer (m). Sightings without a way
@@ -159,7 +159,7 @@ class ExperienceMap:
         are needed to believe that the robot was carried: that is rare, and no link would correct it later.
         """
         agreed: list[tuple[Doubt, tuple[int, Pose]]] = []
-        for one in found:
+        for one in candidates:
             known = next((doubt for doubt in self.doubts if self._agrees(doubt, *one)), None)
             if known is None:
                 known = Doubt(

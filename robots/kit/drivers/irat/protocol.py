@@ -102,13 +102,13 @@ class Status:
         return dict(self.__dict__)
 
     @classmethod
-    def decode(cls, found: Message) -> "Status":
+    def decode(cls, message: Message) -> "Status":
         """Return the status in a message. Raises Malformed."""
-        boot, motion, epoch = (int(numeral(found, name, 0, LARGEST_EPOCH)) for name in ("boot", "motion", "epoch"))
+        boot, motion, epoch = (int(numeral(message, name, 0, LARGEST_EPOCH)) for name in ("boot", "motion", "epoch"))
         moving, holding, stalled, charging = (
-            found.get(name) is True for name in ("moving", "holding", "stalled", "charging")
+            message.get(name) is True for name in ("moving", "holding", "stalled", "charging")
         )
-        end, seconds = str(found.get("end", "none"))[:20], numeral(found, "seconds", 0, 1e12)
+        end, seconds = str(message.get("end", "none"))[:20], numeral(message, "seconds", 0, 1e12)
         return cls(boot, motion, end, moving, holding, stalled, charging, epoch, seconds)
 
 

@@ -85,13 +85,13 @@ def start(joints: tuple[float, ...]) -> Pose:
     return told[0], told[1], remainder(told[2], tau)
 
 
-def sampled(found: list[Leg], here: Pose) -> tuple[list[Pose], list[float]]:
+def sampled(legs: list[Leg], here: Pose) -> tuple[list[Pose], list[float]]:
     """Return poses along the legs and the time of each (s): turns in place, then straight lines.
 
     At most MOST, the first and the last among them.
     """
     poses, times, passed = [here], [0.0], 0.0
-    for leg in found:
+    for leg in legs:
         weights = [_weight(a, b) for a, b in zip(leg.poses, leg.poses[1:], strict=False)]
         whole = sum(weights)
         for begin, end, weight in zip(leg.poses, leg.poses[1:], weights, strict=False):

@@ -38,14 +38,14 @@ class Locating:
         where = self._wheels.where
         return not where.is_known or where.spread > UNSURE_M
 
-    def look(self, permit: Permit, began: Began, looked: Looked = _unnoted) -> Estimate:
+    def look(self, permit: Permit, began: Began, on_look: Looked = _unnoted) -> Estimate:
         """Look around once, in 18 turns; use the estimated place from then on if it is certain enough."""
         readings: list[Status] = []
         for number in range(1, TURNS + 1):
             self._motions.turn(tau / TURNS, permit, began)
             self._motions.wait(SETTLE_S, permit)
             readings.append(self._wheels.ask())
-            looked(number, readings[-1])
+            on_look(number, readings[-1])
         headings = [status.heading for status in readings]
         turns = [remainder(b - a, tau) for a, b in pairwise(headings)]
         scan = scan_of(turns, headings, [s.sonar for s in readings], [s.infrared for s in readings])
@@ -62,11 +62,11 @@ class Locating:
             return Belief.uniform(range_map())
         return Belief.around(range_map(), where.pose(status), max(where.spread, 0.1), HEADING_RAD)
 
-    def find(self, permit: Permit, began: Began, tell: Callable[[str], None], looked: Looked = _unnoted) -> None:
+    def find(self, permit: Permit, began: Began, tell: Callable[[str], None], on_look: Looked = _unnoted) -> None:
         """Look around until the place is known. Raises GaveUp, with what people can do, after three times."""
         for number in range(1, SCANS + 1):
             tell(f"looks where it is, for the {('first', 'second', 'third')[number - 1]} time")
-            found = self.look(permit, began, looked)
+            found = self.look(permit, began, on_look)
             match next_step(found, number):
                 case "go":
                     return

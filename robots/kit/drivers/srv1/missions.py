@@ -239,8 +239,8 @@ def judge(steps: Sequence[Step], here: Pose, limit_s: float = LIMIT_S) -> tuple[
         found.append(leg)
 
 
-def refuse(said: Sequence[Judgement]) -> None:
+def refuse(judgements: Sequence[Judgement]) -> None:
     """Raise OutOfWorkspace with the first judgement that refuses a mission, if there is one."""
-    for one in said:
+    for one in judgements:
         if one.refuses:
             raise OutOfWorkspace(one.sentence)

@@ -72,18 +72,18 @@ def with_beacon(belief: Belief, beacon: Beacon) -> Belief:
     return belief.times(beacon.likelihood(belief))
 
 
-def beacon_of(tower: tuple[float, float], heard: Sequence[tuple[float, float]]) -> Beacon | None:
+def beacon_of(tower: tuple[float, float], readings: Sequence[tuple[float, float]]) -> Beacon | None:
     """Return what the readings of one scan (range in m, bearing in rad) tell together: their medians.
 
     None where the tower was heard too seldom. Raises ValueError for numbers that no tower tells.
     """
-    if len(heard) < HEARD:
+    if len(readings) < HEARD:
         return None
-    ranges, bearings = np.array(heard, float).T
+    ranges, bearings = np.array(readings, float).T
     if not (np.abs([ranges, bearings]) < MOST).all():
         raise ValueError("A beacon's ranges and bearings are numbers within bounds.")
     middle = float(np.angle(np.exp(1j * bearings).mean()))
     bearing = middle + float(np.median(angle(bearings - middle)))
-    share = MEDIAN / sqrt(len(heard))
+    share = MEDIAN / sqrt(len(readings))
     spreads = hypot(share * NOISE_M, BIAS_M), hypot(share * NOISE_RAD, BIAS_RAD)
     return Beacon(tower, float(np.median(ranges)), bearing, *spreads)

@@ -41,24 +41,24 @@ class Estimate:
         return self.share >= SHARE and self.spread <= SPREAD_M and self.agree >= AGREE
 
 
-def by_fits(found: Fits, belief: Belief) -> Estimate:
+def by_fits(fits: Fits, belief: Belief) -> Estimate:
     """Return the best of several fits, each a normal distribution with its share of the whole.
 
     belief: before the scan that was fitted.
     """
     with np.errstate(divide="ignore"):
-        score = np.log(belief.at(found.poses)) + 0.5 * np.log(np.linalg.det(found.covariances)) + TEMPER * found.score
+        score = np.log(belief.at(fits.poses)) + 0.5 * np.log(np.linalg.det(fits.covariances)) + TEMPER * fits.score
     order = np.argsort(score)[::-1]
     kept: list[int] = []
     for n in order:
-        apart = found.poses[kept] - found.poses[n]
+        apart = fits.poses[kept] - fits.poses[n]
         same = (np.hypot(apart[:, 0], apart[:, 1]) < 0.05) & (np.abs(angle(apart[:, 2])) < 0.1)
         if not same.any():
             kept.append(int(n))
-    top = found.poses[order[0]]
+    top = fits.poses[order[0]]
     weights = np.exp(score[kept] - score[order[0]]) if score[order[0]] > -inf else np.ones(len(kept))
     weights /= weights.sum()
-    poses, covariances = found.poses[kept], found.covariances[kept]
+    poses, covariances = fits.poses[kept], fits.covariances[kept]
     apart = poses - top
     near = (np.hypot(apart[:, 0], apart[:, 1]) <= SAME_M) & (np.abs(angle(apart[:, 2])) <= SAME_RAD)
     wide = SCALE**2 * covariances + np.diag([PLACE_M**2, PLACE_M**2, TURN_RAD**2])
@@ -68,7 +68,7 @@ def by_fits(found: Fits, belief: Belief) -> Estimate:
     shares = np.repeat(weights[:, None] / len(DRAWS), len(DRAWS), 1)
     pose = float(top[0]), float(top[1]), float(top[2])
     spread, heading_spread = (_quantile(a.ravel(), shares.ravel()) for a in (away, turns))
-    return Estimate(pose, spread, heading_spread, float(weights[near].sum()), float(found.agree[order[0]]))
+    return Estimate(pose, spread, heading_spread, float(weights[near].sum()), float(fits.agree[order[0]]))
 
 
 def by_beacon(beacon: Beacon, heading: float, heading_spread: float) -> Estimate:

@@ -23,7 +23,7 @@ class MapCleared(BadRequest):
     code = "map_cleared"
 
 
-def goal_place(shown: MapShown, which: int, x: float, y: float, experience: int = NONE) -> int:
+def goal_place(map_shown: MapShown, which: int, x: float, y: float, experience: int = NONE) -> int:
     """Return the id of the experience that a goal on map number `which` means: its own, else the nearest to x, y (m).
 
     Raises:
@@ -31,25 +31,25 @@ def goal_place(shown: MapShown, which: int, x: float, y: float, experience: int 
         BadRequest: the map has neither that experience nor one within `CLICK_M`, or only docking leads to it.
 
     """
-    if which != shown.number:
+    if which != map_shown.number:
         raise MapCleared(CLEARED)
-    known = shown.where(np.array([experience], np.int64))
+    known = map_shown.where(np.array([experience], np.int64))
     if len(known):
         found, at = experience, known[0]
     else:
-        apart = np.hypot(*(shown.places - (x, y)).T)
+        apart = np.hypot(*(map_shown.places - (x, y)).T)
         if not len(apart) or not apart.min() <= CLICK_M:
             raise BadRequest(NO_PLACE)
         row = int(np.argmin(apart))
-        found, at = int(shown.ids[row]), shown.places[row]
-    if at_dock(shown, at[0], at[1]):
+        found, at = int(map_shown.ids[row]), map_shown.places[row]
+    if at_dock(map_shown, at[0], at[1]):
         raise BadRequest(IN_DOCK)
     return found
 
 
-def at_dock(shown: MapShown, x: float, y: float) -> bool:
+def at_dock(map_shown: MapShown, x: float, y: float) -> bool:
     """Return whether only docking leads to this place (m)."""
-    return shown.dock is not None and math.dist((x, y), shown.dock[:2]) < shown.dock[2]
+    return map_shown.dock is not None and math.dist((x, y), map_shown.dock[:2]) < map_shown.dock[2]
 
 
 def check(kind: str, args: JSON, packets: Iterable[tuple[bytes, bool]]) -> None:

@@ -53,7 +53,7 @@ class MapShown:
         return rows, self.ids[rows] == ids
 
 
-def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
+def with_map(previous: MapShown, data: bytes, key: bool) -> MapShown:
     """Return the map after a packet of its stream. Raises ValueError for one that cannot be read."""
     try:
         version, flags, number, n, m = HEAD.unpack_from(data)
@@ -65,30 +65,30 @@ def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
         links = np.frombuffer(data, "<u4", 2 * m, at).astype(np.int64).reshape(m, 2)
         at += 8 * m
         lists = []
-        for flag, before in ((ROUTE, shown.route), (DOCKS, shown.docks)):
+        for flag, before in ((ROUTE, previous.route), (DOCKS, previous.docks)):
             if flags & flag:
                 (count,) = struct.unpack_from("<H", data, at)
                 lists.append(np.frombuffer(data, "<u4", count, at + 2).astype(np.int64))
                 at += 2 + 4 * count
             else:
                 lists.append(_no_ids() if key else before)
-        (route, docks), dock = lists, None if key else shown.dock
+        (route, docks), dock = lists, None if key else previous.dock
         if flags & DOCK:
             x, y, within = PLACE.unpack_from(data, at)
             dock = (x * UNIT_M, y * UNIT_M, within * UNIT_M) if within else None
     except struct.error as error:
         raise ValueError("this is no packet of a map") from error
     if key:
-        shown = MapShown()
-    elif len(shown.links) + m > MOST or len(shown.ids) + n > MOST:
+        previous = MapShown()
+    elif len(previous.links) + m > MOST or len(previous.ids) + n > MOST:
         raise ValueError("this map is too large")
     # the last place of an id counts; np.unique returns the first one, so the newest come first
-    newest, first = np.unique(np.concatenate([ids[::-1], shown.ids]), return_index=True)
-    everywhere = np.concatenate([places[::-1], shown.places])[first]
-    return MapShown(number, newest, everywhere, np.concatenate([shown.links, links]), route, docks, dock)
+    newest, first = np.unique(np.concatenate([ids[::-1], previous.ids]), return_index=True)
+    everywhere = np.concatenate([places[::-1], previous.places])[first]
+    return MapShown(number, newest, everywhere, np.concatenate([previous.links, links]), route, docks, dock)
 
 
-def with_cells(shown: Levels, data: bytes, key: bool) -> Levels:
+def with_cells(previous: Levels, data: bytes, key: bool) -> Levels:
     """Return the levels (0 to 7) of the pose cells, heading x y x x, after a packet of their stream.
 
     Raises ValueError for one that cannot be read.
@@ -97,7 +97,7 @@ def with_cells(shown: Levels, data: bytes, key: bool) -> Levels:
         raise ValueError("this is no packet of pose cells")
     told = np.frombuffer(data, "<u2")
     numbers = told >> 3
-    flat = np.zeros(int(np.prod(SHAPE)), np.uint8) if key else shown.reshape(-1).copy()
+    flat = np.zeros(int(np.prod(SHAPE)), np.uint8) if key else previous.reshape(-1).copy()
     if len(numbers) and int(numbers.max()) >= len(flat):
         raise ValueError("there is no such pose cell")
     flat[numbers] = np.minimum(told & 7, LEVELS)

@@ -57,7 +57,7 @@ def words(part: Pixels, text: str, x: int, y: int, size: float = 0.45, colour: t
 
 
 def draw_map(
-    shown: MapShown, pose: tuple[float, float, float] | None, goals: Sequence[tuple[int, float, float]],
+    map_shown: MapShown, pose: tuple[float, float, float] | None, goals: Sequence[tuple[int, float, float]],
     width: int, height: int,
 ) -> Pixels:  # fmt: skip
     """Return the map with its route in red, the dock and places from where it was seen in green, goals, the robot.
@@ -65,26 +65,26 @@ def draw_map(
     `pose`: x, y, heading. `goals`: the number that stands beside the x, and where.
     """
     part = blank(width, height)
-    view = View(shown.places, width, height)
-    ends = fixed(view.at(shown.ends().reshape(-1, 2))).reshape(-1, 2, 2)
+    view = View(map_shown.places, width, height)
+    ends = fixed(view.at(map_shown.ends().reshape(-1, 2))).reshape(-1, 2, 2)
     if len(ends):
         cv2.polylines(part, list(ends), False, LINK, 1, cv2.LINE_AA, SHIFT)
-    dots = np.rint(view.at(shown.places)).astype(np.int64)
+    dots = np.rint(view.at(map_shown.places)).astype(np.int64)
     inside = dots[((dots > 0) & (dots < np.array([width - 1, height - 1]))).all(axis=1)]
     part[inside[:, 1], inside[:, 0]] = PLACE
-    if shown.dock is not None:
-        x, y = np.rint(np.clip(view.at(np.array([shown.dock[:2]]))[0], -2000, 4000)).astype(int).tolist()
+    if map_shown.dock is not None:
+        x, y = np.rint(np.clip(view.at(np.array([map_shown.dock[:2]]))[0], -2000, 4000)).astype(int).tolist()
         cv2.rectangle(part, (x - 6, y - 6), (x + 6, y + 6), DOCK, 2)
-    for x, y in fixed(view.at(shown.where(shown.docks[:MOST_DOTS]))).tolist():
+    for x, y in fixed(view.at(map_shown.where(map_shown.docks[:MOST_DOTS]))).tolist():
         cv2.circle(part, (x, y), 3 << SHIFT, DOCK, cv2.FILLED, cv2.LINE_AA, SHIFT)
-    route = fixed(view.at(shown.where(shown.route)))
+    route = fixed(view.at(map_shown.where(map_shown.route)))
     if len(route) > 1:
         cv2.polylines(part, [route.reshape(-1, 1, 2)], False, ROUTE, 2, cv2.LINE_AA, SHIFT)
     for number, x, y in goals:
         _goal(part, view, number, x, y)
     if pose is not None and all(map(isfinite, pose)):
         _robot(part, view, pose)
-    if not len(shown.ids):
+    if not len(map_shown.ids):
         words(part, "no map yet", 12, height - 12, colour=QUIET)
     return part
 

@@ -87,17 +87,17 @@ def pose_of(state: RobotState | None) -> tuple[float, float, float] | None:
     return state.values["x"], state.values["y"], state.values["heading"]
 
 
-def goals_of(jobs: Sequence[Mapping[str, Any]], shown: MapShown) -> Iterator[tuple[int, float, float]]:
+def goals_of(jobs: Sequence[Mapping[str, Any]], map_shown: MapShown) -> Iterator[tuple[int, float, float]]:
     """Yield number and place of the goals of this map, in the order of their turns.
 
     A goal is where its experience is by now, because the map is pulled straight; else where it was asked for.
     """
     for turn, args in enumerate(jobs[:MOST_GOALS]):
         x, y, which, experience = (args.get(name) for name in ("x", "y", "map", "experience"))
-        if which != shown.number:
+        if which != map_shown.number:
             continue
         if isinstance(experience, int | float) and 0 <= experience < 2**32:
-            now = shown.where(np.array([int(experience)], np.int64))
+            now = map_shown.where(np.array([int(experience)], np.int64))
             x, y = (float(now[0, 0]), float(now[0, 1])) if len(now) else (x, y)
         if isinstance(x, int | float) and isinstance(y, int | float) and isfinite(x) and isfinite(y):
             yield turn, float(x), float(y)

@@ -7,11 +7,7 @@ export class PoseCells {
   /** The activity of each cell, 0 to 7, by its number: (heading * 15 + y) * 15 + x. */
   levels = new Uint8Array(ACROSS * ACROSS * HEADINGS);
 
-<<<<<<< HEAD
   /** Take a key packet or a delta. Returns false for one that cannot be read; after that only a key packet helps. */
-=======
-  /** Take a key packet or a delta. False for one that cannot be read; after it a key packet is needed. */
->>>>>>> h-kit
   take(data: Uint8Array, key: boolean): boolean {
     if (data.byteLength % 2) return false;
     const view = new DataView(data.buffer, data.byteOffset, data.byteLength);

@@ -21,15 +21,9 @@ class RoamingConsole extends Basics<RobotPage> {
   private known = new ExperienceMap();
   private whole = { map: false, cells: false };
   private earlier: Earlier | null = null;
-<<<<<<< HEAD
   private last = 0; // the number of the map before this one
   private past = false; // whether the earlier map is shown
   private told = 0; // the number of the earlier map whose end was said
-=======
-  private last = 0; // the number of the map before
-  private past = false; // the earlier map is shown
-  private told = 0; // the number of the earlier map whose end was announced
->>>>>>> h-kit
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
@@ -88,11 +82,7 @@ class RoamingConsole extends Basics<RobotPage> {
     } else if (name === "earlier") this.ended(earlierOf(data));
   }
 
-<<<<<<< HEAD
   /** Say that a map was cleared, and offer to show it. */
-=======
-  /** A map was cleared: say so, and offer to show it. */
->>>>>>> h-kit
   private ended(earlier: Earlier | null): void {
     if (!earlier) return;
     this.earlier = earlier;

@@ -27,11 +27,7 @@ export function earlierOf(data: Uint8Array): Earlier | null {
   return { map, endedMs: Number(view.getBigUint64(6, true)), why: why?.(minutes === 1 ? "1 minute" : `${minutes} minutes`) ?? "" };
 }
 
-<<<<<<< HEAD
 /** Return in words how it ended. `at`: the time of day, in words. */
-=======
-/** A sentence about the end of the map. `at`: the time of day, in words. */
->>>>>>> h-kit
 export function endOf({ map, why }: Earlier, at: string): string {
   const rule = why.startsWith("it was") ? ` ${RULE}` : "";
   return `Map ${map.number} ended at ${at}${why ? `, because ${why}` : ""}; a new map was begun.${rule}`;

@@ -25,11 +25,7 @@ export class ExperienceMap implements Graph {
     return new Map([...this.spots].filter(([, { x, y }]) => Math.hypot(x - dock.x, y - dock.y) >= dock.within));
   }
 
-<<<<<<< HEAD
   /** Take a key packet or a delta. Returns false for one that cannot be read; after that only a key packet helps. */
-=======
-  /** Take a key packet or a delta. False for one that cannot be read; after it a key packet is needed. */
->>>>>>> h-kit
   take(data: Uint8Array, key: boolean): boolean {
     const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
     if (data.byteLength < HEAD || view.getUint8(0) !== VERSION) return false;
@@ -67,11 +63,7 @@ export class ExperienceMap implements Graph {
   }
 }
 
-<<<<<<< HEAD
 /** Return the length of a list in bytes; 0 without a list. */
-=======
-/** The bytes of a list; 0 if it is not there. */
->>>>>>> h-kit
 function lengthOf(list: number[] | null): number {
   return list ? 2 + 4 * list.length : 0;
 }

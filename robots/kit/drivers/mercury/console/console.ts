@@ -124,11 +124,7 @@ class SandConsole extends Basics<RobotPage> {
     page.command(kind);
   }
 
-<<<<<<< HEAD
   /** Forget a chosen place that was refused, or that another command than "go" makes wrong. */
-=======
-  /** Another command is given: forget the target if the command makes it invalid, or if it was refused. */
->>>>>>> h-kit
   private given(): void {
     if (this.aim?.by === "camera" || this.aimState() === "refused") this.aim = null;
   }
@@ -169,11 +165,7 @@ class SandConsole extends Basics<RobotPage> {
     const still = page.snapshot?.still ?? null;
     const map = still ? mapFor(still) : null;
     this.schematic.aim(page.operating ? this.aimPoint() : null);
-<<<<<<< HEAD
     // the camera is on the arm, so cross and nozzle belong to the picture for which they were computed
-=======
-    // the camera is on the arm: cross and nozzle are valid only in the picture for which they were computed
->>>>>>> h-kit
     const shown = this.camera.stillId;
     const from = still?.id === shown && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
     this.camera.aim(this.aim?.by === "camera" && this.aim.still === shown && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);

@@ -4,13 +4,8 @@ import { forward, onSand, reach, target, type Arm, type Description, type Map2 }
 
 const MM = 1000;
 const NEAR_RAD = 1e-4; // less than a tenth of a millimetre
-<<<<<<< HEAD
 const PAUSE_MS = 20; // between two frames: some thirty a second, because each is laid out and painted
 const FADES_MS = 84; // the time constant of the drawn motion
-=======
-const PAUSE_MS = 20; // between two frames: about thirty a second, because each costs layout and paint
-const FADES_MS = 84; // in which the rest of the way becomes a third
->>>>>>> h-kit
 
 export class Schematic {
   private links: SVGPolylineElement;
@@ -77,22 +72,14 @@ export class Schematic {
     onPick(Math.min(x[1], Math.max(x[0], from[0] + step * way[0])), Math.min(y[1], Math.max(y[0], from[1] + step * way[1])));
   }
 
-<<<<<<< HEAD
   /** Show the joints; they are drawn gliding, so that five packets a second look like a motion. */
-=======
-  /** Show the joints; the drawing glides to them, so that five packets a second look like a motion. */
->>>>>>> h-kit
   joints(q: number[]): void {
     this.wanted = q;
     if (this.shown[0] === 0 && this.shown[1] === 0) this.shown = [...q];
     this.begin();
   }
 
-<<<<<<< HEAD
   /** Draw frames until the drawing has reached the arm; a page at rest draws nothing. */
-=======
-  /** Draw until the drawing has reached the arm's joints; a page at rest draws nothing. */
->>>>>>> h-kit
   private begin(): void {
     if (this.gliding) return;
     this.gliding = true;
@@ -121,13 +108,8 @@ export class Schematic {
     set(line, { points: points.join(" ") });
   }
 
-<<<<<<< HEAD
   /** Draw what the newest picture covers. */
   covers(still: Still | null, map: Map2 | null): void {
-=======
-  /** Draw the area of the newest picture. */
-  covers(still: Still | null, map: { matrix: number[][]; theta: number } | null): void {
->>>>>>> h-kit
     if (!still || !map) return set(this.view, { points: "" });
     const { width: w, height: h } = still;
     const corner = (u: number, v: number): string => {

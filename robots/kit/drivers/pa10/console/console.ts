@@ -53,11 +53,7 @@ class ArmConsole implements Console, Judge {
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
-<<<<<<< HEAD
   private known = false; // whether a state has come
-=======
-  private known = false; // whether a state has come, so that the arm's joints are known
->>>>>>> h-kit
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
@@ -149,11 +145,7 @@ class ArmConsole implements Console, Judge {
       this.joints.arrived(c.seq);
       this.position.arrived(c.seq);
     }
-<<<<<<< HEAD
     if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // the refusal was for a path from another place
-=======
-    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // it was refused from elsewhere
->>>>>>> h-kit
   }
 
   /** Return the target of the open mode; null if it has none. */

@@ -79,30 +79,18 @@ class HallConsole extends Basics<RobotPage> {
     this.places.push(button);
   }
 
-<<<<<<< HEAD
   /** Take a chosen place: as a step of the mission that is being written, or to send the rover there. */
-=======
-  /** A place was chosen: add it to the mission that is being written, or send the rover there. */
->>>>>>> h-kit
   private picked(x: number, y: number, name = ""): void {
     if (!this.missions.clicked(x, y, name)) this.send(x, y);
   }
 
-<<<<<<< HEAD
   /** Send the text that is shown, also of a saved mission, because that may have changed since it was loaded. */
-=======
-  /** Send the text that is shown, also of a saved mission: the stored one may have been changed elsewhere since. */
->>>>>>> h-kit
   private sendMission(text: string): void {
     if (page.operating) page.command(MISSION, { text });
     else void this.jobs.ask({ text }, MISSION);
   }
 
-<<<<<<< HEAD
   /** Send the rover there at once if the person drives; otherwise ask for it as a job. */
-=======
-  /** The person who drives sends the rover at once; everybody else asks for it as a job. */
->>>>>>> h-kit
   private send(x: number, y: number): void {
     if (!page.operating) return void this.jobs.ask({ x, y });
     if (page.command(GO, { x, y })) this.sent = [x, y];
@@ -140,11 +128,7 @@ class HallConsole extends Basics<RobotPage> {
     this.sent = null;
   }
 
-<<<<<<< HEAD
   /** Mark the place to which the rover drives. */
-=======
-  /** Put the mark where the rover is going. */
->>>>>>> h-kit
   private mark(): void {
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
     const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;

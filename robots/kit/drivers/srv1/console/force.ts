@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 /** The force that pushes the stick back, by what the rover's sensors read ahead, and how a person feels it. */
-=======
-/** The force with which things ahead push the stick back, by the rover's sensors; and how people feel it. */
->>>>>>> h-kit
 
 export interface Ranges {
   infrared: { stop: number; far: number };
@@ -21,11 +17,7 @@ const SONAR_MOST = 0.6; // the most force by sonar alone, because it may look pa
 const LEAST = 0.05; // less is not felt
 export const EVERY_MS = 200; // between two effects; each lasts until the next
 
-<<<<<<< HEAD
 /** Return the force, from 0 (nothing near) to 1 (the reflex). `ahead`: how far the stick is pushed ahead; 0 for driving back. */
-=======
-/** From 0 (nothing is near) to 1 (the reflex). `ahead`: how far the stick is pushed ahead; driving back has none. */
->>>>>>> h-kit
 export function force(
   infrared: number | undefined,
   sonar: number | undefined,
@@ -43,11 +35,7 @@ export function rumble(level: number): Rumble | null {
   return level > LEAST ? { duration: EVERY_MS, strongMagnitude: Math.min(1, level), weakMagnitude: Math.min(1, 0.3 + 0.7 * level) } : null;
 }
 
-<<<<<<< HEAD
 /** Return how long (ms) a phone vibrates until the next effect; 0 for not at all. */
-=======
-/** How long a phone vibrates (ms) until the next effect; 0: not at all. */
->>>>>>> h-kit
 export function buzz(level: number): number {
   return level > LEAST ? Math.round(15 + 0.6 * EVERY_MS * Math.min(1, level)) : 0;
 }

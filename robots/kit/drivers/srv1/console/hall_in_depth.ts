@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 /** The hall in 3D in the place of the map. It is loaded while the page is idle, so that it works without a connection. */
-=======
-/** The hall in 3D in place of the map, on request; loaded while the page is idle, so that it works offline too. */
->>>>>>> h-kit
 import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import type { Description } from "./hall_map.ts";

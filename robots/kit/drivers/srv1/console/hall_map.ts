@@ -97,20 +97,12 @@ export class HallMap {
     });
   }
 
-<<<<<<< HEAD
   /** The lowest element above the driven ways. */
-=======
-  /** The things that are drawn above the ways driven. */
->>>>>>> h-kit
   get first(): SVGElement {
     return this.cone;
   }
 
-<<<<<<< HEAD
   /** Draw the rover at the place where it believes to be; null while that is not known. */
-=======
-  /** Draw the rover at its estimated place; null while that is not known. */
->>>>>>> h-kit
   show(seen: Seen | null): void {
     set(this.rover, { visibility: seen ? "visible" : "hidden" });
     if (!seen) return;

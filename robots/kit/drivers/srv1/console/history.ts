@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 /** The last minutes of a reading: which samples are stored, how they are drawn, and how they are said. */
-=======
-/** The last minutes of a reading: the points to store, their line, and their words. */
->>>>>>> h-kit
 
 export interface Sample {
   at: number;
@@ -44,11 +40,7 @@ export function line(samples: readonly Sample[], now: number, least: number): st
   return recent.map(point).join(" ");
 }
 
-<<<<<<< HEAD
 /** Return the history in words, for people who do not see the line. */
-=======
-/** The history in words, for people who do not see the line. */
->>>>>>> h-kit
 export function inWords(name: string, samples: readonly Sample[], words: (value: number) => string): string {
   const range = extent(samples),
     first = samples[0],

@@ -1,10 +1,5 @@
-<<<<<<< HEAD
 /** Small lines beside the readings: what each was in the last five minutes. */
 import { make, type RobotPage, set, shape } from "/static/farhand/v1/console.js";
-=======
-/** Small lines beside the readings: each over the last five minutes. */
-import { type RobotPage, set, shape } from "/static/farhand/v1/console.js";
->>>>>>> h-kit
 import { added, inWords, line, type Sample } from "./history.ts";
 
 /** A reading: its channel, its name in the table, how it is said, and the smallest range that fills a line's height. */

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 /** What a mission would do, and remarks on it, as in ways.py and missions.py, so that both work without a connection. */
-=======
-/** The legs and judgements of a mission, as ways.py and missions.py compute them, so that the page has them offline. */
->>>>>>> h-kit
 import type { Judgement } from "/static/farhand/v1/console.js";
 import type { Case, Exhibit, Node } from "./hall_map.ts";
 import { lineOf, type Step } from "./mission_text.ts";
@@ -30,11 +26,7 @@ export interface Leg {
 }
 type Place = readonly [number, number];
 
-<<<<<<< HEAD
 const CORNER_M = 0.001; // the length that a corner adds
-=======
-const CORNER_M = 0.001; // that each corner adds to a way
->>>>>>> h-kit
 const ASIDE_M = 0.05,
   ASIDE_STEPS = 24,
   DIRECTIONS = 24; // steps away from something that is too near, and around the rover
@@ -65,11 +57,7 @@ function isFree(d: Judged, [ax, ay]: Place, [bx, by]: Place): boolean {
   return true;
 }
 
-<<<<<<< HEAD
 /** Return the nearest place with room on whose straight way the rover comes no nearer to anything than it stands. */
-=======
-/** The nearest place with room; on the way there the rover comes no nearer to anything than it stands. */
->>>>>>> h-kit
 function aside(d: Judged, [x, y]: Place): Place | undefined {
   const least = room(d.hall, [x, y]) - 1e-9;
   let angles = Array.from({ length: DIRECTIONS }, (_, direction) => (2 * Math.PI * direction) / DIRECTIONS);
@@ -120,11 +108,7 @@ function wayTo(d: Judged, begin: Place, end: Place): Place[] | string {
   return found.reverse();
 }
 
-<<<<<<< HEAD
 /** Return what each step does, beginning at `here`, as far as the mission can run, and all remarks on it. */
-=======
-/** The leg of each step, beginning at `here`, as far as the mission can run, and all judgements. */
->>>>>>> h-kit
 export function judge(d: Judged, steps: readonly Step[], here: Pose): { legs: Leg[]; said: Judgement[] } {
   const legs: Leg[] = [],
     said: Judgement[] = [];

@@ -11,13 +11,8 @@ const GHOST_MS = 50;
 
 const blocks = (): Promise<typeof import("./mission_blocks.ts")> => import("./mission_blocks.ts");
 
-<<<<<<< HEAD
 /** The parts of the page that the card needs. */
 interface Around {
-=======
-/** The functions of the page that the card needs. */
-export interface Around {
->>>>>>> h-kit
   description: Judged;
   /** Where the rover is, or would begin. */
   here(): Pose;
@@ -45,11 +40,7 @@ export class Missions {
       changed: (steps) => this.judge(steps),
       refused: () => this.judge([]),
     });
-<<<<<<< HEAD
     prefetch(page, blocks); // so that blocks also work when the connection is lost
-=======
-    prefetch(page, blocks); // so that missions can be composed as blocks offline too
->>>>>>> h-kit
     page.on("try", () => this.play());
     page.on("send", () => this.send());
     const card = byId<HTMLDetailsElement>("mission");

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 /** Whether the rover takes a rule set: what robots/kit/rovers/fuzzy.py and fuzzy_check.py refuse, with its place. */
-=======
-/** Checks a rule set as robots/kit/rovers/fuzzy.py and fuzzy_check.py do, and tells where it is wrong. */
->>>>>>> h-kit
 import type { RuleSet, Variable } from "./fuzzy.ts";
 import { ruleName } from "./rules_text.ts";
 
@@ -64,11 +60,7 @@ export function wrongIn(rules: RuleSet, b: Braking): Wrong[] {
       found.push({ words: `The rover has no reading ${name}; it has ${Object.keys(READINGS).join(", ")}.`, variable: n });
     else if (READINGS[name] !== unit) found.push({ words: `The ${name} is read in ${READINGS[name]}, not in ${unit}.`, variable: n });
   }
-<<<<<<< HEAD
   const measured = found.length === 0; // otherwise the speed of a rule is not known
-=======
-  const measured = found.length === 0; // otherwise the speed of a rule is not defined
->>>>>>> h-kit
   for (let i = 0; i < TERMS; i++)
     for (let j = 0; j < TERMS; j++) {
       const words = wrongRule(rules, i, j, b, measured);

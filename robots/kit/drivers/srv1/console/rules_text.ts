@@ -85,11 +85,7 @@ export function ruleName([first, second]: [Variable, Variable], i: number, j: nu
   return `Rule ${TERMS * i + j + 1} (${first.name} ${first.labels[i]}, ${second.name} ${second.labels[j]})`;
 }
 
-<<<<<<< HEAD
 /** Return the CRC (XMODEM's, from 0) by which the rover names a rule set. */
-=======
-/** The CRC by which the rover names a rule set that was sent to it (XMODEM's, from 0). */
->>>>>>> h-kit
 export function crcOf(text: string): number {
   let crc = 0;
   for (const byte of new TextEncoder().encode(text)) {

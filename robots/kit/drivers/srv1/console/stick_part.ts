@@ -1,10 +1,5 @@
-<<<<<<< HEAD
 /** The stick for driving by hand, and what is felt while it is held. */
 import { make, type RobotPage } from "/static/farhand/v1/console.js";
-=======
-/** The stick for driving by hand, and the force that people feel while they hold it. */
-import type { RobotPage } from "/static/farhand/v1/console.js";
->>>>>>> h-kit
 import { Stick } from "/static/farhand/v1/roaming.js";
 import { buzz, EVERY_MS, force, type Ranges, rumble } from "./force.ts";
 
@@ -32,11 +27,7 @@ export class StickPart {
     this.stick.enable(why);
   }
 
-<<<<<<< HEAD
   /** Let the knob resist by the newest state. */
-=======
-  /** Take a new state: the knob resists by its readings. */
->>>>>>> h-kit
   state(): void {
     this.stick.resistance = this.still.matches ? 0 : this.level();
   }

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 /** What the rover did without a connection, by its journal: read from the stream `unseen`, and in words. */
-=======
-/** The rover's motions while nobody was connected, by its journal: read from the stream `unseen`, and in words. */
->>>>>>> h-kit
 
 export type Point = readonly [number, number];
 export interface Unseen {

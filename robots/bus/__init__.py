@@ -1,68 +1,9 @@
 """The bus: what goes over Redis between processes. Only this package names a key, a channel or a queue."""
 
-from robots.bus.demand import (
-    RARE_S,
-    SLOW_S,
-    SOME_S,
-    WATCH_S,
-    Demand,
-    demand_for,
-    demands,
-    end_key_demand,
-    may_be_watched,
-    watch,
-    watched,
-)
-from robots.bus.names import (
-    HOUSEKEEPING,
-    PROBE_TASK,
-    PROBES,
-    SOUND,
-    TICKS,
-    WAKE_TASK,
-    channel_of,
-    code_key,
-    compact_channel,
-    events_channel,
-    frames_channel,
-    held_channel,
-    operator_key,
-    people_channel,
-    queue_name,
-    sessions_channel,
-    state_channel,
-    stop_channel,
-    stream_channel,
-    stream_key,
-    trace_channel,
-    video_channel,
-    wake_channel,
-    watch_key,
-    watchers_key,
-    web_key,
-    web_up_key,
-)
-from robots.bus.publishing import (
-    grant_of_stop,
-    lost_events,
-    make_up,
-    publish,
-    publish_compact,
-    publish_on_commit,
-    publish_picture,
-    publish_sound,
-    publish_state,
-    publish_trace,
-    publish_video,
-    read_keep_alive,
-    send_keep_alive,
-    send_session_changed,
-    send_stop,
-    tell_people_on_commit,
-    wake_owner,
-    wake_probes,
-)
-from robots.bus.reader import Reader
-from robots.bus.shots import drop_shots, keep_shot, shot
-from robots.bus.store import alive, connection, failures, listener, speak_through
-from robots.bus.streams import keep_stream, kept_stream, publish_stream
+from robots.bus.demand import *
+from robots.bus.names import *
+from robots.bus.publishing import *
+from robots.bus.reader import *
+from robots.bus.shots import *
+from robots.bus.store import *
+from robots.bus.streams import *

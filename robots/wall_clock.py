@@ -24,7 +24,7 @@ SKIPPED = timedelta(days=1)  # after a longer step forward the date may be wrong
 TRUSTED_S = 86_400.0  # the machine must be awake for this time until the date after such a step is trusted
 SETTLED_S = 3600.0  # the same after a smaller step; by then all files from before it have older stamps than new ones
 WRITE_S = 60.0
-TOLD = "the time of day was set by %+.1f s, the machine slept or was off for %.1f s: what runs and who waits goes on"
+TOLD = "the time of day was set by %+.1f s, the machine slept or was off for %.1f s: motions and queues go on"
 LONGEST_S = 1e10  # the greatest uptime that is believed
 FIRST = datetime(2020, 1, 1, tzinfo=UTC)  # there was no portal before: an earlier stamp comes from a wrong clock
 

@@ -57,7 +57,7 @@ def channels(
     Raises ValueError where no time is left to send one.
     """
     if guard_ns >= wait_ns:
-        raise ValueError("Whoever joins has to wait longer than the guard.")
+        raise ValueError("The wait of a joiner must be longer than the guard.")
     made = []
     for segment, (size, start) in enumerate(zip(sizes, starts_ns, strict=True)):
         period, packets = wait_ns + start - guard_ns, -(-size // payload)

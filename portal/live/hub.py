@@ -311,7 +311,7 @@ class Hub:
             try:
                 await self._keep_watch_once()
             except Exception:
-                log.exception("what is watched could not be told")
+                log.exception("the robots that are watched could not be reported")
 
     async def _keep_watch_once(self) -> None:
         await self._mark(bus.web_key())

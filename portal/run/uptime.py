@@ -34,5 +34,5 @@ async def tell_on() -> None:
         try:
             await asyncio.get_running_loop().run_in_executor(thread, _look)
         except Exception:
-            log.exception("the queues could not be told that the web process runs")
+            log.exception("the queues were not told that the web process runs")
         await asyncio.sleep(web_uptime.TELL_S)

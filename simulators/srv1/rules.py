@@ -54,7 +54,7 @@ class RuleSet(NamedTuple):
             elif word == "rule":
                 rules.append(rest)
             elif line and line[0] != "#":
-                raise ValueError("A line is none of a rule set.")
+                raise ValueError("A line does not belong to a rule set.")
         inputs = [(name, terms) for word, name, terms in variables if word == "input"]
         outputs = [(name, terms) for word, name, terms in variables if word == "output"]
         if (len(methods), len(inputs), len(outputs)) != (1, 2, 1):

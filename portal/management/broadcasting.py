@@ -13,7 +13,6 @@ from django.core.management.base import BaseCommand, CommandParser
 from django.utils.crypto import salted_hmac
 
 from portal.broadcast import answers, packets
-from portal.run.serve import config
 
 AGAIN_S, BACKLOG = 5.0, 512  # between two tries to have a port; connections that may wait to be taken
 LOOPBACK = "lo"
@@ -35,6 +34,8 @@ class BroadcastCommand(BaseCommand):
 
     async def serve(self, answering: answers.Answering, work: Work, options: dict[str, Any], text: str = "") -> None:
         """Serve at the host and port of the options while the work goes on; write `text` when the port is open."""
+        from portal.run.serve import config  # noqa: PLC0415 - a module that `python -m` runs is not preloaded
+
         host, port = options["host"], options["port"]
         line = await listener(host, port, self.port_setting, self.write)
         if text:

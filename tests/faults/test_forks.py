@@ -166,3 +166,9 @@ def test_a_process_that_forks_and_stands_still_is_left_and_starts_nothing_twice(
 def test_the_demo_forks_on_any_port_and_mails_link_to_it(environment):
     assert _python(environment, "-c", DEMO, "demo", "--port", "8123").split() == ["fork", "http://localhost:8123"]
     assert _python(environment, "-c", DEMO, "demo").split() == ["fork", "http://localhost:8000"]
+
+
+def test_what_is_loaded_beforehand_contains_no_module_that_a_process_runs():
+    runs = "import sys; from portal.run import forks; forks.load_all(); print('portal.run.serve' in sys.modules)"
+    shown = subprocess.run([sys.executable, "-c", runs], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert shown.stdout.split()[-1:] == ["False"], shown.stderr

@@ -43,8 +43,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.seat = Seat()  # counts what is sent
-        self._tokens, self._filled = BURST, SYSTEM.awake()
-        self._calm = Bucket(CALM, CALM_BURST)
+        self._own, self._calm = Bucket(RATE, BURST), Bucket(CALM, CALM_BURST)
         self._tasks: dict[asyncio.Task[None], None] = {}  # in the order in which they began
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
@@ -126,10 +125,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
 
     def _may(self, now: float) -> bool:
         """Return whether the peer may send one more message; an operator is not counted for the network address."""
-        # no Bucket, because a command passes as few files as possible
-        self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
-        self._filled = now
-        return self._tokens >= 0 and (self.role.grant > 0 or self._of_address_or_calm(now))
+        return self._own.take(now) and (self.role.grant > 0 or self._of_address_or_calm(now))
 
     def _of_address_or_calm(self, now: float) -> bool:
         calm, address = self._calm.take(now), str((self.scope.get("client") or ("",))[0])

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from enum import IntEnum, IntFlag
 from math import degrees, radians
-from typing import Self
+from typing import Literal, Self
 
 BAUDS = (9600, 38400)
 BITS_A_BYTE = 10  # 8 data bits, start and stop bit
@@ -184,8 +184,8 @@ class Receiver:
         self._line: bytearray | None = None  # since its colon
         self.broken = 0
 
-    def feed(self, data: bytes) -> list[Frame]:
-        """Return the lines that `data` completes; their codes may be unknown."""
+    def feed(self, data: bytes, at: float = 0.0) -> list[Frame]:
+        """Return the lines that `data` completes; their codes may be unknown. When it came (`at`) does not matter."""
         found: list[Frame] = []
         for byte in data:
             if byte == 0x3A:  # a colon
@@ -287,3 +287,45 @@ def newer(seq: int, than: int) -> bool:
 def too_late(latest: int, clock: int) -> bool:
     """Return whether `clock` has passed `latest`; both in 0.01 s, counted in a circle."""
     return 0 < (clock - latest) % CLOCK < CLOCK // 2
+
+
+# What `robots.kit.drivers.serial_line` needs of a protocol.
+
+HOLD: int = Instruction.HOLD
+RESET: int = Instruction.RESET
+
+
+def receiver() -> Receiver:
+    """Return a receiver of replies."""
+    return Receiver(REPLIES)
+
+
+def status(seq: int) -> Frame:
+    """Return the question for the state."""
+    return Frame(Instruction.STATUS, seq)
+
+
+def kind_of(reply: Frame) -> Literal["answer", "end", "state", "resend", "other"]:
+    """Return what a reply is to its host; ends of motions are told in states. Raises FormError, ValueError."""
+    if reply.id not in REPLIES:
+        return "other"
+    reply.checked()
+    if reply.id == Reply.STATE:
+        return "state"
+    return "resend" if reply.id == Reply.NAK and error_of(reply) == Error.CHECKSUM else "answer"
+
+
+def state_of(reply: Frame) -> State:
+    """Return the state in a STATE. Raises as `State.of`."""
+    return State.of(reply)
+
+
+def refusal_of(answer: Frame) -> str:
+    """Return why an answer refuses, empty if it does not."""
+    return ERROR_TEXT[error_of(answer)] if answer.id == Reply.NAK else ""
+
+
+def spell(frame: Frame) -> str:
+    """Return a frame of a known code as text; the wire is text already, so only its code is named."""
+    names: type[Instruction] | type[Reply] = Reply if frame.id in REPLIES else Instruction
+    return " ".join((f"{names(frame.id).name} #{frame.seq}", *map(str, frame.numbers)))

@@ -14,22 +14,23 @@ from robots.kit.clock import TIMER, Timer, poll
 from robots.kit.drivers.pa10.courses import Courses
 from robots.kit.drivers.pa10.protocol import VELOCITIES, ArmState, Request
 from robots.kit.files import replace_text, replaced
+from simulators.common.arm.cameras import SharedScene
+from simulators.common.arm.plant import Measured
+from simulators.common.arm.position_guard import why_outside
+from simulators.common.arm.rest import Rest
+from simulators.common.arm.setpoint import Reference
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
 from simulators.common.journal import Journal, Note
 from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
-from simulators.pa10.application import Application
-from simulators.pa10.cameras import SharedScene
+from simulators.pa10.application import DEAD_MAN_S, Application
 from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
-from simulators.pa10.plant import Measured, Plant
-from simulators.pa10.position_guard import why_outside
-from simulators.pa10.rest import Rest
+from simulators.pa10.plant import Plant
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
-from simulators.pa10.setpoint import DEAD_MAN_S, Reference
 from simulators.pa10.store import ProgramStore
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms

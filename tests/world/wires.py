@@ -7,7 +7,7 @@ import serial
 
 from robots.kit.clock import Timer
 from simulators.common.faults import FaultBoard
-from simulators.mercury.line import Line
+from simulators.common.serial_line import Line
 from tests.world.world import World
 
 READ_S = 1.0

@@ -6,18 +6,25 @@ import socket
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from robots.kit.clock import TIMER, Timer
-from robots.kit.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard
 from simulators.common.terminal import Terminal
 
+BITS_A_BYTE = 10  # 8 data bits, start and stop bit
 TICK_S = 0.003
 IDLE_TICK_S = 0.01  # between two looks for bytes while the arm does nothing
 IDLE_S = 0.1
 AHEAD = 128  # bytes that the line buffers, as a small UART does
+
+
+class Frame(Protocol):
+    """A message on the line."""
+
+    def encode(self) -> bytes:
+        """Return its bytes."""
 
 
 class Arrived(NamedTuple):

@@ -2,5 +2,6 @@
 import "../arm/arm.css";
 
 export { Joints } from "../arm/joints.ts";
+export { Prediction } from "../arm/prediction.ts";
 export { Position } from "../arm/position.ts";
 export { type ArmDescription, deg, type Judge, type Target } from "../arm/types.ts";

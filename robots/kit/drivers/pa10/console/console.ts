@@ -1,5 +1,5 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
-import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
+import { type ArmDescription, deg, Joints, type Judge, Position, Prediction, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import {
   allow,
@@ -12,6 +12,7 @@ import {
   type Facts,
   fill,
   FINAL,
+  type PathPacket,
   type PicturePacket,
   type PlanAnswer,
   request,
@@ -50,6 +51,10 @@ class ArmConsole implements Console, Judge {
   readonly video = true;
   private cameras = new Cameras(page);
   private view: ArmView | null = null;
+  private prediction = new Prediction(
+    () => page.live.now(),
+    (q) => this.view?.toolAt(q) ?? null,
+  );
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
@@ -92,6 +97,7 @@ class ArmConsole implements Console, Judge {
       });
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
+      this.view.expect(this.prediction);
       if (page.state) this.view.joints(page.state.joints);
       this.position.follow();
       this.ask();
@@ -122,7 +128,15 @@ class ArmConsole implements Console, Judge {
     return this.cameras.atMs;
   }
 
+  path(packet: PathPacket): void {
+    this.prediction.begin(packet);
+    this.view?.expect(this.prediction);
+  }
+
   state(packet: StatePacket): void {
+    const expected = this.prediction.runs;
+    this.prediction.state(packet);
+    if (expected) this.view?.expect(this.prediction);
     this.view?.joints(packet.joints);
     this.joints.show(packet);
     this.programs.state(packet);
@@ -140,6 +154,7 @@ class ArmConsole implements Console, Judge {
   }
 
   command(c: CommandInfo): void {
+    this.prediction.command(c);
     if (!FINAL.has(c.state)) return;
     if (c.state === "completed" && c.kind !== "gripper") {
       this.joints.arrived(c.seq);
@@ -246,6 +261,7 @@ class ArmConsole implements Console, Judge {
   }
 
   draw(f: Facts): void {
+    for (const c of f.snapshot?.commands ?? []) this.prediction.command(c);
     byId("modes").hidden = !page.operating && !page.snapshot?.me.cleared;
     for (const [name, kind] of Object.entries(BUTTONS)) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);

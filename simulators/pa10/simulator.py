@@ -15,6 +15,7 @@ from robots.kit.drivers.pa10.courses import Courses
 from robots.kit.drivers.pa10.protocol import VELOCITIES, ArmState, Request
 from robots.kit.files import replace_text
 from simulators.common.arm.cameras import SharedScene
+from simulators.common.arm.fallen import LOOK_EVERY, Fallen
 from simulators.common.arm.kept_scene import keep_scene, restore_scene
 from simulators.common.arm.pace import Pace
 from simulators.common.arm.plant import Measured
@@ -40,8 +41,6 @@ SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
 JUDGE_EVERY = 5
 SLIP_STEPS = 150
 LOOK_S = 0.1  # between two looks of the watchdog
-LOOK_EVERY = 500  # steps between two looks for fallen objects
-FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
 Planner = Callable[[Note], Courses]  # makes a planner that writes into the journal what happens to it
 
@@ -62,7 +61,7 @@ class Simulator:
         self._judge, self.nearest = Judge(self.plant.model), (Judge.FAR, "")
         self.boot, self.steps = 0, 0
         self.error = 0.0  # distance of a joint from its reference (rad)
-        self._fallen: dict[str, int] = {}
+        self._fallen = Fallen(self.plant, self.journal.note)
         self._slips = 0  # steps during which the gripper slips
         self._rest, self._pace = Rest(clock), Pace(clock)
         self._measured = self.plant.measured()
@@ -184,7 +183,7 @@ class Simulator:
             pace.wait()
             self._one()
             if self._rest.reached(self._busy(), lambda: self.plant.qpos):
-                self._tidy()
+                self._fallen.look(OBJECTS)
                 self._shared.write(self.plant.qpos)
                 self._rest.last(self._busy)  # not while something lies beside the table
                 pace.begin()
@@ -195,7 +194,7 @@ class Simulator:
     def _busy(self) -> bool:
         """Return whether the loop has work although nothing moves."""
         pushed = any(self.faults.value(verb) for verb in ("disturb", "slip", "restart"))
-        return pushed or self.app.busy or any(self._fallen.values()) or not self._running
+        return pushed or self.app.busy or self._fallen.any() or not self._running
 
     def _one(self) -> None:
         self.steps += 1
@@ -212,7 +211,7 @@ class Simulator:
         if self.steps % JUDGE_EVERY == 0 and self.app.moving:
             self.nearest = min(self.nearest, self._judge.nearest(self.plant.data))
         if self.steps % LOOK_EVERY == 0:
-            self._tidy()
+            self._fallen.look(OBJECTS)
         if self.steps % SHARE_EVERY == 0:
             self._shared.write(self.plant.qpos)
 
@@ -225,15 +224,6 @@ class Simulator:
         if self.faults.take("slip"):
             self._slips = SLIP_STEPS
             self.journal.note("slip")
-
-    def _tidy(self) -> None:
-        """Put back objects that have lain beside the table for a while, as staff would."""
-        for name in OBJECTS:
-            away = self.plant.place(name)[2] < FALLEN_M
-            self._fallen[name] = self._fallen.get(name, 0) + 1 if away else 0
-            if self._fallen[name] > FALLEN_LOOKS:
-                self.plant.put_back(name)
-                self.journal.note("put_back", what=name)
 
     def stop(self, *_: object) -> None:
         """End the loop; the arm rests first."""

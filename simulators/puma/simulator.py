@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from robots.kit.arms.chain import Joints
 from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.drivers.puma import protocol as wire
 from simulators.common.arm.cameras import SharedScene
 from simulators.common.arm.controllers import ComputedTorque
+from simulators.common.arm.fallen import LOOK_EVERY, Fallen
 from simulators.common.arm.kept_scene import keep_scene, restore_scene
 from simulators.common.arm.pace import Pace
-from simulators.common.arm.plant import Plant
 from simulators.common.arm.reference_judge import ReferenceJudge
 from simulators.common.arm.rest import Rest
 from simulators.common.arm.scene import Judge
@@ -26,19 +25,23 @@ from simulators.common.journal import Journal, Note
 from simulators.common.nonvolatile import keep, restore
 from simulators.common.serial_line import Arrived, Line
 from simulators.common.threads import names, record_deaths
+from simulators.puma.cell import bricks, things
 from simulators.puma.controller import BOOTS, Controller
 from simulators.puma.courses import Courses
+from simulators.puma.errors import errors_of, kept_seed
+from simulators.puma.mishaps import Mishaps
 from simulators.puma.motions import Motions
+from simulators.puma.plant import Plant
 
 SHARE_EVERY = 20  # steps between two positions for the cameras and for the next start: 40 ms
 JUDGE_EVERY = 5
 SLIP_STEPS = 150
 STOP_S = 2.0  # for a motion at the end of the simulator
 PUSHING = ("disturb", "slip", "power_cycle", "limit_hit")  # the faults for which the loop runs
+OBJECTS = tuple(things())
 LIMBS = ("upper_arm", "forearm", "lower_forearm", "wrist", "tool", "left_pad", "right_pad")
 BOLTED = {("upper_arm", "the base")}
 Planner = Callable[[Note], Courses]  # makes a planner that writes into the journal what happens to it
-OpenPlant = Callable[[Joints | None], Plant]  # makes the plant, where one is stored from the position of its scene
 OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # the last argument is called for each refused client
 Cameras = Callable[
     [Path, int], None
@@ -46,17 +49,22 @@ Cameras = Callable[
 
 
 class Simulator:
-    """All parts. Its line is open already; `open` opens the rest to other programs."""
+    """All parts. Its line is open already; `open` opens the rest to other programs.
+
+    `seed`: of the cell's hidden errors; None for the one that its folder keeps.
+    """
 
     def __init__(
-        self, folder: Path, planner: Planner, plant: OpenPlant, opened: OpenLine, clock: Timer = TIMER,
+        self, folder: Path, planner: Planner, opened: OpenLine, seed: int | None = None, clock: Timer = TIMER,
         real: Timer = TIMER,
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock, self._state = folder, clock, folder / "state.json"
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl", real)
         courses = planner(self.journal.note)
-        self.plant = plant(restore_scene(folder / "scene.npy"))
+        errors = errors_of(kept_seed(folder, seed))
+        self.plant = Plant(qpos=restore_scene(folder / "scene.npy"), errors=errors)
+        self._mishaps, self._fallen = Mishaps(self.faults, self.plant), Fallen(self.plant, self.journal.note)
         self._measured = self.plant.measured()
         self._torques = ComputedTorque("puma")
         self._judge, self.nearest = Judge(self.plant.model, "puma", LIMBS, BOLTED), (Judge.FAR, "")
@@ -119,7 +127,7 @@ class Simulator:
             "worst_error": round(self.error, 6),
             "steps": self.steps,
             "nearest": self.nearest,
-            "tip": self.plant.place("tip").round(5).tolist(),
+            "objects": {name: self.plant.place(name).round(5).tolist() for name in (*OBJECTS, "tip")},
         }
 
     def run(self) -> None:
@@ -132,6 +140,7 @@ class Simulator:
             self._serve(receiver, self.line.exchange())
             self._one()
             if self._rest.reached(self._busy(), lambda: self.plant.qpos):
+                self._tidy()
                 self._keep_scene()
                 while not self._busy():
                     self._serve(receiver, self.line.poll(busy=False))
@@ -147,7 +156,8 @@ class Simulator:
 
     def _busy(self) -> bool:
         """Return whether the loop has work although nothing moves."""
-        return self.motions.busy or self._stopping or any(self.faults.value(verb) for verb in PUSHING)
+        pushed = any(self.faults.value(verb) for verb in PUSHING) or self._mishaps.busy
+        return pushed or self.motions.busy or self._fallen.any() or self._stopping
 
     def _one(self) -> None:
         self.steps += 1
@@ -164,11 +174,18 @@ class Simulator:
         self.plant.step(torque, 0 if self._slips else reference.gripper)
         if self.steps % JUDGE_EVERY == 0 and self.motions.moving:
             self.nearest = min(self.nearest, self._judge.nearest(self.plant.data))
+        if self.steps % LOOK_EVERY == 0:
+            self._tidy()
         if self.steps % SHARE_EVERY == 0:
             self._keep_scene()
 
+    def _tidy(self) -> None:
+        if not self.faults.value("vanish"):  # which takes a brick out of the cell
+            self._fallen.look(bricks())
+
     def _spoil(self) -> None:
         """Disturb the arm (N m on J1) and let an object slip, as the fault board says."""
+        self._mishaps.step()
         self.plant.disturbance[0] = self.faults.value("disturb")
         if self.faults.take("slip"):
             self._slips = SLIP_STEPS

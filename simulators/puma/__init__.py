@@ -1,1 +1,3 @@
-"""The simulated PUMA 560 in its cell of bricks and a hanging rod."""
+"""The PUMA 560 in MuJoCo, which is imported by `simulators.common.arm` first."""
+
+import simulators.common.arm  # noqa: F401

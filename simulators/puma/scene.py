@@ -16,6 +16,7 @@ STORE_M = (-2.2, 0.0, -0.75)  # behind the wall, on the floor: where things are 
 MUG, MUG_M = "mug", (0.042, 0.048)  # radius, half height
 MUG_PLACE = (0.52, 0.10)
 FINGER_FRICTION = (1.0, 0.02, 0.001)
+PISTON_KG = 0.2  # moves with each finger; lighter ones tremble where they press on each other
 
 
 def spec(errors: Errors = NONE) -> mujoco.MjSpec:
@@ -39,6 +40,8 @@ def _fingers(made: mujoco.MjSpec, errors: Errors) -> None:
     """Let one valve move both fingers, with a friction at which things can slip, where the hidden error has them."""
     (coupled,) = (one for one in made.equalities if one.type == mujoco.mjtEq.mjEQ_JOINT)  # `mimic` of the URDF
     coupled.solref, coupled.solimp = clutch.SOFT
+    for name in common.FINGERS:
+        made.joint(name).armature = PISTON_KG
     for name in common.PADS:
         pad = made.body(name)
         pad.pos = np.add(pad.pos, errors.tool)

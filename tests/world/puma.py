@@ -9,6 +9,7 @@ from robots.kit.description import load
 from robots.kit.drivers.puma import protocol as wire
 from robots.kit.drivers.puma.driver import Driver
 from robots.kit.drivers.puma.protocol import Frame, Instruction, Receiver
+from simulators.puma.cameras import Cameras
 from simulators.puma.courses import Courses
 from simulators.puma.simulator import Simulator
 from tests.world.eyes import Eye
@@ -26,10 +27,10 @@ class InPlace(Courses):
 
     def __init__(self, world: World) -> None:
         super().__init__()
-        self._world = world
+        self._world, self.takes_s = world, PLAN_S
 
     def motion_path(self, *about):
-        self._world.sleep(PLAN_S)
+        self._world.sleep(self.takes_s)
         return super().motion_path(*about)
 
 
@@ -47,6 +48,7 @@ class PumaRig(Rig):
         self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
         opened = line_of(self.cable, int(load("puma")["line"]["baud"]))
         self.sim = Simulator(folder, lambda note: InPlace(world), opened, world.seed, world, world)
+        self.cameras = Cameras(folder, world.seed, NARROW)
         world.spawn(self.sim.run, "simulator", self.process)
 
     def session(self, name, address, settings, trace=None):

@@ -106,6 +106,7 @@ class MuseumArm:
     by_staff = False
     pause_s = 8.0
     turning, bending, nodding = "S1", "E1", "W1"  # the joints that a place over the sand, and a jog, turn
+    aside, reach = 0.0, 4.0  # rad; rad/m
     motions = staticmethod(motions)
     drained = staticmethod(disconnected)
 
@@ -115,7 +116,7 @@ class MuseumArm:
     def spell(self, kind, args, share):
         if kind == "move":
             ready = dict(zip(chain(self.name).names, posture(load(self.name), "ready"), strict=True))
-            ready[self.turning] += 4 * args["x"]
+            ready[self.turning] += self.aside + self.reach * args["x"]
             ready[self.bending] += args["y"] - 0.4
             return "joints", {k: float(v) for k, v in ready.items()} | ({"speed": share} if share else {})
         if kind in ("up", "down"):
@@ -138,6 +139,7 @@ class VirtualArm(MuseumArm):
     restart, cut = "power_cycle", ("line",)
     one_at_a_time = False
     turning, bending, nodding = "J1", "J3", "J5"
+    aside, reach = -0.9, 2.0  # away from the threads
 
 
 class Irat:

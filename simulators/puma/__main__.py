@@ -3,7 +3,7 @@
 ``python -m simulators.puma --dir DIR [--tcp PORT] [--baud 9600|38400] [--seed N] [--speed FACTOR]``
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server), `faults` (a Unix socket),
-`journal.jsonl`, `state.json`, `scene.npy` and `scene.mem`.
+`journal.jsonl`, `state.json`, `scene.npy`, `scene.mem`, `seed`, and the cameras' `cameras.json` and `camera`.
 """
 
 import sys
@@ -18,6 +18,7 @@ from simulators.common.faults import FaultBoard
 from simulators.common.process import arguments, run
 from simulators.common.serial_line import Line, TcpLine
 from simulators.common.threads import end_with_any
+from simulators.puma import cameras
 from simulators.puma.planning import Planning
 from simulators.puma.simulator import Simulator
 
@@ -40,7 +41,7 @@ def main() -> None:
         return TcpLine(tty, faults, options.baud, options.tcp, refused, clock)
 
     simulator = Simulator(options.dir, partial(Planning, forked=True), opened, options.seed, clock)
-    simulator.open()
+    simulator.open(cameras.run)
     sys.setswitchinterval(SWITCH_S)
     first_in_line()
     run(simulator, f"line {(options.dir / 'tty').resolve()}")

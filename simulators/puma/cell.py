@@ -57,7 +57,8 @@ def bricks() -> tuple[str, ...]:
 def plate_place() -> Floats:
     """Return the middle of the plate (m)."""
     table = load(DRIVER)["plate"]
-    return np.array(table["place"], np.float64) + (0.0, 0.0, table["thick_m"] / 2)
+    x, y, z = table["place"]
+    return np.array([x, y, z + table["thick_m"] / 2])
 
 
 def _grid(x: int, y: int, pitch: float) -> Floats:

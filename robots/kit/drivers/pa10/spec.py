@@ -2,6 +2,9 @@
 
 from robots.kit.arms.boxes import MORE_BOXES
 from robots.kit.arms.described import chain
+from robots.kit.arms.object_streams import STREAMS
+from robots.kit.arms.objects import objects_of
+from robots.kit.arms.tasks.requests import task_capabilities, task_commands
 from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs, Reset
 from robots.kit.contract.channels import IN_SPACE, Pose, Scale
 from robots.kit.contract.spec import Argument, CommandKind, Spec
@@ -49,13 +52,15 @@ def spec() -> Spec:
         rest_s=description["line"]["rest_s"],
         pose=Pose(PLACE, packed=False),  # the console computes it from the joints
         scales=scales,
+        streams=STREAMS,
         modes=tuple(mode.replace("_", " ") for mode in Mode),
         capabilities=(
             ArmModel(),
             Reset(),
             Check(f"{HERE}.checks:check"),
-            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for"),
+            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for", STREAMS[0].name),
             Programs("program", "the lines of the arm's own wire"),
+            *task_capabilities(f"{HERE}.checks:check_task_job"),
             stills(description["camera"]),
             MORE_BOXES,
         ),
@@ -65,6 +70,7 @@ def spec() -> Spec:
             CommandKind("line", "Move tool straight", (*place, share), limit_s=limit, replaceable=True),
             CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
             CommandKind("program", "Program", program, limit_s=LONGEST_PROGRAM_S),
+            *task_commands(objects_of("pa10")),
             CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("ready", "Ready position", limit_s=limit, replaceable=True),

@@ -9,13 +9,10 @@ import numpy as np
 from robots.kit.arms.described import boxes
 from robots.kit.description import load, text_of
 
-BLOCK = 0.040  # edge of a block (m)
-BLOCKS = (
-    ("red", (0.50, 0.16), (0.80, 0.18, 0.14, 1.0)),
-    ("yellow", (0.56, 0.05), (0.93, 0.73, 0.16, 1.0)),
-    ("blue", (0.50, -0.08), (0.16, 0.36, 0.75, 1.0)),
-    ("green", (0.60, -0.18), (0.20, 0.58, 0.30, 1.0)),
+BLOCKS = tuple(
+    (block["name"], (block["place"][0], block["place"][1]), (*block["colour"], 1.0)) for block in load("pa10")["object"]
 )
+BLOCK = load("pa10")["object"][0]["size"][0]  # edge of a block (m)
 STEP_S = 0.002  # the paper's 500 Hz
 GRIP_N = 20.0
 HIDDEN = 3  # group of shapes that collide but are invisible

@@ -2,11 +2,11 @@
 
 import termios
 
-from queueing.services import packets_of
 from robots.kit.arms.described import chain, posture
 from robots.kit.description import load
 from robots.kit.drivers.irat.choices import choices
 from robots.kit.drivers.srv1.hall import hall
+from robots.services.streams import packets_of
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, RoverSimulator, Simulator
 from tests.waiting import wait_for

@@ -60,25 +60,10 @@ def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner
     return Planner(arm, zones(driver, forbidden), limits, motion["clearance_m"])
 
 
-def object_facts(driver: str) -> dict[str, Any]:
-    """Return what a browser needs to draw a robot's objects and to read their packets (m); nothing if it has none."""
-    if "object" not in load(driver):
-        return {}
-    from robots.kit.arms.objects import objects_of  # noqa: PLC0415 - see chain
-
-    table = objects_of(driver)
-    objects = [
-        {"name": o.name, "number": o.number, "shape": o.shape, "size": o.size, "colour": o.colour, "turns": o.turns}
-        for o in table.objects.values()
-    ]
-    return {"objects": objects, "objects_box": {"low": table.box.low, "size": table.box.size}}
-
-
 def model_facts(driver: str, address: str) -> dict[str, Any]:
     """Return what a browser needs to draw the robot from the URDF at `address`, with its own forbidden boxes (m)."""
     described, arm = load(driver), chain(driver)
     return {
-        **object_facts(driver),
         "model": address,
         "tip": described["arm"]["tip"],
         "joints": [{"name": j.name, "low": j.low, "high": j.high, "velocity": j.velocity} for j in arm.joints],

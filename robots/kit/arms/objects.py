@@ -142,6 +142,16 @@ def objects_of(driver: str) -> ObjectTable:
     return object_table(load(driver))
 
 
+def object_facts(driver: str) -> dict[str, Any]:
+    """Return what a browser needs to draw a robot's objects and to read their packets (m). Raises BadDescription."""
+    table = objects_of(driver)
+    objects = [
+        {"name": o.name, "number": o.number, "shape": o.shape, "size": o.size, "colour": o.colour, "turns": o.turns}
+        for o in table.objects.values()
+    ]
+    return {"objects": objects, "objects_box": {"low": table.box.low, "size": table.box.size}}
+
+
 def object_table(description: Mapping[str, Any]) -> ObjectTable:
     """Return the objects of a description. Raises BadDescription."""
     common, listed = _table(description, "objects"), description.get("object", ())

@@ -78,19 +78,19 @@ class Ways:
     def travel(self, to: Matrix, arrangement: Arrangement) -> list[Way]:
         """Return the ways by which the tool goes to a pose without touching an object, at most three. Raises Refused.
 
-        By joints, else straight; else up, across above everything, and down. The last refusal is told.
+        By joints, else straight; else up, across above everything, and down. The first refusal is told.
         """
         if self.is_at(to):
             return []
-        begun, refusal = self.q, Refused("range", "there is no way")
+        begun, refusals = self.q, []
         for choice in (self._by_joints, self._straight, self._above):
             self.q = begun
             try:
                 return [self.go(way) for way in choice(to, arrangement)]
             except Refused as error:
-                refusal = error
+                refusals.append(error)
         self.q = begun
-        raise refusal
+        raise refusals[0]
 
     def _by_joints(self, to: Matrix, arrangement: Arrangement) -> Iterator[Way]:
         yield self._free(self.joints(to), arrangement)

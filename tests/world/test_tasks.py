@@ -6,9 +6,11 @@ import random
 import numpy as np
 import pytest
 
+from robots import services
 from robots.kit.arms.beliefs import How
 from robots.kit.arms.objects import objects_of
 from robots.kit.arms.tasks.requests import arrangement_of
+from robots.kit.contract.errors import BadRequest
 from robots.models import Command
 from robots.services.streams import packets_of
 from tests.world.seeds import hunts
@@ -44,7 +46,7 @@ def run(portal, text):
 
 
 def near(one, other):
-    return one == pytest.approx(other, abs=NEAR_M)
+    return list(one) == pytest.approx(other, abs=NEAR_M)
 
 
 @hunts(1, 5, 20)
@@ -111,6 +113,27 @@ def test_a_gripper_that_gives_way_ends_the_task_and_names_the_line(portal):
     assert "red" not in shown(portal)
     refused = portal.final(portal.issue("task", text="move ready\ngrasp red"))
     assert (refused.state, refused.reason) == ("rejected", "Line 2, grasp red: where red lies is not known.")
+    portal.world.sleep(5.0)
+    x, y, z = blocks(portal)["red"]  # as somebody sees it who looks
+    amended = services.configure(
+        portal.row, portal.people["kim"], "amend", {"object": 0, "x": x, "y": y, "z": z, "yaw": 0.0}
+    )
+    assert portal.final(amended).state == "completed"
+    assert beliefs(portal)["red"]["how"] == How.STAFF
+    assert shown(portal)["red"].place == pytest.approx((x, y, z), abs=1e-4)
+
+
+@hunts(1, 5, 20)
+def test_staff_change_no_place_while_a_task_runs_with_it(portal):
+    command = begin(portal, TOWER)
+    at_line(portal, command, 2)
+    there = {"object": 1, "x": 0.4, "y": 0.3, "z": 0.02, "yaw": 0.0}
+    refused = portal.final(services.configure(portal.row, portal.people["kim"], "amend", there))
+    assert (refused.state, refused.reason[:12]) == ("rejected", "A task runs ")
+    with pytest.raises(BadRequest, match="z must lie between"):
+        services.configure(portal.row, portal.people["kim"], "amend", {**there, "z": 9.0})
+    assert portal.final(command, 120).state == "completed"
+    assert near(blocks(portal)["blue"], [0.56, 0.05, 0.10])
 
 
 @hunts(1, 5, 20)

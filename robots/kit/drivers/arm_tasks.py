@@ -15,7 +15,7 @@ from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
 from robots.kit.arms.objects import objects_of, placed_of
-from robots.kit.arms.tasks.requests import AMEND, KINDS, amended
+from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
@@ -51,10 +51,9 @@ class ArmTasks:
         if kind != AMEND:
             return self._runner.run(str(args["text"]), permit, on_stage)
         permit()
-        name = str(args["object"])
         if self._runner.runs:
             raise BadRequest("A task runs with the objects now; stop it first, or wait until it has ended.")
-        self.model.place(name, amended(self.model.table, args), How.STAFF)
+        self.model.place(*amendment(self.model.table, args), How.STAFF)
         return Outcome(dict(args), self._session.latest())
 
     def measured(self, name: str, pose: Matrix) -> None:

@@ -38,11 +38,12 @@ def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
     ends = zip("xyz", table.box.low, table.box.size, strict=True)
     place = tuple(Argument(name, "m", low, low + size) for name, low, size in ends)
     text = Argument("text", "", 1, LONGEST_TEXT, text=True, label="steps, one a line")
-    name = Argument("object", "", 1, 30, text=True, help="its name")
+    numbers = ", ".join(f"{one.number} {name}" for name, one in table.objects.items())
+    which = Argument("object", "", 0, len(table.objects) - 1, whole=True, help=f"{numbers}.")
     return (
         CommandKind(TASK, "Task", (text,), limit_s=LONGEST_S, asked_by=frozenset({TURN, ANYONE})),
         CommandKind(
-            AMEND, "Correct an object's place", (name, *place, Argument("yaw", "rad", -tau, tau)), limit_s=10.0,
+            AMEND, "Correct an object's place", (which, *place, Argument("yaw", "rad", -tau, tau)), limit_s=10.0,
             lane="config", asked_by=frozenset({STAFF}), moves=False, still_after=False,
         ),
     )  # fmt: skip
@@ -63,17 +64,12 @@ def parsed(text: str) -> Task:
 
 def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
     """Refuse a text that is no task, and names of objects that are not there. Raises BadRequest."""
-    if kind == TASK:
-        for step in parsed(args["text"]).steps():
-            for name in _names(step.action):
-                _check_name(table, name)
-    if kind == AMEND:
-        _check_name(table, args["object"])
-
-
-def _check_name(table: ObjectTable, name: str) -> None:
-    if table.named(name) is None:
-        raise BadRequest(f"There is no object {name[:30]}; there are {', '.join(table.objects)}.")
+    steps_of = parsed(args["text"]).steps() if kind == TASK else ()
+    for step in steps_of:
+        for name in _names(step.action):
+            if table.named(name) is None:
+                known = ", ".join(table.objects)
+                raise BadRequest(f"Line {step.line}: there is no object {name}; there are {known}.")
 
 
 def _names(action: steps.Action) -> tuple[str, ...]:
@@ -88,12 +84,14 @@ def _names(action: steps.Action) -> tuple[str, ...]:
             return ()
 
 
-def amended(table: ObjectTable, args: dict[str, Any]) -> Placed:
-    """Return the place that `amend` says, upright as at first, turned about the vertical by `yaw` (rad)."""
-    first = pose_of(table.objects[args["object"]].first)
+def amendment(table: ObjectTable, args: dict[str, Any]) -> tuple[str, Placed]:
+    """Return the object and the place that `amend` says: upright as at first, turned about the vertical by `yaw`."""
+    wanted = int(number(args, "object"))
+    name, described = next(pair for pair in table.objects.items() if pair[1].number == wanted)
+    first = pose_of(described.first)
     rotation = Rotation.from_euler("z", number(args, "yaw")) * Rotation.from_matrix(upright(first))
     x, y, z, w = (float(v) for v in rotation.as_quat())
-    return Placed((number(args, "x"), number(args, "y"), number(args, "z")), (x, y, z, w))
+    return name, Placed((number(args, "x"), number(args, "y"), number(args, "z")), (x, y, z, w))
 
 
 def arrangement_of(table: ObjectTable, packets: Packets) -> Arrangement:

@@ -120,6 +120,7 @@ def test_a_gripper_that_gives_way_ends_the_task_and_names_the_line(portal):
     )
     assert portal.final(amended).state == "completed"
     assert beliefs(portal)["red"]["how"] == How.STAFF
+    portal.until(lambda: "red" in shown(portal), 5, "the place on pages")
     assert shown(portal)["red"].place == pytest.approx((x, y, z), abs=1e-4)
 
 

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
 
+from robots.kit.contract.objects import Box
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -240,13 +242,14 @@ class ArmModel:
 
 @dataclass(frozen=True)
 class Objects:
-    """The robot knows objects around it: the byte stream `stream` tells where they are (`contract/objects.py`).
+    """The robot knows objects around it: the byte stream `stream` tells where they are in `box` (`contract/objects.py`).
 
     Its files describe them (the tables `objects` and `object` of `robot.toml`, `robots/kit/arms/objects.py`); consoles
-    are told names, sizes, colours and the box of the packets.
+    are told names, sizes, colours and the box.
     """
 
     stream: str
+    box: Box
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,9 @@ from robots.kit.arms.tasks.ways import Way, Ways
 from robots.kit.description import load
 
 LONGEST_S = 300.0  # of a whole task
-WORK = 2 * MOST  # of the budget, for a whole task
-STEP, AGAIN = 60, 5  # of it: a step's own checks; a step that was planned from here before
+WORK = MOST  # of the budget, for a whole task: as for a program
+STEP, AGAIN = 50, 5  # of it: a step's own checks; a step that was planned from here before
+SAME_M = 0.005  # of where the tool leaves an object, and where it came from
 EXACT = 6  # decimals (m, rad) to which a step from here is the same as one before
 
 
@@ -185,13 +186,16 @@ class _Planning:
         """Yield the acts by which an object is put; as `_grasp_by`."""
         before, table = self.arrangement, self.arrangement.table
         after = before.with_place(name, pose)
-        opens = _shifted(tool, (0.0, 0.0, table.release))
+        opens, above = (_shifted(tool, (0.0, 0.0, up)) for up in (table.release, table.lift))
+        leaves = _shifted(opens, self._away(name, pose, tool))
+        if np.abs(leaves - above).max() < SAME_M:  # back by the way that it came, which needs no plan
+            leaves = above
         try:
-            yield from self._moved(self._ways.travel(_shifted(tool, (0.0, 0.0, table.lift)), before))
+            yield from self._moved(self._ways.travel(above, before))
             yield from self._straight(opens)
             self.arrangement = after
             yield self._act("gripper", {"closed": 0.0}, self._grip_s)
-            yield from self._straight(_shifted(opens, self._away(name, pose, tool)))
+            yield from self._straight(leaves)
         except (Refused, NotPossible):
             self.arrangement = before
             raise

@@ -49,9 +49,9 @@ def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
     )  # fmt: skip
 
 
-def task_capabilities(job_check: str) -> tuple[Any, ...]:
+def task_capabilities(table: ObjectTable, job_check: str) -> tuple[Any, ...]:
     """Return the capabilities of an arm with objects; `job_check` is a function as `JobCheck` names it."""
-    return Programs(TASK, "steps with objects"), JobCheck(OBJECTS, job_check), Objects(OBJECTS)
+    return Programs(TASK, "steps with objects"), JobCheck(OBJECTS, job_check), Objects(OBJECTS, table.box)
 
 
 def parsed(text: str) -> Task:

@@ -19,8 +19,8 @@ from robots.kit.arms.solids import Solid, overlap
 from robots.kit.description import load
 
 MARGIN_M = 0.005  # between what is carried and what lies about
-SAMPLES = 40  # postures of a way at which it is checked
-CHECKED = 100  # of the budget: the check of a way
+SAMPLES = 32  # postures of a way at which it is checked
+CHECKED = 50  # of the budget: the check of a way
 SAME_M, SAME = 1e-6, 1e-6  # the tool is there already
 
 
@@ -35,6 +35,31 @@ class Way:
     path: Path
 
 
+@dataclass(frozen=True)
+class Backwards:
+    """A path that is gone back: a straight one at rest at both ends passes the same postures at the same speeds."""
+
+    path: Path
+
+    @property
+    def seconds(self) -> float:
+        """Return the motion time (s)."""
+        return self.path.seconds
+
+    def at(self, t: float) -> tuple[Joints, Joints, Joints]:
+        """Return position, velocity, acceleration of the joints."""
+        q, v, a = self.path.at(self.seconds - t)
+        return q, -v, a
+
+    def sample(self, times: Joints) -> Joints:
+        """Return the positions at `times`, of shape (m, n)."""
+        return self.path.sample(self.seconds - times)
+
+    def fastest(self) -> Joints:
+        """Return each joint's greatest speed (rad/s)."""
+        return self.path.fastest()
+
+
 class Ways:
     """Plans ways one after another, each from rest at the end of the one before, `q` (rad).
 
@@ -43,6 +68,7 @@ class Ways:
 
     def __init__(self, planner: MotionPlanner, q: Joints, budget: Budget) -> None:
         self._planner, self._budget = planner, budget
+        self._straight_before: tuple[Joints, Matrix, Way] | None = None  # from where, and by what it came here
         self.q = q
 
     @property
@@ -60,8 +86,18 @@ class Ways:
         return way
 
     def line(self, to: Matrix, speed: float | None = None) -> Way:
-        """Return the straight way to a pose (4 x 4), at a share of full speed. Raises Refused."""
-        return self._plan("line", Motion(pose=numbers(to), straight=True, scale=speed))
+        """Return the straight way to a pose (4 x 4), at a share of full speed; back by the last one is known.
+
+        Raises Refused.
+        """
+        motion, before = Motion(pose=numbers(to), straight=True, scale=speed), self._straight_before
+        if before is not None and before[2].end is self.q and np.abs(before[1] - to).max() < SAME:
+            begun, _, way = before
+            return Way("line", _arguments(motion), begun, way.seconds, Backwards(way.path))
+        tool = self.tool
+        way = self._plan("line", motion)
+        self._straight_before = self.q, tool, way
+        return way
 
     def joints(self, to: Matrix) -> Way:
         """Return the way to a pose (4 x 4) by joints. Raises Refused."""
@@ -128,9 +164,12 @@ class Ways:
 
     def _plan(self, kind: str, motion: Motion) -> Way:
         plan = self._planner.plan_motion(motion, self.q, np.zeros_like(self.q), self._budget)
-        args: dict[str, Any] = {} if motion.pose is None else dict(zip(PLACE, motion.pose, strict=True))
-        args |= {} if motion.scale is None else {"speed": motion.scale}
-        return Way(kind, args, plan.target, plan.path.seconds, plan.path)
+        return Way(kind, _arguments(motion), plan.target, plan.path.seconds, plan.path)
+
+
+def _arguments(motion: Motion) -> dict[str, Any]:
+    found: dict[str, Any] = {} if motion.pose is None else dict(zip(PLACE, motion.pose, strict=True))
+    return found | ({} if motion.scale is None else {"speed": motion.scale})
 
 
 def carried(arrangement: Arrangement, tool: Matrix) -> list[Solid]:
@@ -150,16 +189,19 @@ def touches(tools: Matrix, arrangement: Arrangement) -> str:
 
     What moves counts as an upright cylinder around its middle, what lies as one around its own: simple and safe.
     """
-    load = carried(arrangement, np.eye(4))
-    for name, solid in arrangement.lying():
-        for moving in load:
-            middles = (tools @ moving.pose)[:, :3, 3]
-            heights = np.einsum("mij,cj->mci", tools[:, :3, :3], moving.corners)[:, :, 2] + tools[:, None, 2, 3]
-            spread = np.einsum("mij,cj->mci", tools[:, :3, :3], moving.corners - moving.pose[:3, 3])[:, :, :2]
-            radius = np.linalg.norm(spread, axis=2).max(axis=1)
-            far = np.linalg.norm(middles[:, :2] - solid.pose[:2, 3], axis=1)
-            near = far < radius + solid.radius
-            level = (heights.min(axis=1) < solid.top + MARGIN_M) & (heights.max(axis=1) > solid.bottom - MARGIN_M)
-            if np.any(near & level):
-                return name
+    lying = list(arrangement.lying())
+    if not lying:
+        return ""
+    tops, bottoms, radii = np.array([(solid.top, solid.bottom, solid.radius) for _, solid in lying]).T
+    at = np.array([solid.pose[:2, 3] for _, solid in lying])
+    for moving in carried(arrangement, np.eye(4)):
+        corners = moving.corners @ np.swapaxes(tools[:, :3, :3], 1, 2) + tools[:, None, :3, 3]  # (m, 8, 3)
+        middles = corners.mean(axis=1)[:, :2]
+        radius = np.linalg.norm(corners[:, :, :2] - middles[:, None], axis=2).max(axis=1)
+        low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+        near = np.linalg.norm(middles[:, None] - at, axis=2) < radius[:, None] + radii
+        level = (low[:, None] < tops + MARGIN_M) & (high[:, None] > bottoms - MARGIN_M)
+        touched = np.any(near & level, axis=0)
+        if np.any(touched):
+            return lying[int(np.argmax(touched))][0]
     return ""

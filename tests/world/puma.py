@@ -1,21 +1,29 @@
-"""The PUMA 560 in a world: its simulator, its line, and a host that speaks the wire by hand."""
+"""The PUMA 560 in a world: simulator, line, driver and cameras."""
 
 from pathlib import Path
+from random import Random
 
+import numpy as np
+
+from robots.kit.description import load
 from robots.kit.drivers.puma import protocol as wire
-from robots.kit.drivers.puma.protocol import BAUDS, CLOCK, Error, Frame, Instruction, Mode, State
+from robots.kit.drivers.puma.driver import Driver
+from robots.kit.drivers.puma.protocol import Frame, Instruction, Receiver
+from simulators.puma.cameras import Cameras
 from simulators.puma.courses import Courses
 from simulators.puma.simulator import Simulator
-from tests.world.wires import Cable, line_of
+from tests.world.eyes import Eye
+from tests.world.rig import Rig, Watched
+from tests.world.wires import Cable, Port, line_of
 from tests.world.world import World
 
 PLAN_S = 0.03  # what a plan takes on an ordinary machine
-FRESH_S = 0.9
-SEED = 3  # of the cell's hidden errors
+PICTURE_S = 0.06
+NARROW = 160  # of drawn pictures, for quick simulations
 
 
 class InPlace(Courses):
-    """Plans in the thread that asks, which takes so long."""
+    """Plans in the simulator's process, which takes so long."""
 
     def __init__(self, world: World) -> None:
         super().__init__()
@@ -26,75 +34,69 @@ class InPlace(Courses):
         return super().motion_path(*about)
 
 
-class Cell:
-    """A simulated arm in a process of its own, and a host at the other end of its line."""
+class PumaRig(Rig):
+    """A simulated arm that runs in a process of its own, and what connects an owner with it."""
 
-    def __init__(self, world: World, folder: Path, baud: int = BAUDS[-1]) -> None:
-        self.world, self.folder, self.baud = world, folder, baud
-        self.cable = Cable(world)
-        self._receiver = wire.Receiver(wire.REPLIES)
-        self._heard: list[Frame] = []
-        self.seq = 0
-        self.start()
+    driver = "puma"
+    faults = ("awol", "slow", "drop", "corrupt", "double", "limit_hit", "mute", "disturb")
+    strengths = {"slow": 0.5, "drop": 0.02, "corrupt": 0.02, "double": 0.02, "disturb": 40.0}
 
-    def start(self) -> None:
-        """Begin a process with a simulator."""
-        self.process = self.world.process("simulator", delayed=False)
-        self.planner = InPlace(self.world)
-        line = line_of(self.cable, self.baud)
-        self.sim = Simulator(self.folder, lambda note: self.planner, line, SEED, self.world, self.world)
-        self.world.spawn(self.sim.run, "simulator", self.process)
+    def __init__(self, world: World, folder: Path) -> None:
+        super().__init__(world, folder)
+        self.use(Cable(world))
+        self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
+        self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
+        opened = line_of(self.cable, int(load("puma")["line"]["baud"]))
+        self.sim = Simulator(folder, lambda note: InPlace(world), opened, world.seed, world, world)
+        self.cameras = Cameras(folder, world.seed, NARROW)
+        world.spawn(self.sim.run, "simulator", self.process)
 
-    def send(self, what: int, *numbers: int, seq: int | None = None) -> int:
-        """Send an instruction, under the next number unless one is given; return its number."""
-        if seq is None:
-            seq = self.seq = (self.seq + 1) % wire.SEQUENCES
-        self.cable.send(Frame(what, seq, numbers).encode())
-        return seq
+    def session(self, name, address, settings, trace=None):
+        """Open a session of the driver over the cable."""
+        rig = self
 
-    def answer(self, seq: int, within_s: float = 1.0) -> Frame:
-        """Wait for the answer to a number."""
+        class InWorld(Watched, Driver):
+            clock = self.world
 
-        def found():
-            self._heard += self._receiver.feed(self.cable.taken(self.cable.to_host, 9999))
-            return next((frame for frame in self._heard if frame.seq == seq), None)
+            def opened(self, url, local, baud):
+                return Port(rig.cable, self.note_sent)
 
-        answer = self.world.until(found, within_s, f"the answer to {seq}")
-        self._heard.clear()
-        return answer
+            def note_sent(self, data: bytes) -> None:
+                for frame in Receiver(wire.INSTRUCTIONS).feed(data):
+                    rig.by_itself[frame.seq], rig.kinds[frame.seq] = self.recovers, self.sends_for
 
-    def ask(self, what: int, *numbers: int, seq: int | None = None) -> Error | None:
-        """Send an instruction; return why it is refused, None if it is not."""
-        answer = self.answer(self.send(what, *numbers, seq=seq))
-        return None if answer.id == wire.Reply.ACK else wire.error_of(answer)
+        return InWorld(address, settings, trace)
 
-    def state(self) -> State:
-        return State.of(self.answer(self.send(Instruction.STATUS)))
+    def camera(self, url, rig, view="", colour=False):
+        def take(exposure: float) -> np.ndarray:
+            picture = self.cameras.take(view or "front")
+            self.world.sleep(PICTURE_S)
+            return picture
 
-    def latest(self, seconds: float = FRESH_S) -> int:
-        """Return the controller's clock in so many seconds."""
-        return (self.state().clock + round(seconds / wire.TICK_S)) % CLOCK
-
-    def move(self, what: int, *numbers: int) -> Error | None:
-        """Send a motion that may begin for a while; return why it is refused at once."""
-        return self.ask(what, self.latest(), *numbers)
-
-    def at_rest(self, within_s: float = 15.0) -> State:
-        """Ask for states until the arm does nothing; return the last one."""
-        until = self.world.monotonic() + within_s
-        while (state := self.state()).mode != Mode.IDLE:
-            assert self.world.monotonic() < until, state
-            self.world.sleep(0.05)
-        return state
-
-    def calibrate(self) -> None:
-        assert self.move(Instruction.CALIBRATE) is None
-        self.at_rest()
-
-    def count(self, event: str) -> int:
-        return self.sim.journal.counts[event]
+        return Eye(self.world, take, self.sim.faults, colour)
 
     @property
-    def q(self):
-        """Return what the encoders measure (rad)."""
-        return self.sim.plant.measured().q
+    def moving(self) -> bool:
+        return self.sim.motions.moving
+
+    def is_by_itself(self, motion: dict) -> bool:
+        """Tell whether the owner began a motion by itself, to put the robot in order."""
+        return self.by_itself[motion["seq"]]
+
+    def kind_of(self, motion: dict) -> str:
+        """Return the kind of command that began a motion; empty where the owner did by itself."""
+        return self.kinds[motion["seq"]]
+
+    def confirms(self, record: dict) -> bool:
+        """Tell whether the simulator notes that a motion came to its end."""
+        return record["event"] == "end" and record["end"] == "done"
+
+    def meddle(self, dice: Random) -> None:
+        """Say something on the line that no owner says: noise, and motions that are cut off or spoilt."""
+        joints = tuple(dice.randrange(-90_000, 90_000) for _ in range(6))
+        line = bytearray(Frame(Instruction.JOINTS, dice.randrange(256), (0, 500, *joints)).encode())
+        spoilt = line.copy()
+        spoilt[dice.randrange(1, len(line) - 1)] ^= 1
+        self.cable.to_robot += dice.choice(
+            (line[: dice.randrange(1, len(line))], spoilt, dice.randbytes(dice.randrange(1, 60)))
+        )

@@ -8,7 +8,7 @@ import pytest
 
 from robots.kit.arms.described import chain
 from robots.kit.drivers.puma.protocol import End, Error, Flag, Instruction, Mode
-from tests.world.puma import Cell
+from tests.world.puma_cell import Cell
 from tests.world.world import World
 
 READY = (15_000, 55_000, 85_000, 0, 40_000, 15_000)

@@ -12,11 +12,11 @@ from robots.kit import previews
 from robots.kit.arms.described import posture
 from robots.kit.arms.objects import objects_of
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.errors import BadRequest, OutOfWorkspace
+from robots.kit.contract.errors import BadRequest, NotPermitted, OutOfWorkspace
 from robots.kit.contract.objects import KnownObjects, Placed
 from robots.kit.contract.streams import StreamPacket, pack
 from robots.kit.description import load
-from robots.models import Lease, Program
+from robots.models import Command, Lease, Program
 from robots.services import programs
 from robots.states import GrantKind
 from tests.services.browsers import signed_in
@@ -109,3 +109,46 @@ def test_the_page_knows_the_objects_and_the_box_of_their_packets(robot, people):
     page = signed_in(people["ada"]).get(f"/robots/{robot.slug}/").content.decode()
     for told in ('"name": "red"', '"objects_box"', '"name": "beliefs"'):
         assert told in page
+
+
+PLACE = {"kind": "amend", "object": "0", "x": "0.45", "y": "0.25", "z": "0.02", "yaw": "0"}
+
+
+def test_staff_correct_a_place_on_the_robots_page_of_the_admin(robot, people, owned):
+    browser, path = signed_in(people["kim"]), f"/admin/robots/robot/{robot.pk}/"
+    page = browser.get(f"{path}change/").content.decode()
+    assert "Correct an object" in page
+    assert "0 red, 1 yellow, 2 blue, 3 green." in page
+    answer = browser.post(f"{path}do/setting/", PLACE, follow=True).content.decode()
+    assert "the command history shows its result" in answer
+    command = Command.objects.get()
+    assert (command.kind, command.lane) == ("amend", "config")
+    assert command.args == {"object": 0.0, "x": 0.45, "y": 0.25, "z": 0.02, "yaw": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"x": "9"}, "x must lie between -1 and 1 m"),
+        ({"x": "nan"}, "The value x must be a number."),
+        ({"x": ""}, "The value x must be a number."),
+        ({"object": "0.5"}, "object must be a whole number."),
+        ({"object": "4"}, "object must lie between 0 and 3"),
+        ({"kind": "task"}, "This robot has no such setting."),
+        ({"kind": ""}, "This robot has no such setting."),
+    ],
+)
+def test_a_place_that_cannot_be_is_refused_in_words(robot, people, owned, change, says):
+    answer = signed_in(people["kim"]).post(f"/admin/robots/robot/{robot.pk}/do/setting/", PLACE | change, follow=True)
+    assert says.lower() in answer.content.decode().lower()
+    assert not Command.objects.exists()
+
+
+def test_nobody_else_corrects_a_place(robot, people, owned):
+    answer = signed_in(people["ada"]).post(f"/admin/robots/robot/{robot.pk}/do/setting/", PLACE)
+    assert answer.status_code in (302, 403)
+    services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
+    args = {name: float(value) for name, value in PLACE.items() if name != "kind"}
+    with pytest.raises(NotPermitted):
+        services.issue(robot.slug, people["ada"], "amend", args, 1)
+    assert not Command.objects.exists()

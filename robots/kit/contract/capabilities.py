@@ -242,10 +242,10 @@ class ArmModel:
 
 @dataclass(frozen=True)
 class Objects:
-    """The robot knows objects around it: the byte stream `stream` tells their places in `box` (`contract/objects.py`).
+    """The robot knows objects around it; the byte stream `stream` tells where in `box` they are.
 
-    Its files describe them (the tables `objects` and `object` of `robot.toml`, `robots/kit/arms/objects.py`); consoles
-    are told names, sizes, colours and the box.
+    Its packets are those of `contract/objects.py`. The robot's files describe the objects (the tables `objects` and
+    `object` of `robot.toml`, `robots/kit/arms/objects.py`); consoles are told names, sizes, colours and the box.
     """
 
     stream: str

@@ -233,10 +233,9 @@ class Stills:
 
 @dataclass(frozen=True)
 class ArmModel:
-    """The robot is an arm that its files describe: consoles and the admin draw it.
+    """The robot is an arm that its files describe (`robots/kit/arms/described.py`): consoles and the admin draw it.
 
-    Its files are `model.urdf` and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`
-    (`robots/kit/arms/described.py`).
+    They are `model.urdf` and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`.
     """
 
 

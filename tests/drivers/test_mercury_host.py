@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from robots.kit.clock import FasterTimer
 from robots.kit.contract.errors import ControllerRefused, LineGone, LineSilent
 from robots.kit.drivers.mercury import protocol as wire
-from robots.kit.drivers.mercury.line import HostLine
 from robots.kit.drivers.mercury.protocol import Instruction
+from robots.kit.drivers.serial_line import SerialLine
 from tests.conftest import wait_for
 from tests.drivers.fuzzing import numbers, rounds
 from tests.drivers.mercury_wire import ACK, CHECKSUM, DONE, HELD, NAK, STATE, floats, frame
@@ -63,7 +63,7 @@ class Controller:
 def ends():
     controller = Controller()
     seen = []
-    line = HostLine(controller.path, 10, lambda *what: seen.append(what), FasterTimer(PACE))
+    line = SerialLine(wire, controller.path, wire.BAUD, 10, lambda *what: seen.append(what), FasterTimer(PACE))
     line.open()
     yield controller, line
     line.close()
@@ -108,7 +108,7 @@ def test_whatever_a_controller_says_the_host_listens_on(ends, rubbish):
 def test_a_reader_that_fails_loses_the_line_and_lets_nobody_wait(monkeypatch):
     controller = Controller()
     controller.answer = lambda f: frame(STATE, f.seq, state())
-    line = HostLine(controller.path, 10, None, FasterTimer(PACE))
+    line = SerialLine(wire, controller.path, wire.BAUD, 10, None, FasterTimer(PACE))
     line.open()
     try:
         monkeypatch.setattr(line, "_heard", lambda frame: {}["a fault of ours"])

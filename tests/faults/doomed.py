@@ -16,11 +16,11 @@ def _end(number):
 
 def _arm(number):
     """Wrap the one function at which this worker is to die."""
-    from robots.kit.drivers.mercury.line import HostLine
     from robots.kit.drivers.mercury.protocol import Instruction
+    from robots.kit.drivers.serial_line import SerialLine
     from robots.models import Command
 
-    inner = HostLine._send
+    inner = SerialLine._send
 
     def wrapped(line, what, *rest, **kwargs):
         # only commands have a row; homing at handover has none
@@ -28,7 +28,7 @@ def _arm(number):
             _end(number)
         return inner(line, what, *rest, **kwargs)
 
-    HostLine._send = wrapped
+    SerialLine._send = wrapped
 
 
 def main():

@@ -15,10 +15,11 @@ import pytest
 
 from robots.kit.clock import FasterTimer
 from robots.kit.contract.errors import LineGone, LineSilent
-from robots.kit.drivers.mercury import line as lines
+from robots.kit.drivers import serial_line as lines
+from robots.kit.drivers.mercury import protocol
 from robots.kit.drivers.mercury import protocol as wire
 from robots.kit.drivers.mercury.driver import Driver
-from robots.kit.drivers.mercury.line import HostLine
+from robots.kit.drivers.serial_line import SerialLine
 from robots.models import Grant, Robot
 from tests.conftest import FakeClock, wait_for
 from tests.drivers.mercury_wire import STATE, floats, frame
@@ -156,7 +157,7 @@ def test_closing_the_port_leaves_dtr_on(booting):
     settings = termios.tcgetattr(port)
     settings[2] |= termios.HUPCL
     termios.tcsetattr(port, termios.TCSANOW, settings)
-    line = HostLine(booting.path, 0, None, FasterTimer(PACE))
+    line = SerialLine(protocol, booting.path, protocol.BAUD, 0, None, FasterTimer(PACE))
     line.open()
     assert not termios.tcgetattr(port)[2] & termios.HUPCL
     line.close()
@@ -170,7 +171,7 @@ def test_a_port_is_opened_again_after_long_silence_or_once_it_is_gone(booting):
             return False
 
     clock = Clock()
-    line = HostLine(booting.path, 0, None, clock)
+    line = SerialLine(protocol, booting.path, protocol.BAUD, 0, None, clock)
     line.open()
     wait_for(lambda: booting.opened == 1, 20, "the opening")
     port = line._port
@@ -194,7 +195,7 @@ def test_a_port_is_opened_again_after_long_silence_or_once_it_is_gone(booting):
 
 @pytest.mark.parametrize("booting", [BootingServer], indirect=True)
 def test_a_connection_whose_peer_acknowledges_nothing_ends(booting):
-    line = HostLine(booting.path, 0, None, FasterTimer(PACE))
+    line = SerialLine(protocol, booting.path, protocol.BAUD, 0, None, FasterTimer(PACE))
     line.open()
     with socket.socket(fileno=os.dup(line._port.fileno())) as wire_socket:
         assert wire_socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == lines.UNACKNOWLEDGED_MS
@@ -203,7 +204,7 @@ def test_a_connection_whose_peer_acknowledges_nothing_ends(booting):
 
 @pytest.mark.parametrize("booting", [BootingServer], indirect=True)
 def test_a_connection_that_the_server_ends_is_made_again_at_the_next_attempt(booting):
-    line = HostLine(booting.path, 0, None, FasterTimer(PACE))
+    line = SerialLine(protocol, booting.path, protocol.BAUD, 0, None, FasterTimer(PACE))
     line.open()
     booting.look()
     port = line._port

@@ -8,9 +8,10 @@ import pytest
 from websockets.sync.server import serve
 
 from robots.kit.contract.errors import HardwareFault
-from robots.kit.drivers.mercury.line import HostLine
+from robots.kit.drivers.mercury import protocol
 from robots.kit.drivers.pa10.driver import Driver as ArmDriver
 from robots.kit.drivers.rosbridge_client import Bridge
+from robots.kit.drivers.serial_line import SerialLine
 from tests.raised import ORDINARY, name
 from workers.door import GuardedSession
 from workers.media import sound as sounds
@@ -42,7 +43,7 @@ def test_a_serial_port_that_cannot_be_opened_written_or_read_is_gone(error, monk
     def refuse(*_, **__):
         raise error
 
-    line = HostLine("/dev/ttyX", 1, None)
+    line = SerialLine(protocol, "/dev/ttyX", protocol.BAUD, 1, None)
     monkeypatch.setattr(serial, "serial_for_url", refuse)
     with pytest.raises(HardwareFault):
         line.open()
@@ -75,7 +76,7 @@ def test_a_wire_that_got_no_thread_is_opened_again(kind, monkeypatch):
         threading.Thread(target=server.serve_forever).start()
         monkeypatch.setattr(threading.Thread, "start", start)
         at = f"127.0.0.1:{server.socket.getsockname()[1]}"
-        wire = HostLine(os.ttyname(own), 1, None) if kind == "line" else Bridge(at)
+        wire = SerialLine(protocol, os.ttyname(own), protocol.BAUD, 1, None) if kind == "line" else Bridge(at)
         with pytest.raises(RuntimeError):
             wire.open()
         full[0] = False

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 
 from robots.kit import opening
 from robots.kit.contract.errors import CameraFault, LineBusy, LineGone
-from robots.kit.drivers.mercury.line import HostLine
+from robots.kit.drivers.mercury import protocol
 from robots.kit.drivers.pa10.line import ArmLine
 from robots.kit.drivers.rosbridge_client import Bridge
+from robots.kit.drivers.serial_line import SerialLine
 from robots.kit.opening import is_in_use, why_not
 from tests.waiting import CEILING_S, wait_for
 from workers.media import microphone, source
@@ -27,7 +28,7 @@ from workers.media.source import SnapshotCamera, StreamCamera
 
 def opened(address):
     """Return the fault with which a serial line to that address does not open."""
-    line = HostLine(address, 1, None)
+    line = SerialLine(protocol, address, protocol.BAUD, 1, None)
     with pytest.raises((LineGone, LineBusy)) as caught:
         line.open()
     return caught.value
@@ -98,7 +99,7 @@ def test_who_may_open_it_is_said_by_the_group_of_the_device(tmp_path, monkeypatc
     assert "Add the portal's user to the group dialout" in why_not(refused, str(device))
 
 
-@pytest.mark.parametrize("make", [lambda a: HostLine(f"socket://{a}", 1, None), lambda a: ArmLine(a, 1, "", None), Bridge], ids=["serial server", "arm", "rosbridge"])  # fmt: skip
+@pytest.mark.parametrize("make", [lambda a: SerialLine(protocol, f"socket://{a}", protocol.BAUD, 1, None), lambda a: ArmLine(a, 1, "", None), Bridge], ids=["serial server", "arm", "rosbridge"])  # fmt: skip
 def test_a_connection_that_is_refused_and_a_name_that_nobody_knows(make):
     for address, words in ((f"127.0.0.1:{free_port()}", opening.REFUSED), ("robot.invalid:9090", opening.NO_NAME)):
         with pytest.raises(LineGone) as caught:

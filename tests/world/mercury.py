@@ -37,7 +37,7 @@ class MercuryRig(Rig):
         class InWorld(Watched, Driver):
             clock = self.world
 
-            def opened(self, url, local):
+            def opened(self, url, local, baud):
                 return Port(rig.cable, self.note_sent)
 
             def note_sent(self, data: bytes) -> None:

@@ -10,7 +10,7 @@ from tests.world.web import AT_ROBOT, Browser, Sockets
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/explanation/commands.md").read_text()
 MOST = 30
-WIRE = "robots/kit/drivers/mercury/line.py"
+WIRE = "robots/kit/drivers/serial_line.py"
 # Each begins a part of the path; what it calls belongs to the path.
 BEGIN = {
     ("portal/live/robot_socket.py", "take"), ("portal/live/actions.py", "act"), ("workers/authority/lane.py", "wake"),
@@ -23,7 +23,7 @@ ROOMS = (
 )  # fmt: skip
 UP = {
     ("robots/kit/contract/values.py", "check"): "the robot's own check, which its spec names",
-    ("robots/kit/drivers/mercury/line.py", "called"): "the permit, asked last before the byte",
+    ("robots/kit/drivers/serial_line.py", "called"): "the permit, asked last before the byte",
 }
 
 

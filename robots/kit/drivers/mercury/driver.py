@@ -11,10 +11,10 @@ from robots.kit.contract.values import number
 from robots.kit.description import load
 from robots.kit.drivers.mercury import protocol as wire
 from robots.kit.drivers.mercury.checks import check, check_target
-from robots.kit.drivers.mercury.line import HostLine, open_port
 from robots.kit.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.kit.drivers.mercury.scara import scara
 from robots.kit.drivers.permits import until_at_rest, until_held
+from robots.kit.drivers.serial_line import SerialLine, open_port
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
@@ -33,7 +33,8 @@ class Driver(Session):
         super().__init__(address, settings, trace)
         self._description = load("mercury")
         self._arm = scara(self._description)
-        self.line = HostLine(address, int(self._description["line"]["resends"]), trace, self.clock, self.opened)
+        resends = int(self._description["line"]["resends"])
+        self.line = SerialLine(wire, address, wire.BAUD, resends, trace, self.clock, self.opened)
         self._rest_pose: tuple[float, ...] | None = None
 
     def connect(self) -> RobotState:

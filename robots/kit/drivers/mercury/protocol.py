@@ -7,10 +7,11 @@ and the checksum is a CRC-32, because a one-byte sum lets one broken frame in 25
 There is no start byte. Every number is bounded here, where it is read.
 """
 
+import contextlib
 import struct
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
-from typing import Any
+from typing import Any, Literal
 
 from robots.kit.drivers.mercury.framing import GAP_S as GAP_S
 from robots.kit.drivers.mercury.framing import Frame as Frame
@@ -92,6 +93,8 @@ class Flag(IntFlag):
     LIMIT = 2
 
 
+HOLD: int = Instruction.HOLD
+RESET: int = Instruction.RESET
 INSTRUCTIONS = frozenset(int(i) for i in Instruction)
 REPLIES = frozenset(int(r) for r in Reply)
 
@@ -225,3 +228,60 @@ def boot_of(answer: Frame) -> int:
 def newer(seq: int, than: int) -> bool:
     """Return whether `seq` comes after `than`; both 0 to 255, counted in a circle."""
     return 0 < (seq - than) % 256 < 128
+
+
+def receiver() -> Receiver:
+    """Return a receiver of replies."""
+    return Receiver(REPLIES)
+
+
+def status(seq: int) -> Frame:
+    """Return the question for the state."""
+    return Frame(Instruction.STATUS, seq)
+
+
+def kind_of(reply: Frame) -> Literal["answer", "end", "state", "resend", "other"]:
+    """Return what a reply is to its host. Raises FrameError for a malformed reply."""
+    if reply.id not in REPLIES:
+        return "other"
+    boot_of(reply)
+    match reply.id:
+        case Reply.STATE:
+            return "state"
+        case Reply.DONE | Reply.HELD:
+            return "end"
+        case Reply.NAK if unpack_nak(reply.payload)[1] == Error.CHECKSUM:
+            return "resend"
+        case _:
+            return "answer"
+
+
+def state_of(reply: Frame) -> ControllerState:
+    """Return the state in a STATE reply. Raises as `unpack_state`."""
+    return unpack_state(reply.payload)
+
+
+def refusal_of(answer: Frame) -> str:
+    """Return why an answer refuses, empty if it does not."""
+    if answer.id != Reply.NAK:
+        return ""
+    code = unpack_nak(answer.payload)[1]
+    return ERROR_TEXT[Error(code)] if code in set(Error) else f"error {code}"
+
+
+def spell(frame: Frame) -> str:
+    """Return a frame of a known id as text; impossible numbers are left out."""
+    names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
+    name = names(frame.id).name
+    with contextlib.suppress(ValueError):
+        if frame.id == Instruction.MOVE_XYZ:
+            x, y, z = numbers(frame)
+            return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
+        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
+            return f"{name} #{frame.seq} {numbers(frame)[0]:.3f}"
+        if frame.id == Reply.STATE:
+            state = unpack_state(frame.payload)
+            return f"{name} #{frame.seq} {state.mode.name} boot={state.boot}"
+        if frame.id == Reply.NAK:
+            return f"{name} #{frame.seq} {Error(unpack_nak(frame.payload)[1]).name}"
+    return f"{name} #{frame.seq}"

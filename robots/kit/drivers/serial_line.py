@@ -1,4 +1,6 @@
-"""The host's end of the serial line: sends, waits for acknowledgements, resends.
+"""The host's end of a serial line on which each instruction has a number: sends, waits for the answer, resends.
+
+What the bytes mean is the robot's own `protocol` module.
 
 After a wrong checksum or silence the same bytes are sent again under the same sequence number, at most ten times. A
 hold overtakes: after it, no motion that was started before is sent again.
@@ -11,7 +13,7 @@ import socket
 import termios
 import threading
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Generic, Literal, Protocol, TypeVar
 
 import serial
 
@@ -25,8 +27,6 @@ from robots.kit.contract.errors import (
     MotionHeld,
 )
 from robots.kit.contract.session import Permit, Trace
-from robots.kit.drivers.mercury import protocol as wire
-from robots.kit.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.kit.opening import is_in_use, why_not
 
 log = logging.getLogger(__name__)
@@ -35,9 +35,76 @@ HOLD_ANSWER_S = 0.20
 READ_S, READ_OVER_NET_S = 1.0, 0.05  # a reader waits so long for a byte; only that of a local port can be woken
 REOPEN_S = 60.0  # a port is opened again after so long a silence, and not before
 UNACKNOWLEDGED_MS = 5000  # a TCP connection whose other machine acknowledges no byte for so long ends
-ENDS = (Reply.DONE, Reply.HELD)
 GONE = "The robot's serial line is gone; the cable may be unplugged."
+Kind = Literal["answer", "end", "state", "resend", "other"]
 T = TypeVar("T")
+
+
+class Frame(Protocol):
+    """One message: its code, its sequence number (0 to 255), and its bytes."""
+
+    @property
+    def id(self) -> int:
+        """Return the code."""
+
+    @property
+    def seq(self) -> int:
+        """Return the number that an answer repeats."""
+
+    def encode(self) -> bytes:
+        """Return the bytes on the line."""
+
+
+class BootState(Protocol):
+    """The state of a controller."""
+
+    @property
+    def boot(self) -> int:
+        """Return the number of its start."""
+
+
+F = TypeVar("F", bound=Frame)
+S = TypeVar("S", bound=BootState, covariant=True)
+
+
+class Receiver(Protocol[F]):
+    """Finds frames in a stream of bytes."""
+
+    broken: int
+
+    def feed(self, data: bytes, at: float, /) -> list[F]:
+        """Return the frames that `data`, received at `at` (s), completes."""
+
+
+class Wire(Protocol[F, S]):
+    """A `protocol` module, as the line needs it."""
+
+    HOLD: int
+    RESET: int
+
+    def receiver(self) -> Receiver[F]:
+        """Return a receiver of replies."""
+
+    def status(self, seq: int, /) -> F:
+        """Return the question for the state."""
+
+    def kind_of(self, reply: F, /) -> Kind:
+        """Return what a reply is: an answer, the end of a motion, a state, or the request to send again.
+
+        Raises ValueError: it has impossible numbers.
+        """
+
+    def state_of(self, reply: F, /) -> S:
+        """Return the state in a reply."""
+
+    def boot_of(self, reply: F, /) -> int:
+        """Return the number of the controller's start."""
+
+    def refusal_of(self, answer: F, /) -> str:
+        """Return why an answer refuses, empty if it does not."""
+
+    def spell(self, frame: F, /) -> str:
+        """Return a frame as text."""
 
 
 def _keep_ready(port: serial.SerialBase) -> None:
@@ -54,32 +121,35 @@ def _end_unacknowledged(port: serial.SerialBase) -> None:
         same.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, UNACKNOWLEDGED_MS)
 
 
-def open_port(url: str, local: bool) -> serial.SerialBase:
+def open_port(url: str, local: bool, baud: int) -> serial.SerialBase:
     """Open a port of this machine (`local`), exclusively, or one behind a network."""
     return serial.serial_for_url(
-        url, baudrate=wire.BAUD, timeout=READ_S if local else READ_OVER_NET_S, write_timeout=1.0,
+        url, baudrate=baud, timeout=READ_S if local else READ_OVER_NET_S, write_timeout=1.0,
         **({"exclusive": True} if local else {}),
     )  # fmt: skip
 
 
-OpenPort = Callable[[str, bool], serial.SerialBase]
+OpenPort = Callable[[str, bool, int], serial.SerialBase]
 
 
-class HostLine:
+class SerialLine(Generic[F, S]):
     """A serial port with a reader thread; frames are matched by sequence number."""
 
     def __init__(
-        self, url: str, resends: int, trace: Trace | None, clock: Timer = TIMER, opened: OpenPort = open_port
-    ) -> None:
+        self, wire: Wire[F, S], url: str, baud: int, resends: int, trace: Trace | None, clock: Timer = TIMER,
+        opened: OpenPort = open_port,
+    ) -> None:  # fmt: skip
+        self._wire, self._baud = wire, baud
         self._url, self._resends, self._trace, self._clock, self._opened = url, resends, trace, clock, opened
         self._local = "://" not in url
         self._heard_at = 0.0  # on its clock (s); or when the port was opened
         self._port: serial.SerialBase | None = None
         self._write_lock = clock.lock()
         self._news, self._told = threading.Condition(), 0
-        self._replies: dict[int, Frame] = {}
-        self._ends: dict[int, Frame] = {}
-        self._states: dict[int, wire.ControllerState] = {}
+        self._replies: dict[int, F] = {}
+        self._ends: dict[int, F] = {}
+        self._states: dict[int, S] = {}
+        self.newest: tuple[F, float] | None = None  # the newest reply, and when it came, on the line's clock (s)
         self._spoilt: set[int] = set()  # sequence numbers that arrived with a wrong checksum
         self._seq = self._poll_seq = 0
         self._holds = self._malformed = 0
@@ -100,7 +170,7 @@ class HostLine:
             return
         self.close()
         try:
-            self._port = self._opened(self._url, self._local)
+            self._port = self._opened(self._url, self._local, self._baud)
         except Exception as error:  # also termios.error, of an adapter that vanishes while it is opened
             fault = LineBusy if self._local and is_in_use(error) else LineGone
             named = "serial port" if self._local else "line"
@@ -140,7 +210,7 @@ class HostLine:
 
     def _read(self) -> None:
         """Receive until the line is lost; the end of this thread marks it as lost, so that no thread waits on."""
-        receiver = wire.Receiver(wire.REPLIES)
+        receiver = self._wire.receiver()
         try:
             while self._gone is None and (port := self._port) is not None:
                 data = port.read(max(1, port.in_waiting))
@@ -168,30 +238,32 @@ class HostLine:
         told = self._told
         self._clock.wait(Until(self._news, lambda: self._told != told), seconds)
 
-    def _heard(self, frame: Frame) -> None:
-        """Receive one reply; one that does not fit its id or has impossible numbers is dropped."""
-        if frame.id not in wire.REPLIES:
-            return
+    def _heard(self, frame: F) -> None:
+        """Receive one reply; one that does not fit its code or has impossible numbers is dropped."""
         try:
-            wire.boot_of(frame)
+            kind = self._wire.kind_of(frame)
+            state = self._wire.state_of(frame) if kind == "state" else None
         except ValueError:
             self._malformed += 1
             return
+        if kind == "other":
+            return
         if self._trace:
-            self._trace("<", frame.encode(), spell(frame))
+            self._trace("<", frame.encode(), self._wire.spell(frame))
         self._heard_at = self._clock.monotonic()
         with self._news:
-            if frame.id == Reply.STATE:
-                self._states[frame.seq] = wire.unpack_state(frame.payload)
-            elif frame.id in ENDS:
+            self.newest = frame, self._heard_at
+            if state is not None:
+                self._states[frame.seq] = state
+            elif kind == "end":
                 self._ends[frame.seq] = frame
-            elif frame.id == Reply.NAK and wire.unpack_nak(frame.payload)[1] == Error.CHECKSUM:
+            elif kind == "resend":
                 self._spoilt.add(frame.seq)
             else:
                 self._replies[frame.seq] = frame
             self._tell()
 
-    def _send(self, frame: Frame, permit: Permit | None) -> None:
+    def _send(self, frame: F, permit: Permit | None) -> None:
         with self._write_lock:
             if permit is not None:
                 permit()  # last before actuation
@@ -204,11 +276,11 @@ class HostLine:
                 self._lose(str(error))
                 raise LineGone(GONE) from error
         if self._trace:
-            self._trace(">", frame.encode(), spell(frame))
+            self._trace(">", frame.encode(), self._wire.spell(frame))
 
     def _exchange(
         self,
-        frame: Frame,
+        frame: F,
         found: Callable[[], T | None],
         permit: Permit | None,
         answer_s: float,
@@ -241,7 +313,7 @@ class HostLine:
 
     def instruct(
         self,
-        build: Callable[[int], Frame],
+        build: Callable[[int], F],
         permit: Permit | None,
         on_sent: Callable[[], None] | None = None,
     ) -> int:
@@ -257,7 +329,7 @@ class HostLine:
             self._replies.pop(seq, None)
             self._ends.pop(seq, None)
         frame = build(seq)
-        hold = frame.id == Instruction.HOLD
+        hold = frame.id == self._wire.HOLD
         if hold:
             self._holds += 1
         before = self._holds
@@ -268,37 +340,35 @@ class HostLine:
             if permit is not None:
                 permit()
 
-        def found() -> Frame | None:
+        def found() -> F | None:
             return self._replies.get(seq) or self._ends.get(seq)
 
         answer = self._exchange(frame, found, allowed, HOLD_ANSWER_S if hold else ANSWER_S, on_sent)
-        self._judge(answer, frame.id == Instruction.RESET)
+        self._judge(answer, frame.id == self._wire.RESET)
         return seq
 
-    def _judge(self, answer: Frame, reset: bool) -> None:
-        boot = wire.boot_of(answer)
+    def _judge(self, answer: F, reset: bool) -> None:
+        boot = self._wire.boot_of(answer)
         if reset:
             self.boot = boot
         elif self.boot is not None and boot != self.boot:
             raise ControllerRestarted("The robot's controller has restarted by itself.")
-        if answer.id == Reply.NAK:
-            code = wire.unpack_nak(answer.payload)[1]
-            text = wire.ERROR_TEXT[Error(code)] if code in set(Error) else f"error {code}"
-            raise ControllerRefused(f"The robot's controller refused: {text}.")
+        if why := self._wire.refusal_of(answer):
+            raise ControllerRefused(f"The robot's controller refused: {why}.")
 
-    def status(self) -> wire.ControllerState:
+    def status(self) -> S:
         """Ask for the state. Raises LineSilent, LineGone, ControllerRestarted."""
         with self._news:
             self._poll_seq = self._poll_seq % 255 + 1
             seq = self._poll_seq
             self._states.pop(seq, None)
-        state = self._exchange(Frame(Instruction.STATUS, seq), lambda: self._states.get(seq), None, ANSWER_S)
+        state = self._exchange(self._wire.status(seq), lambda: self._states.get(seq), None, ANSWER_S)
         if self.boot is not None and state.boot != self.boot:
             raise ControllerRestarted("The robot's controller has restarted by itself.")
         return state
 
-    def end_of(self, seq: int, wait_s: float) -> Frame | None:
-        """Wait up to `wait_s` for DONE or HELD of `seq`; None if it has not come."""
+    def end_of(self, seq: int, wait_s: float) -> F | None:
+        """Wait up to `wait_s` for the end of the motion `seq`; None if it has not come."""
         limit = Limit(self._clock, wait_s)
         with self._news:
             while seq not in self._ends:
@@ -309,21 +379,3 @@ class HostLine:
                     raise LineGone(GONE)
                 self._await_news(left)
             return self._ends[seq]
-
-
-def spell(frame: Frame) -> str:
-    """Return a frame of a known id as text; impossible numbers are left out."""
-    names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
-    name = names(frame.id).name
-    with contextlib.suppress(ValueError):
-        if frame.id == Instruction.MOVE_XYZ:
-            x, y, z = wire.numbers(frame)
-            return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
-        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
-            return f"{name} #{frame.seq} {wire.numbers(frame)[0]:.3f}"
-        if frame.id == Reply.STATE:
-            state = wire.unpack_state(frame.payload)
-            return f"{name} #{frame.seq} {state.mode.name} boot={state.boot}"
-        if frame.id == Reply.NAK:
-            return f"{name} #{frame.seq} {Error(wire.unpack_nak(frame.payload)[1]).name}"
-    return f"{name} #{frame.seq}"

@@ -1,0 +1,42 @@
+"""Checks and previews of a command of the PUMA 560 before anything is sent; pure functions."""
+
+from typing import Any
+
+from robots.kit.arms.commands import TARGETS, check_target, motion_planner
+from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.preview import foresee as foresee_motions
+from robots.kit.contract.capabilities import Foreseen
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.session import RobotState
+from robots.kit.contract.values import known_command, within
+
+LONGEST_TASK_S = 900.0
+
+
+def planner_for(settings: dict[str, Any]) -> MotionPlanner:
+    """Return the planner for the arm with these settings."""
+    return motion_planner("puma", LONGEST_TASK_S, settings)
+
+
+def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: RobotState | None) -> None:
+    """Refuse unknown kinds, bad values, and targets outside limits, reach or in a box.
+
+    Raises:
+        BadRequest, OutOfWorkspace.
+
+    """
+    bounded(kind, args)
+    if kind in TARGETS:
+        check_target(planner_for(settings), kind, args, state)
+
+
+def bounded(kind: str, args: dict[str, Any]) -> None:
+    """Refuse unknown kinds and values outside their range; the planner names joint limits."""
+    command = known_command(spec_of("puma"), kind, args)
+    within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
+
+
+def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any]) -> Foreseen:
+    """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
+    bounded(kind, args)
+    return foresee_motions(planner_for(settings), kind, args, joints)

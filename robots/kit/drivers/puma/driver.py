@@ -1,0 +1,244 @@
+"""The PUMA 560's driver: translates commands in SI units into lines of its controller's protocol."""
+
+import contextlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from robots.kit.arms.boxes import added_boxes
+from robots.kit.arms.chain import Joints
+from robots.kit.arms.commands import PLACE, motion_of
+from robots.kit.arms.described import chain
+from robots.kit.arms.motions import Motion
+from robots.kit.arms.pose import numbers
+from robots.kit.clock import Limit
+from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
+from robots.kit.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.kit.contract.values import number
+from robots.kit.description import load
+from robots.kit.drivers.permits import until_at_rest, until_held
+from robots.kit.drivers.puma import protocol as wire
+from robots.kit.drivers.puma.checks import check, planner_for
+from robots.kit.drivers.puma.protocol import BAUDS, End, Error, Flag, Frame, Instruction, Mode, State
+from robots.kit.drivers.puma.spec import FAULT, MODES, NOT_CALIBRATED, VALVE
+from robots.kit.drivers.serial_line import SerialLine, open_port
+
+POLL_S = 0.05
+LOOK_S = 0.01  # between two looks for rest after a hold
+REST_S = 2.0
+CALIBRATED_S = 20.0
+JOG_S = 0.1  # between two velocities
+JOG_LOOK_S = 0.2  # between two states meanwhile; a slow line has time for no more
+JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
+JOG_M_S, JOG_RAD_S = 0.15, 0.6
+OUTSIDE = (Error.OUT_OF_RANGE, Error.IN_BOX)
+LOST = "A joint left its range, or did not follow its reference."
+UNKNOWN_ZEROS = "The arm does not know the zeros of its joints before it is calibrated."
+Numbers = tuple[int, ...]
+
+
+class Driver(Session):
+    """A `robots.kit.contract.session.Session`. `address` is a port or a pyserial URL.
+
+    `settings` may contain `baud` and more forbidden `boxes`.
+    """
+
+    opened = staticmethod(open_port)
+
+    def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
+        super().__init__(address, settings, trace)
+        self._description, self._chain = load("puma"), chain("puma")
+        line = self._description["line"]
+        self._fresh_s = float(line["fresh_s"])
+        baud = min(BAUDS, key=lambda one: abs(one - float(settings.get("baud") or line["baud"])))
+        self.line = SerialLine(wire, address, baud, int(line["resends"]), trace, self.clock, self.opened)
+        self._rest: Joints | None = None
+
+    def connect(self) -> RobotState:
+        """Open the line, ask for the state, and tell the controller which boxes staff have added."""
+        planner_for(self.settings)  # the planner is created before the first command, because that is slow
+        self.line.open()
+        self._begin()
+        return self.state()
+
+    def _begin(self) -> None:
+        self.line.boot = None
+        controller = self.line.status()
+        self.line.boot = controller.boot
+        self.line.start_after(controller.newest)
+        self._instruct(Instruction.BOX, ())
+        for box in added_boxes(self.settings):
+            self._instruct(Instruction.BOX, tuple(map(wire.hundredths_mm, (*box.low, *box.high))))
+
+    def close(self) -> None:
+        """Close the port."""
+        self.line.close()
+
+    def state(self) -> RobotState:
+        """Ask the controller for its state."""
+        return self._take(self.line.status())
+
+    def _take(self, arm: State) -> RobotState:
+        calibrated, lost = Flag.CALIBRATED in arm.flags, Flag.FAULT in arm.flags
+        mode = MODES[arm.mode]
+        if arm.mode == Mode.IDLE and not calibrated:
+            mode = NOT_CALIBRATED
+        return self.keep(
+            RobotState(
+                self.clock.monotonic(), arm.joints, numbers(self._chain.forward(np.array(arm.joints))),
+                arm.mode != Mode.IDLE, calibrated and not lost, LOST if lost else "", mode=FAULT if lost else mode,
+                values={VALVE: float(Flag.CLOSED in arm.flags)},
+            )
+        )  # fmt: skip
+
+    def _instruct(
+        self, what: Instruction, values: Numbers, permit: Permit | None = None,
+        on_sent: Callable[[], None] | None = None,
+    ) -> int:  # fmt: skip
+        """Send an instruction; return its number. Raises as `SerialLine.instruct`."""
+        return self.line.instruct(lambda seq: Frame(what, seq, values), permit, on_sent)
+
+    def _latest_clock(self) -> int:
+        """Return the controller's clock after which an instruction of now must not begin.
+
+        A reply that was late itself makes this earlier, never later.
+        """
+        assert self.line.newest is not None, "a state was asked for when the line was opened"
+        reply, at = self.line.newest
+        ahead = self.clock.monotonic() - at + self._fresh_s
+        return (wire.clock_of(reply) + round(ahead / wire.TICK_S)) % wire.CLOCK
+
+    def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Run one command to its end."""
+        check(kind, args, self.settings, self._latest)
+        if kind == "noop":
+            permit()
+            return Outcome({}, self._latest)
+        if kind.startswith("jog_"):
+            return self._jog(kind, args, permit, on_stage)
+        if kind == "gripper":
+            return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
+        return Outcome(dict(args), self._go(motion_of("puma", kind, args), permit, on_stage))
+
+    def _grip(self, closed: bool, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
+        free = until_held(permit, lambda: self.line.holds)
+        self.line.status()
+        self._instruct(Instruction.GRIP, (self._latest_clock(), int(closed)), free, lambda: on_stage("sent"))
+        on_stage("acknowledged")
+        self.clock.sleep(float(self._description["gripper"]["seconds"]))
+        return Outcome(dict(args), self.state())
+
+    def _go(self, motion: Motion, permit: Permit, on_stage: OnStage) -> RobotState:
+        """Move and wait for rest."""
+        before = self.line.holds
+        free = until_held(permit, lambda: self.line.holds)
+        self._take(self.line.status())
+        seq = self._instruct(*self._asked(motion), free, lambda: on_stage("sent"))
+        on_stage("acknowledged")
+        arm = self._until_rest(seq, permit)
+        state = self._take(arm)
+        if state.fault:
+            raise HardwareFault(state.fault)
+        if arm.end == End.REFUSED:
+            fault = OutOfWorkspace if arm.why in OUTSIDE else ControllerRefused
+            raise fault(f"The arm's controller refused: {wire.ERROR_TEXT[arm.why]}.")
+        if arm.end == End.HELD:
+            if self.line.holds == before:
+                raise HardwareFault("The controller held the motion by itself.")
+            raise MotionHeld("The motion was stopped on its way.")
+        self._rest = np.array(arm.joints)
+        return state
+
+    def _asked(self, motion: Motion) -> tuple[Instruction, Numbers]:
+        """Return the instruction for a motion, which must begin soon."""
+        share = round(1000 * (float(self._description["motion"]["scale"]) if motion.scale is None else motion.scale))
+        head = self._latest_clock(), share
+        if motion.pose is None:
+            return Instruction.JOINTS, (*head, *map(wire.thousandths, motion.joints))
+        x, y, z, roll, pitch, yaw = motion.pose
+        what = Instruction.LINE if motion.straight else Instruction.POSE
+        return what, (*head, *map(wire.hundredths_mm, (x, y, z)), *map(wire.thousandths, (yaw, pitch, roll)))
+
+    def _until_rest(self, seq: int, permit: Permit) -> State:
+        limit_s = float(self._description["motion"]["limit_s"])
+        allowed = Limit(self.clock, limit_s)
+        while True:
+            self.clock.sleep(POLL_S)
+            arm = self.line.status()
+            self._take(arm)
+            if arm.mode == Mode.IDLE and (arm.motion == seq or Flag.FAULT in arm.flags):
+                return arm
+            permit()
+            if allowed.over:
+                self.hold()
+                raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
+
+    def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Send the velocity again and again while `permit` allows it."""
+        what, velocity = self._velocity(kind, args)
+        free = until_held(permit, lambda: self.line.holds)
+        sent: Callable[[], None] | None = lambda: on_stage("sent")  # noqa: E731 - for the first one only
+        self._rest = None  # a reset after a jog must not return to its start
+        looked = Limit(self.clock, 0.0)
+        self.line.status()
+        try:
+            while True:
+                paced = Limit(self.clock, JOG_S)
+                self._instruct(what, (self._latest_clock(), *velocity), free, sent)
+                if sent is not None:
+                    on_stage("acknowledged")
+                sent = None
+                if looked.over:
+                    looked = Limit(self.clock, JOG_LOOK_S)
+                    state = self.state()
+                    if state.fault:
+                        raise HardwareFault(state.fault)
+                self.clock.sleep(max(0.0, paced.remaining))
+        finally:
+            self._instruct(Instruction.HOLD, ())
+
+    def _velocity(self, kind: str, args: dict[str, Any]) -> tuple[Instruction, Numbers]:
+        if kind == "jog_joints":
+            share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
+            return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, share * self._chain.velocity * JOG_SHARE))
+        x, y, z, *about = (number({name: 0.0} | args, name) for name in PLACE)
+        along = (wire.hundredths_mm(share * JOG_M_S) for share in (x, y, z))
+        return Instruction.JOG_TOOL, (*along, *(wire.thousandths(share * JOG_RAD_S) for share in about))
+
+    def hold(self) -> RobotState:
+        """Send HOLD past everything else and wait until the set-point rests."""
+        self._instruct(Instruction.HOLD, ())
+        return until_at_rest(self.state, self.clock, REST_S, "The arm", LOOK_S)
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Soft reset: reset the controller, calibrate, return to the previous position."""
+        permit()
+        self._reopen_if_gone()
+        back = self._rest
+        self.line.boot = None
+        self._instruct(Instruction.RESET, (), permit)
+        self._begin()
+        self._calibrate(permit)
+        if back is not None:
+            with contextlib.suppress(OutOfWorkspace):  # the way is blocked, which is not a fault: the arm stays
+                self._go(Motion(tuple(back)), permit, lambda _: None)
+        return self.state()
+
+    def _reopen_if_gone(self) -> None:
+        try:
+            self.line.boot = None
+            self.line.status()
+        except HardwareFault:
+            self.line.open()
+
+    def _calibrate(self, permit: Permit) -> None:
+        self.line.status()
+        self._instruct(Instruction.CALIBRATE, (self._latest_clock(),), permit)
+        limit = Limit(self.clock, CALIBRATED_S)
+        while self.state().moving:
+            if limit.over:
+                raise HardwareFault("The arm did not finish its calibration.")
+            self.clock.sleep(POLL_S)
+        if not self.state().ready:
+            raise HardwareFault(f"The arm was not calibrated. {UNKNOWN_ZEROS}")

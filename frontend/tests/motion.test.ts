@@ -6,7 +6,7 @@ import { Chain } from "../src/motion/chain.ts";
 import type { ArmFacts } from "../src/motion/facts.ts";
 import { type Outcome, Planner } from "../src/motion/planner.ts";
 import { fixed, general } from "../src/motion/words.ts";
-import { vectorsOf } from "./helpers.ts";
+import { seededDraw, vectorsOf } from "./helpers.ts";
 import { type Answers, answers, type Case } from "./motion_answers.ts";
 
 interface Vectors {
@@ -15,24 +15,13 @@ interface Vectors {
 }
 const { arms, words } = vectorsOf<Vectors>("arm_motions");
 
-/** Random numbers that are the same each time (mulberry32), between two values. */
-function dice(seed: number): (low: number, high: number) => number {
-  let state = seed;
-  return (low, high) => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return low + (high - low) * (((t ^ (t >>> 14)) >>> 0) / 2 ** 32);
-  };
-}
-
 function near(found: ArrayLike<number> | undefined, wanted: ArrayLike<number>, within: number, what: string): void {
   assert.equal(found?.length, wanted.length, what);
   for (let i = 0; i < wanted.length; i++)
     assert.ok(Math.abs(found![i]! - wanted[i]!) <= within, `${what}: ${found![i]} is not ${wanted[i]}`);
 }
 
-const anyOf = ({ joints }: Chain, draw: ReturnType<typeof dice>): number[] => joints.map(({ low, high }) => draw(low, high));
+const anyOf = ({ joints }: Chain, draw: ReturnType<typeof seededDraw>): number[] => joints.map(({ low, high }) => draw(low, high));
 
 /** A planned motion ends at rest at its target, which is at the pose and inside the limits. */
 function sound(planner: Planner, outcome: Outcome, pose: Float64Array | null, start: number[]): void {
@@ -106,7 +95,7 @@ for (const [name, { facts, ready }] of Object.entries(arms)) {
   });
 
   test(`${name}: any numbers give a sound motion or a refusal`, () => {
-    const draw = dice(1);
+    const draw = seededDraw(1);
     for (let n = 0; n < 80; n++) {
       const pose = Float64Array.from({ length: 16 }, () => draw(-1, 1) * 10 ** draw(-9, n % 2 ? 1 : 9)),
         joints = Array.from({ length: 6 }, () => draw(-1, 1) * 10 ** draw(-3, 3));
@@ -117,7 +106,7 @@ for (const [name, { facts, ready }] of Object.entries(arms)) {
   });
 
   test(`${name}: a small step of the tool stays on the arm's branch`, () => {
-    const draw = dice(2);
+    const draw = seededDraw(2);
     for (let n = 0; n < 2000; n++) {
       const start = chain.joints.map(({ low, high }) => draw(low + 0.01, high - 0.01));
       const target = start.map((value) => value + draw(-0.005, 0.005));
@@ -129,7 +118,7 @@ for (const [name, { facts, ready }] of Object.entries(arms)) {
   });
 
   test(`${name}: singular poses are reached from near by and from anywhere, and at once where the arm is`, () => {
-    const draw = dice(3);
+    const draw = seededDraw(3);
     for (let n = 0; n < 300; n++) {
       const q = anyOf(chain, draw);
       if (n % 3) q[4] = 0;

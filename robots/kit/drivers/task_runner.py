@@ -58,9 +58,10 @@ class TaskRunner:
         """
         task = parsed(text)
         state = self._at_rest(permit)
+        free = until_held(permit, self._holds)  # from before it is planned, which takes a moment
         self.runs = True  # from now on nobody else changes where the objects are
         try:
-            self._run(task, self._planned(task, state), until_held(permit, self._holds), _Stages(on_stage))
+            self._run(task, self._planned(task, state), free, _Stages(on_stage))
         finally:
             self.runs = False
         return Outcome({"text": text}, self._session.latest())

@@ -1,4 +1,4 @@
-/** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
+/** The museum arm's console: cameras, a view in three dimensions; joint, position, task, program and terminal modes. */
 import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import {
@@ -24,6 +24,7 @@ import {
 import "./terminal.css";
 import { Cameras } from "./cameras.ts";
 import { Programs } from "./programs.ts";
+import { Tasks } from "./tasks.ts";
 import { Terminal } from "./terminal.ts";
 
 interface Plan {
@@ -32,17 +33,28 @@ interface Plan {
   text: string;
 }
 
-const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] } };
+const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] }; objects: { name: string }[] };
 const NAMES = description.joints.map((j) => j.name);
 const page = new RobotPage();
+const POSTURES = ["ready", "home"]; // of robot.toml
 const FINGERS = ["left_finger", "right_finger"]; // the joints of the model for the one width in the state
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
 const THERE = 0.002; // rad: a target this near needs no ghost
 /** The command of each mode; the terminal checks its lines itself. */
-const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", program: "run" };
+const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", task: "run-task", program: "run" };
 /** The kind of command of each button, as `whyNot` judges it. */
-const BUTTONS = { open: "gripper", close: "gripper", ready: "ready", "go-joints": "go", "go-pose": "go", run: "run" };
+const BUTTONS = {
+  open: "gripper",
+  close: "gripper",
+  ready: "ready",
+  "go-joints": "go",
+  "go-pose": "go",
+  "run-task": "run-task",
+  run: "run",
+};
+const NO_STEP: Record<string, string> = { run: "The program has no step.", "run-task": "The task has no step." };
+const WRITTEN = new Set(["task", "program"]); // modes whose target is asked about again only after a refusal: that was from another place
 /** The kinds of motion that a newer target may replace. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
 
@@ -57,6 +69,7 @@ class ArmConsole implements Console, Judge {
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
+  private tasks: Tasks;
   private programs: Programs;
 
   constructor() {
@@ -68,6 +81,8 @@ class ArmConsole implements Console, Judge {
     const share = (): number => Number(speed.value) / 100;
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
+    const objects = description.objects.map(({ name }) => name);
+    this.tasks = new Tasks(page, this, objects, POSTURES);
     this.programs = new Programs(page, this, NAMES);
     new Terminal(page, this, NAMES);
     page.on("open", () => page.command("gripper", { closed: 0 }));
@@ -145,14 +160,20 @@ class ArmConsole implements Console, Judge {
       this.joints.arrived(c.seq);
       this.position.arrived(c.seq);
     }
-    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // the refusal was for a path from another place
+    if (!WRITTEN.has(this.tabs.open) || this.plan?.ok === false) this.ask();
   }
 
   /** Return the target of the open mode; null if it has none. */
   private target(): Target | null {
     if (this.tabs.open === "joint") return this.joints.target();
-    if (this.tabs.open === "program") return this.programs.text() ? { kind: "program", args: { text: this.programs.text() } } : null;
+    const written = this.written();
+    if (written) return written.text() ? { kind: this.tabs.open, args: { text: written.text() } } : null;
     return this.tabs.open === "position" ? this.position.target() : null;
+  }
+
+  /** Return what the open mode lets people write, if it does: tasks or programs. */
+  private written(): Tasks | Programs | null {
+    return this.tabs.open === "task" ? this.tasks : this.tabs.open === "program" ? this.programs : null;
   }
 
   private changed(name: string): void {
@@ -161,7 +182,7 @@ class ArmConsole implements Console, Judge {
     this.noGhost();
     this.position.follow();
     page.settle();
-    if (name === "program") void this.programs.open();
+    void this.written()?.open();
     this.ask();
   }
 
@@ -211,8 +232,9 @@ class ArmConsole implements Console, Judge {
   private gotPlan(answer: PlanAnswer): void {
     if (answer.n !== this.planned || !this.plan) return;
     this.plan = { ...this.plan, ok: answer.ok, text: answer.text };
-    if (this.tabs.open === "program") {
-      this.programs.checked(answer);
+    const written = this.written();
+    if (written) {
+      written.checked(answer);
       return page.draw();
     }
     this.view?.refused(!answer.ok);
@@ -234,9 +256,9 @@ class ArmConsole implements Console, Judge {
     if (general) return general;
     const running = page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
-    if (kind !== "go" && kind !== "run") return "";
+    if (kind !== "go" && kind !== "run" && kind !== "run-task") return "";
     const target = this.target();
-    if (!target) return kind === "run" ? "The program has no step." : "Fill in every value with a number first.";
+    if (!target) return NO_STEP[kind] ?? "Fill in every value with a number first.";
     if (this.plan?.key === JSON.stringify(target) && this.plan.text && !this.plan.ok) return this.plan.text;
     return "";
   }

@@ -1,5 +1,6 @@
 """Builds an arm from its files: `model.urdf`, and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`."""
 
+from dataclasses import asdict
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ if TYPE_CHECKING:
 
     from robots.kit.arms.chain import Chain
     from robots.kit.arms.planner import Planner
-    from robots.kit.arms.zones import Box, Zones
+    from robots.kit.arms.zones import Box, Limb, Zones
 
 
 @cache
@@ -30,17 +31,23 @@ def boxes(description: dict[str, Any]) -> "tuple[Box, ...]":
 
 def zones(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Zones":
     """Return the robot's limbs among its own forbidden boxes, or among the given ones."""
-    from robots.kit.arms.zones import Limb, Zones  # noqa: PLC0415 - see chain
+    from robots.kit.arms.zones import Zones  # noqa: PLC0415 - see chain
 
     description, arm = load(driver), chain(driver)
-    limbs = [
+    return Zones(arm, limbs(description, arm), boxes(description) if forbidden is None else forbidden)
+
+
+def limbs(description: dict[str, Any], arm: "Chain") -> "list[Limb]":
+    """Return the capsules of `[[limb]]`, each with the number of the joint that moves it."""
+    from robots.kit.arms.zones import Limb  # noqa: PLC0415 - see chain
+
+    return [
         Limb(
             b["name"], arm.names.index(b["joint"]), tuple(b["begin"]), tuple(b["end"]), b["radius"],
             tuple(b.get("spared", ())),
         )
         for b in description["limb"]
     ]  # fmt: skip
-    return Zones(arm, limbs, boxes(description) if forbidden is None else forbidden)
 
 
 def posture(description: dict[str, Any], name: str) -> "np.ndarray[Any, np.dtype[np.float64]]":
@@ -61,12 +68,35 @@ def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner
 
 
 def model_facts(driver: str, address: str) -> dict[str, Any]:
-    """Return what a browser needs to draw the robot from the URDF at `address`, with its own forbidden boxes (m)."""
-    described, arm = load(driver), chain(driver)
+    """Return what a browser needs to draw the robot from the URDF at `address`, and to plan its motions itself."""
+    described = load(driver)
     return {
         "model": address,
         "tip": described["arm"]["tip"],
-        "joints": [{"name": j.name, "low": j.low, "high": j.high, "velocity": j.velocity} for j in arm.joints],
-        "boxes": [{"name": b.name, "low": b.low, "high": b.high} for b in boxes(described)],
         "posture": posture(described, "ready").tolist(),
+        **motion_facts(described, chain(driver)),
     }
+
+
+def motion_facts(description: dict[str, Any], arm: "Chain") -> dict[str, Any]:
+    """Return what a planner of the arm needs, as `ArmFacts` of frontend/src/motion/facts.ts reads it.
+
+    The URDF is read once, here, so that both planners compute with the same numbers: lengths in m, angles in rad, poses
+    4 x 4 row by row, and with the robot's own forbidden boxes.
+    """
+    motion = description["motion"]
+    return {
+        "joints": [
+            {
+                "name": j.name, "low": j.low, "high": j.high, "velocity": j.velocity,
+                "origin": j.origin.ravel().tolist(), "axis": j.axis.tolist(),
+            }
+            for j in arm.joints
+        ],
+        "boxes": [asdict(box) for box in boxes(description)],
+        "motion": {
+            "tool": arm.tool.ravel().tolist(),
+            "limbs": [asdict(limb) for limb in limbs(description, arm)],
+            **{name: motion[name] for name in ("clearance_m", "acceleration_s", "scale", "scale_range", "limit_s")},
+        },
+    }  # fmt: skip

@@ -3,7 +3,8 @@
 The closed form is derived from the chain by EAIK (Ostermeier, Külz, Althoff 2025: subproblem decomposition). EAIK
 answers targets out of reach by least squares, and marks some exact answers at full stretch in the same way. So an
 answer counts if forward kinematics agrees, whatever its mark. A joint whose range is more than one turn gives several
-answers for one branch.
+answers for one branch. Branches often differ only in joints that are not the slowest: then those joints decide, and not
+the order of EAIK, so that the browser (frontend/src/motion/inverse.ts) chooses the same.
 """
 
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from eaik.IK_HP import HPRobot
 from robots.kit.arms import singular
 from robots.kit.arms.budget import SHARED, Budget
 from robots.kit.arms.chain import Chain, Joints, Matrix
+from robots.kit.arms.singular import EVEN_S
 
 EXACT = 1e-9  # an answer counts if no number of its pose differs by more (m, or of a rotation)
 SAME_POSE = 2e-6  # m, or of a rotation: the tool is there already, as a pose is told with five decimals of a degree
@@ -77,8 +79,8 @@ class Inverse:
     def nearest(self, pose: Matrix, near: Joints, budget: Budget | None = None) -> Joints:
         """Return the answer whose slowest joint has the shortest way from `near`, over all branches and whole turns.
 
-        At a singular pose, over all shares of the joints that turn against each other, too. If the tool is at the pose
-        already, that is `near` itself.
+        Of equally near answers it is the one whose other joints move less. At a singular pose, over all shares of the
+        joints that turn against each other, too. If the tool is at the pose already, that is `near` itself.
 
         Raises:
             OutOfReach: as `inside`. TooMuch: more singular poses than the budget allows.
@@ -88,11 +90,11 @@ class Inverse:
         start: list[float] = near.tolist()
         solved = self._solver.IK(asked)
         answers: list[list[float]] = solved.Q.tolist()
-        best, least = None, inf
+        best, least, squares = None, inf, inf
         for answer in answers:
-            turned = self._turned(answer, start, least)
-            if turned is not None:
-                least, best = turned
+            turned = self._turned(answer, start, least + EVEN_S)
+            if turned is not None and (turned[0] < least - EVEN_S or turned[1] < squares):
+                least, squares, best = turned
         exact = best is not None and self._exact(best, values)
         if best is not None and exact and least <= AT_ONCE_S:
             return np.array(best)
@@ -101,24 +103,24 @@ class Inverse:
         if best is not None and exact and (least <= NEAR_S or (least <= FAR_S and 1 not in solved.is_LS.tolist())):
             return np.array(best)
         every = [best] if best is not None and exact else self._inside(answers, start, values)
-        found = [*map(np.array, every), *self._shared(pose, near, budget)]
-        if not found:
+        found = singular.nearest_of(self.chain, [*map(np.array, every), *self._shared(pose, near, budget)], near)
+        if found is None:
             self._refuse(pose)
-        return min(found, key=lambda q: float(np.max(np.abs(q - near) / self.chain.velocity)))
+        return found
 
     def _inside(self, answers: list[list[float]], start: list[float], values: list[float]) -> Iterator[list[float]]:
         """Yield the exact answers inside the limits, each in the turns nearest to `start`."""
         for answer in answers:
             turned = self._turned(answer, start, inf)
-            if turned is not None and self._exact(turned[1], values):
-                yield turned[1]
+            if turned is not None and self._exact(turned[2], values):
+                yield turned[2]
 
-    def _turned(self, answer: list[float], start: list[float], bound: float) -> tuple[float, list[float]] | None:
-        """Return cost (s at full speed) and joints of a branch in the nearest turns inside the limits.
+    def _turned(self, answer: list[float], start: list[float], bound: float) -> tuple[float, float, list[float]] | None:
+        """Return cost (s at full speed), squares of all joints' times and joints, in the nearest turns inside limits.
 
-        None if there are none inside, or the cost is not below `bound`.
+        None if there are none inside, or the cost is above `bound`.
         """
-        cost, found = 0.0, []
+        cost, squares, found = 0.0, 0.0, []
         for value, here, (low, high, pace) in zip(answer, start, self._limits):  # noqa: B905 - all of them are n long
             turned = here + remainder(value - here, tau)
             if turned < low:
@@ -128,10 +130,11 @@ class Inverse:
             way = abs(turned - here) * pace
             if way > cost:
                 cost = way
-            if cost >= bound or not low <= turned <= high:
+            if cost > bound or not low <= turned <= high:
                 return None
+            squares += way * way
             found.append(turned)
-        return cost, found
+        return cost, squares, found
 
     def _exact(self, q: list[float], values: list[float], within: float = EXACT) -> bool:
         """Return whether joints put the tool at the pose with the 16 numbers `values`."""

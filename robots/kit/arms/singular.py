@@ -1,5 +1,7 @@
 """Singular poses of a serial arm, at which joints can turn against each other while the tool stands still."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -11,6 +13,7 @@ SLACK_RAD = 1e-9
 TURN, TURNS = 2 * np.pi, range(-2, 3)  # rad; whole turns that may lie inside the limits of two joints together
 POLISH = 8  # steps of Gauss and Newton
 SAME = 1e-7  # tolerance of the pose while joints turn against each other (m and rad)
+EVEN_S = 1e-12  # answers whose costs (s at full speed) differ by less are equally near
 SINGULAR, ABOUT = 1e-4, 1e-2  # least singular value of the Jacobian, in m and rad; of an approximate answer
 
 
@@ -48,7 +51,18 @@ def nearest(chain: Chain, q: Joints, pose: Matrix, near: Joints) -> Joints | Non
     found = [end for turn in TURNS if (end := _slid(chain, begin, ways, near, turn)) is not None]
     there = chain.forward(begin)
     found = [end for end in found if np.max(np.abs(chain.forward(end) - there)) < SAME]
-    return min(found, key=lambda end: float(np.max(np.abs(end - near) / chain.velocity)), default=None)
+    return nearest_of(chain, found, near)
+
+
+def nearest_of(chain: Chain, answers: Iterable[Joints], near: Joints) -> Joints | None:
+    """Return the answer whose slowest joint has the shortest way from `near`; of equal ones, whose joints move less."""
+    best, least, squares = None, np.inf, np.inf
+    for q in answers:
+        ways = np.abs(q - near) / chain.velocity
+        slowest, all_ways = float(np.max(ways)), float(np.sum(np.square(ways)))
+        if slowest < least - EVEN_S or (slowest <= least + EVEN_S and all_ways < squares):
+            best, least, squares = q, slowest, all_ways
+    return best
 
 
 def polished(chain: Chain, q: Joints, pose: Matrix, least: float = 1e-6) -> Joints | None:
@@ -79,11 +93,14 @@ def _slid(chain: Chain, q: Joints, ways: Matrix, near: Joints, turn: int) -> Joi
         first, last = float(np.max(ends[0])), float(np.min(ends[1]))
         if first > last + SLACK_RAD:
             return None
-        # the slowest joint's time is the greatest of lines over the way; it is least at an end, or where two meet
-        off, pace = (q - near) / chain.velocity, way / chain.velocity
-        off, pace = np.concatenate([off, -off]), np.concatenate([pace, -pace])
+        # the slowest joint's time is the greatest of lines over the way; it is least at an end, or where two meet;
+        # where that leaves a choice, the squares of all times decide
+        own, own_pace = (q - near) / chain.velocity, way / chain.velocity
+        off, pace = np.concatenate([own, -own]), np.concatenate([own_pace, -own_pace])
         steeper = pace[:, None] - pace
         meet = ((off - off[:, None])[np.abs(steeper) > 1e-9]) / steeper[np.abs(steeper) > 1e-9]
-        tried = np.clip([first, last, *meet], first, last)
-        q = q + way * tried[np.argmin(np.max(off + pace * tried[:, None], axis=1))]
+        tried = np.clip([first, last, -(own @ own_pace) / (own_pace @ own_pace), *meet], first, last)
+        slowest = np.max(off + pace * tried[:, None], axis=1)
+        squares = np.sum(np.square(own + own_pace * tried[:, None]), axis=1)
+        q = q + way * tried[np.argmin(np.where(slowest <= slowest.min() + EVEN_S, squares, np.inf))]
     return None if chain.broken_limit(q, 1e-6) else np.clip(q, chain.low, chain.high)

@@ -13,7 +13,7 @@ ROOMS = ("robots", "workers", "portal", "queueing", "accounts", "operatorlog")
 OF_ONE_ROBOT = ("robots/kit/drivers/", "robots/kit/arms/", "robots/kit/rovers/", "robots/kit/slam/", "/migrations/")
 WORDS = frozenset({
     "click", "calibrate", "soft_reset", "sand", "arm", "up", "down", "air", "move", "jog", "home", "gripper", "pen",
-    "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "turntable",
+    "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "puma", "turntable",
     "stability_threshold", "delivery_exposure_s", "boxes", "speed", "residual", "residual_mm", "theta",
     "irat", "ratslam", "goal", "explore", "charge", "dock", "experience", "map_cleared", "clear_map", "pruning",
 })  # fmt: skip
@@ -37,7 +37,7 @@ ALLOWED = {
     "robots/kit/conformance/states.py": {"speed"},  # and where it is checked
     "accounts/passwords.py": {"mercury", "arm"},  # words that make a password easy to guess
     "robots/models/robot.py": {"mercury"},  # what the form of a new robot begins with
-    "portal/keep/seeding.py": {"mercury", "pa10", "irat"},  # the demo's robots
+    "portal/keep/seeding.py": {"mercury", "pa10", "irat", "puma"},  # the demo's robots
 }
 PAGES = ("templates", "frontend/src")
 OF_AN_ARM = ("frontend/src/arm/", "frontend/src/admin/editors/boxes.ts")

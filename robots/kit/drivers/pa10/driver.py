@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from robots.kit.arms.boxes import added_boxes
-from robots.kit.arms.chain import Joints
+from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.commands import PLACE
 from robots.kit.arms.described import chain, posture
+from robots.kit.arms.follow import Follower
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
@@ -113,7 +114,11 @@ class Driver(Session):
             permit()
             return Outcome({}, self._latest)
         if kind.startswith("jog_"):
-            return self._jog(kind, args, permit, on_stage)
+            request = self._velocity(kind, args)
+            return self._jog(lambda: request, permit, on_stage)
+        if kind == "follow":
+            follower = Follower(self._tool(), JOG_M_S, JOG_RAD_S)
+            return self._jog(lambda: self._towards(follower, args), permit, on_stage)
         if kind == "gripper":
             return self._do(Request("g", (float(number(args, "closed") >= 0.5),)), args, permit, on_stage)
         if kind == "program":
@@ -193,15 +198,14 @@ class Driver(Session):
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit:g} s and was held.")
 
-    def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Send the velocity again and again while `permit` allows it."""
-        request = self._velocity(kind, args)
+    def _jog(self, velocity: Callable[[], Request], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Send the velocity of each moment again and again while `permit` allows it."""
         free = until_held(permit, lambda: self._holds)
         tell: OnStage | None = on_stage
         self._rest = None  # a reset after a jog must not return to its start
         try:
             while True:
-                self._say(request, ANSWER_S, free, tell)
+                self._say(velocity(), ANSWER_S, free, tell)
                 tell = None
                 state = self.state()
                 if state.fault:
@@ -216,7 +220,15 @@ class Driver(Session):
             share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
             return joint_request("J", tuple(share * self._chain.velocity * JOG_SHARE))
         share = np.array([number({name: 0.0} | args, name) for name in PLACE])
-        return Request("C", (*(share[:3] * JOG_M_S * 1000), *(degrees(v) for v in share[3:] * JOG_RAD_S)))
+        return _twist(np.append(share[:3] * JOG_M_S, share[3:] * JOG_RAD_S))
+
+    def _towards(self, follower: Follower, args: dict[str, Any]) -> Request:
+        """Return the velocity towards where the hand is now. Raises HandLost."""
+        return _twist(follower.twist(self._tool(), self.steered(args)))
+
+    def _tool(self) -> Matrix:
+        """Return the tool's pose (4 x 4) now."""
+        return self._chain.forward(np.array(self.state().joints[: len(self._chain.names)]))
 
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""
@@ -262,3 +274,8 @@ class Driver(Session):
             go()
         except OutOfWorkspace:
             return
+
+
+def _twist(velocity: Joints) -> Request:
+    """Return the request for a velocity of the tool (m/s along, rad/s about x y z)."""
+    return Request("C", (*(velocity[:3] * 1000), *(degrees(v) for v in velocity[3:])))

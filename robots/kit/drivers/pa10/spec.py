@@ -47,6 +47,6 @@ def spec() -> Spec:
         commands=(
             *map(kinds.__getitem__, ("joints", "pose", "line", "gripper")),
             CommandKind("program", "Program", program, limit_s=LONGEST_PROGRAM_S),
-            *map(kinds.__getitem__, ("jog_joints", "jog_tool", "ready", "home", "noop")),
+            *map(kinds.__getitem__, ("jog_joints", "jog_tool", "follow", "ready", "home", "noop")),
         ),
     )

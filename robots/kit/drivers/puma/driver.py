@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from robots.kit.arms.boxes import added_boxes
-from robots.kit.arms.chain import Joints
+from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.commands import PLACE, motion_of
 from robots.kit.arms.described import chain
+from robots.kit.arms.follow import Follower
 from robots.kit.arms.motions import Motion
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import Limit
@@ -116,7 +117,11 @@ class Driver(Session):
             permit()
             return Outcome({}, self._latest)
         if kind.startswith("jog_"):
-            return self._jog(kind, args, permit, on_stage)
+            what, velocity = self._velocity(kind, args)
+            return self._jog(what, lambda: velocity, permit, on_stage)
+        if kind == "follow":
+            follower = Follower(self._tool(), JOG_M_S, JOG_RAD_S)
+            return self._jog(Instruction.JOG_TOOL, lambda: self._towards(follower, args), permit, on_stage)
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
         return Outcome(dict(args), self._go(motion_of("puma", kind, args), permit, on_stage))
@@ -174,9 +179,8 @@ class Driver(Session):
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
-    def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Send the velocity again and again while `permit` allows it."""
-        what, velocity = self._velocity(kind, args)
+    def _jog(self, what: Instruction, velocity: Callable[[], Numbers], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Send the velocity of each moment again and again while `permit` allows it."""
         free = until_held(permit, lambda: self.line.holds)
         sent: Callable[[], None] | None = lambda: on_stage("sent")  # noqa: E731 - for the first one only
         self._rest = None  # a reset after a jog must not return to its start
@@ -185,7 +189,7 @@ class Driver(Session):
         try:
             while True:
                 paced = Limit(self.clock, JOG_S)
-                self._instruct(what, (self._latest_clock(), *velocity), free, sent)
+                self._instruct(what, (self._latest_clock(), *velocity()), free, sent)
                 if sent is not None:
                     on_stage("acknowledged")
                 sent = None
@@ -202,9 +206,16 @@ class Driver(Session):
         if kind == "jog_joints":
             share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
             return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, share * self._chain.velocity * JOG_SHARE))
-        x, y, z, *about = (number({name: 0.0} | args, name) for name in PLACE)
-        along = (wire.hundredths_mm(share * JOG_M_S) for share in (x, y, z))
-        return Instruction.JOG_TOOL, (*along, *(wire.thousandths(share * JOG_RAD_S) for share in about))
+        share = np.array([number({name: 0.0} | args, name) for name in PLACE])
+        return Instruction.JOG_TOOL, _twist(np.append(share[:3] * JOG_M_S, share[3:] * JOG_RAD_S))
+
+    def _towards(self, follower: Follower, args: dict[str, Any]) -> Numbers:
+        """Return the velocity towards where the hand is now. Raises HandLost."""
+        return _twist(follower.twist(self._tool(), self.steered(args)))
+
+    def _tool(self) -> Matrix:
+        """Return the tool's pose (4 x 4) now."""
+        return self._chain.forward(np.array(self.state().joints))
 
     def hold(self) -> RobotState:
         """Send HOLD past everything else and wait until the set-point rests."""
@@ -242,3 +253,8 @@ class Driver(Session):
             self.clock.sleep(POLL_S)
         if not self.state().ready:
             raise HardwareFault(f"The arm was not calibrated. {UNKNOWN_ZEROS}")
+
+
+def _twist(velocity: Joints) -> Numbers:
+    """Return a velocity of the tool (m/s along, rad/s about x y z) as the wire tells it."""
+    return (*map(wire.hundredths_mm, velocity[:3]), *map(wire.thousandths, velocity[3:]))

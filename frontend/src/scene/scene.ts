@@ -85,8 +85,8 @@ export class Scene implements ArmMode {
     );
     const opacity = byId<HTMLInputElement>("arm-opacity");
     opacity.addEventListener("input", () => {
-      view.seeThrough(Number(opacity.value) / 100);
-      set(opacity, { "aria-valuetext": `${opacity.value} % solid` });
+      view.seeThrough(1 - Number(opacity.value) / 100);
+      set(opacity, { "aria-valuetext": opacity.value === "0" ? "solid" : `${opacity.value} % seen through` });
     });
     for (const button of document.querySelectorAll<HTMLElement>("[data-handles]"))
       button.addEventListener("click", () => this.chooseHandles(button));
@@ -257,14 +257,13 @@ export class Scene implements ArmMode {
       arm = this.armPose();
     const [x = 0, y = 0, z = 0, ...turn] = pose ? numbersOfPose(pose) : [];
     const at = [x, y, z].map((v) => (v * 1000).toFixed(0)).join(", ");
-    const rows = pose
-      ? [
-          ["From the arm", (arm && wayInWords(arm, pose)) || "The ghost is at the arm."],
-          ["Place", `x, y, z: ${at} mm; roll, pitch, yaw: ${turn.map((v) => deg(v).toFixed(0)).join(", ")}°`],
-          ["Way", this.words()],
-        ]
-      : [["Ghost", "It is not known yet where the arm is."]];
-    const words = rows.map(([name, text]) => `${name}: ${text}`);
+    const words = !pose
+      ? ["It is not known yet where the arm is."]
+      : [
+          this.ghost.away ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.` : "The ghost is at the arm.",
+          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => deg(v).toFixed(0)).join(", ")}°.`,
+          ...(this.ghost.away || this.ghost.refusal ? [`${this.words().replace(/\.$/, "")}.`] : []),
+        ];
     while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
     words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
   }

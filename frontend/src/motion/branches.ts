@@ -9,12 +9,6 @@ import { type Chain, FRAME, type Pose } from "./chain.ts";
 import { ontoPlane, ontoPoint, ontoSphere } from "./subproblems.ts";
 import { cross, dot, minus, norm, plus, times, turned, type Vec3 } from "./vectors.ts";
 
-/** One branch: six angles (rad, any turn). Approximate ones are those of least squares. */
-export interface Branch {
-  q: number[];
-  approximate: boolean;
-}
-
 const MEET_M = 1e-7; // axes that pass each other by less than this meet
 const PARALLEL = 1e-9;
 
@@ -51,35 +45,31 @@ export class Branches {
     this.tip = minus(place(this.upright), centre);
   }
 
-  /** Return the branches, at most eight, for a pose of the tool. */
-  of(pose: Pose): Branch[] {
+  /** Return the branches, at most eight, for a pose of the tool: six angles each (rad, any turn), out of reach of least squares. */
+  of(pose: Pose): number[][] {
     const [h1, h2, h3] = this.axes as [Vec3, Vec3, Vec3],
       { first, second, third, wrist } = this;
     const centre = minus(minus(place(pose), first), this.rotated(pose, this.tip)); // of the wrist, from the first axis
     const base = ontoPlane(times(h1, -1), centre, h2, dot(h2, plus(plus(second, third), wrist)));
-    return base.angles.flatMap((q1) => {
+    return base.flatMap((q1) => {
       const there = minus(turned(h1, -q1, centre), second);
-      const elbow = ontoSphere(h3, times(wrist, -1), third, norm(there));
-      return elbow.angles.flatMap((q3) => {
-        const shoulder = ontoPoint(h2, plus(third, turned(h3, q3, wrist)), there);
-        return this.ends(pose, [q1, shoulder.angle, q3], base.approximate || elbow.approximate || shoulder.approximate);
+      return ontoSphere(h3, times(wrist, -1), third, norm(there)).flatMap((q3) => {
+        const q2 = ontoPoint(h2, plus(third, turned(h3, q3, wrist)), there);
+        return this.ends(pose, q1, q2, q3);
       });
     });
   }
 
   /** Return the branches with these first three angles: one or two of the wrist. */
-  private ends(pose: Pose, begin: [number, number, number], rough: boolean): Branch[] {
-    const [h1, h2, h3, h4, h5, h6] = this.axes as [Vec3, Vec3, Vec3, Vec3, Vec3, Vec3],
-      [q1, q2, q3] = begin;
+  private ends(pose: Pose, q1: number, q2: number, q3: number): number[][] {
+    const [h1, h2, h3, h4, h5, h6] = this.axes as [Vec3, Vec3, Vec3, Vec3, Vec3, Vec3];
     // the sixth axis as the forearm shall see it, and the fourth as the tool shall
     const sixth = turned(h3, -q3, turned(h2, -q2, turned(h1, -q1, this.rotated(pose, h6))));
     const fourth = this.seen(pose, turned(h1, q1, turned(h2, q2, turned(h3, q3, h4))));
-    const bend = ontoPlane(h5, h6, h4, dot(h4, sixth));
-    return bend.angles.map((q5) => {
-      const roll = ontoPoint(h4, turned(h5, q5, h6), sixth);
-      const twist = ontoPoint(times(h6, -1), turned(h5, -q5, h4), fourth);
-      const approximate = rough || bend.approximate || roll.approximate || twist.approximate;
-      return { q: [q1, q2, q3, roll.angle, q5, twist.angle], approximate };
+    return ontoPlane(h5, h6, h4, dot(h4, sixth)).map((q5) => {
+      const q4 = ontoPoint(h4, turned(h5, q5, h6), sixth),
+        q6 = ontoPoint(times(h6, -1), turned(h5, -q5, h4), fourth);
+      return [q1, q2, q3, q4, q5, q6];
     });
   }
 

@@ -1,8 +1,12 @@
 /**
  * The nearest inverse solution of an arm (robots/kit/arms/inverse.py): over all branches, all whole turns inside the
- * limits and, at a singular pose, all shares of the joints that turn against each other. Both sides choose the same.
+ * limits and, at a singular pose, all shares of the joints that turn against each other.
+ *
+ * Both sides choose the same, but for singular poses: there an answer within 0.05 s is taken as it is found, so joints that
+ * turn against each other may share a turn otherwise; and where the wrist stands above the first axis, the answers are a
+ * curve, of which each side finds a near one.
  */
-import { type Branch, Branches } from "./branches.ts";
+import { Branches } from "./branches.ts";
 import { type Budget, Refused, SHARED } from "./budget.ts";
 import type { Chain, Joints, Pose } from "./chain.ts";
 import { cost, nearestOf } from "./nearest.ts";
@@ -12,11 +16,11 @@ import { fixed, general } from "./words.ts";
 const EXACT = 1e-9; // an answer counts if no number of its pose differs by more (m, or of a rotation)
 const SAME_POSE = 2e-6; // m, or of a rotation: the tool is there already, as a pose is told with five decimals of a degree
 const AT_ONCE_S = 1e-6; // an answer no farther than this (s at full speed) is the nearest,
-const NEAR_S = 0.05; // or as good as it;
-const FAR_S = 0.5; // up to this, if no branch of the pose is approximate
+const NEAR_S = 0.05; // or as good as it
 const SLACK_RAD = 1e-9;
 const CLOSE_M = 1e-3; // a larger error is not just lost precision at a singular pose
 const BESIDE = 0.01; // see `polished`
+const ALIKE_RAD = 1e-6; // angles that differ by less are the same in a refusal
 const TURN = 2 * Math.PI;
 
 export class Inverse {
@@ -44,7 +48,7 @@ export class Inverse {
       { slowest } = best ? cost(chain, best, near) : { slowest: Infinity };
     if (exact && slowest <= AT_ONCE_S) return best;
     if (this.exact(near, pose, SAME_POSE) && !chain.brokenLimit(near)) return Array.from(near);
-    if (exact && (slowest <= NEAR_S || (slowest <= FAR_S && !branches.some(({ approximate }) => approximate)))) return best;
+    if (exact && slowest <= NEAR_S) return best;
     const regular = exact ? [best] : this.inTurns(branches, near).filter((q) => this.exact(q, pose));
     const found = nearestOf(chain, [...regular, ...this.shared(branches, pose, near, budget)], near);
     if (!found) throw this.refusal(branches, pose);
@@ -62,8 +66,8 @@ export class Inverse {
   }
 
   /** Return the branches that are inside the limits, each in the turns nearest to `near`. */
-  private inTurns(branches: Branch[], near: Joints): number[][] {
-    return branches.map(({ q }) => this.turned(q, near)).filter((q) => q !== null);
+  private inTurns(branches: number[][], near: Joints): number[][] {
+    return branches.map((q) => this.turned(q, near)).filter((q) => q !== null);
   }
 
   private turned(branch: number[], near: Joints): number[] | null {
@@ -86,11 +90,11 @@ export class Inverse {
   }
 
   /** Return answers at a singular pose, where a branch is only one of many. Throws Refused. */
-  private shared(branches: Branch[], pose: Pose, near: Joints, budget: Budget): number[][] {
+  private shared(branches: number[][], pose: Pose, near: Joints, budget: Budget): number[][] {
     const { chain } = this,
       found: number[][] = [];
-    const about = branches.filter(({ q }) => this.close(q, pose) && aboutSingular(chain, q));
-    for (const { q } of about) {
+    const about = branches.filter((q) => this.close(q, pose) && aboutSingular(chain, q));
+    for (const q of about) {
       budget.spend(SHARED);
       const share = nearestShare(chain, this.into(q), pose, near);
       if (share) found.push(share);
@@ -105,15 +109,18 @@ export class Inverse {
     return [3, 7, 11].every((i) => Math.abs(there[i]! - pose[i]!) < CLOSE_M);
   }
 
-  private refusal(branches: Branch[], pose: Pose): Refused {
+  private refusal(branches: number[][], pose: Pose): Refused {
     const { chain } = this,
-      inside = branches.filter(({ q }) => this.exact(q, pose)).map(({ q }) => this.into(q));
+      inside = branches.filter((q) => this.exact(q, pose)).map((q) => this.into(q));
     if (!inside.length) {
-      const missed = Math.min(...branches.map(({ q }) => offset(chain.forward(q), pose)));
+      const missed = Math.min(...branches.map((q) => offset(chain.forward(q), pose)));
       return new Refused("range", `the tool would remain ${fixed(missed, 3)} m away: the arm is too short, or too long, for that`);
     }
     const outside = inside.map((q) => chain.joints.reduce((sum, { low, high }, n) => sum + Math.max(0, low - q[n]!, q[n]! - high), 0));
-    return new Refused("range", chain.brokenLimit(inside[outside.indexOf(Math.min(...outside))]!));
+    // branches often lie as far outside as their mirror images: then greater angles count
+    const least = Math.min(...outside) + ALIKE_RAD,
+      alike = inside.filter((_, k) => outside[k]! <= least);
+    return new Refused("range", chain.brokenLimit(alike.reduce((a, b) => (greater(b, a) ? b : a))));
   }
 
   /** Return `q` with each joint turned by a whole turn into its limits if possible. */
@@ -139,4 +146,10 @@ function far(pose: Pose): number {
 
 function offset(a: Pose, b: Pose): number {
   return Math.hypot(a[3]! - b[3]!, a[7]! - b[7]!, a[11]! - b[11]!);
+}
+
+/** Return whether the first angle that differs is the greater. */
+function greater(a: readonly number[], b: readonly number[]): boolean {
+  const first = a.findIndex((value, n) => Math.round(value / ALIKE_RAD) !== Math.round(b[n]! / ALIKE_RAD));
+  return first >= 0 && a[first]! > b[first]!;
 }

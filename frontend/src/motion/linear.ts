@@ -41,6 +41,30 @@ export function decomposed(columns: Float64Array): Singular {
   return { values: order.map((i) => sizes[i]!), ways: order.map((i) => v[i]!), moves: order.map((i) => a[i]!) };
 }
 
+/**
+ * Return a lower bound of the smallest singular value of the square matrix with these columns of six numbers, from its
+ * determinant and the sum of its squares (Yu and Gu 1997). It is much quicker than the decomposition.
+ */
+export function leastValue(columns: Float64Array): number {
+  const a = columns.slice();
+  let determinant = 1,
+    squares = 0;
+  for (const value of columns) squares += value * value;
+  for (let k = 0; k < 6; k++) {
+    let pivot = k;
+    for (let i = k + 1; i < 6; i++) if (Math.abs(a[6 * i + k]!) > Math.abs(a[6 * pivot + k]!)) pivot = i;
+    const size = a[6 * pivot + k]!;
+    determinant *= Math.abs(size);
+    if (!(determinant > 0)) return 0;
+    for (let j = k; j < 6; j++) [a[6 * k + j], a[6 * pivot + j]] = [a[6 * pivot + j]!, a[6 * k + j]!];
+    for (let i = k + 1; i < 6; i++) {
+      const share = a[6 * i + k]! / size;
+      for (let j = k; j < 6; j++) a[6 * i + j]! -= share * a[6 * k + j]!;
+    }
+  }
+  return determinant * (5 / squares) ** 2.5;
+}
+
 export function product(a: readonly number[], b: readonly number[]): number {
   let sum = 0;
   for (let i = 0; i < a.length; i++) sum += a[i]! * b[i]!;

@@ -7,6 +7,7 @@ import { Chain, type Joints, type Pose } from "./chain.ts";
 import type { ArmFacts, BoxFacts } from "./facts.ts";
 import { Inverse } from "./inverse.ts";
 import { type Cubic, jointPath, type Limits, limitsOf } from "./path.ts";
+import { swept } from "./sweep.ts";
 import { fixed, general } from "./words.ts";
 import { inWords, Zones } from "./zones.ts";
 
@@ -81,7 +82,7 @@ export class Planner {
     budget.spend(MOTION);
     this.stand(target, q);
     const path = jointPath(q, velocity, target, this.limits, scale),
-      found = this.widened.swept(path, budget);
+      found = swept(this.widened, path, budget);
     if (found) throw new Refused("box", `on the way there, after ${fixed(found.seconds, 1)} s, ${inWords(found.touch)}`);
     return path;
   }

@@ -5,7 +5,7 @@
  * along the ways in which the tool does not move.
  */
 import type { Chain, Joints, Pose } from "./chain.ts";
-import { decomposed, missing, product, type Singular, solved } from "./linear.ts";
+import { decomposed, leastValue, missing, product, type Singular, solved } from "./linear.ts";
 import { EVEN_S, nearestOf } from "./nearest.ts";
 
 const EXACT = 1e-9; // m and rad
@@ -18,7 +18,8 @@ const ABOUT = 1e-2; // of an approximate answer
 
 /** Return whether joints, which may be approximate, can belong to a singular pose. */
 export function aboutSingular(chain: Chain, q: Joints): boolean {
-  return !(decomposed(chain.jacobian(q)).values.at(-1)! > ABOUT);
+  const jacobian = chain.jacobian(q);
+  return !(leastValue(jacobian) > ABOUT) && !(decomposed(jacobian).values.at(-1)! > ABOUT);
 }
 
 /**

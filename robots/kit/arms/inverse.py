@@ -27,6 +27,7 @@ SAME_POSE = 2e-6  # m, or of a rotation: the tool is there already, as a pose is
 AT_ONCE_S, NEAR_S = 1e-6, 0.05  # an answer no farther than this (s at full speed) is the nearest, or as good as it
 FAR_S = 0.5  # up to this an answer is as good as the nearest if EAIK marks no branch of the pose as singular
 SAME_RAD = 1e-9
+ALIKE_RAD = 1e-6  # angles that differ by less are the same in a refusal
 BESIDE = 0.01  # see `singular.polished`
 SLACK_RAD = 1e-9
 CLOSE_M = 1e-3  # a larger error is not just lost precision at a singular pose
@@ -211,7 +212,10 @@ class Inverse:
             raise OutOfReach(f"the tool would remain {nearest:.3f} m away: the arm is too short, or too long, for that")
         turned = self._into(np.array(found))
         outside = np.maximum(0.0, np.maximum(self.chain.low - turned, turned - self.chain.high))
-        raise OutOfReach(self.chain.broken_limit(turned[np.argmin(np.sum(outside, axis=1))]))
+        # branches often lie as far outside as their mirror images: then greater angles count
+        far = np.sum(outside, axis=1)
+        told = max(turned[far <= far.min() + ALIKE_RAD].tolist(), key=lambda q: [round(v / ALIKE_RAD) for v in q])
+        raise OutOfReach(self.chain.broken_limit(np.array(told)))
 
     def _into(self, q: Joints) -> Joints:
         """Return `q` with each joint turned by a whole turn into its limits if possible."""

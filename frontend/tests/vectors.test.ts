@@ -288,16 +288,21 @@ test("packets of sound are read as Python packs them, and nothing else is read",
 });
 
 test("objects are read as Python packs them, deltas change what was known, and nothing else is read", () => {
-  type Packed = { what: string; key: boolean; hex: string; read: Record<string, number[]> };
+  type Packed = { what: string; key: boolean; hex: string; read: Record<string, number[]>; held?: string[] };
   const { box, packets } = vectorsOf<{ box: Box; packets: Packed[] }>("object_packets");
   let known = new Map<number, Placed>();
-  for (const { what, key, hex, read: wanted } of packets) {
+  for (const { what, key, hex, read: wanted, held = [] } of packets) {
     const bytes = bytesOf(hex),
       before = new Map(known);
     const after = objectsAfter(known, bytes, key, box)!;
     assert.deepEqual(known, before, what);
     assert.deepEqual([...after.keys()].sort((a, b) => a - b).map(String), Object.keys(wanted), what);
     for (const [number, { place, rotation }] of after) near([...place, ...rotation], wanted[number]!);
+    assert.deepEqual(
+      [...after].filter(([, one]) => one.held).map(([number]) => String(number)),
+      held,
+      what,
+    );
     if (bytes.length) assert.equal(objectsAfter(known, bytes.subarray(1), key, box), null, what);
     known = after;
   }

@@ -203,10 +203,12 @@ def test_objects_are_packed_as_the_browser_reads_them():
     vectors = read("object_packets")
     writer, reader = (KnownObjects(Box(**{k: tuple(v) for k, v in vectors["box"].items()})) for _ in range(2))
     for one in vectors["packets"]:
-        objects = {int(n): Placed(tuple(told[:3]), tuple(told[3:])) for n, told in one["objects"].items()}
+        held = set(one.get("held", ()))
+        objects = {int(n): Placed(tuple(at[:3]), tuple(at[3:]), n in held) for n, at in one["objects"].items()}
         data = writer.key(objects) if one["key"] else writer.delta(objects)
         assert data.hex() == one["hex"], one["what"]
         found = reader.take(data, one["key"]).objects
+        assert {str(n) for n, p in found.items() if p.held} == held
         assert {str(n): [*p.place, *p.rotation] for n, p in found.items()} == {
             n: pytest.approx(told, abs=1e-8) for n, told in one["read"].items()
         }

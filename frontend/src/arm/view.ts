@@ -30,7 +30,16 @@ const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
 export const CAMERA_AT = [1.55, 1.25, 1.75] as const;
-export const LOOK = { field: 38, near: 0.05, far: 20, from: CAMERA_AT, to: [0.2, 0.45, 0], ambient: 1.6, lamp: 2.2, lampAt: [1.5, 3, 1] } as const;
+export const LOOK = {
+  field: 38,
+  near: 0.05,
+  far: 20,
+  from: CAMERA_AT,
+  to: [0.2, 0.45, 0],
+  ambient: 1.6,
+  lamp: 2.2,
+  lampAt: [1.5, 3, 1],
+} as const;
 
 export class ArmView extends View3D {
   private forbidden = new Group();

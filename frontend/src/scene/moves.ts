@@ -45,7 +45,8 @@ export function numbersOfPose(pose: Pose): number[] {
   const r = (row: number, column: number): number => pose[4 * row + column]!,
     flat = Math.hypot(r(0, 0), r(1, 0)),
     pitch = Math.atan2(-r(2, 0), flat);
-  const turns = flat > 1e-9 ? [Math.atan2(r(2, 1), r(2, 2)), pitch, Math.atan2(r(1, 0), r(0, 0))] : [0, pitch, Math.atan2(-r(0, 1), r(1, 1))];
+  const turns =
+    flat > 1e-9 ? [Math.atan2(r(2, 1), r(2, 2)), pitch, Math.atan2(r(1, 0), r(0, 0))] : [0, pitch, Math.atan2(-r(0, 1), r(1, 1))];
   return [r(0, 3), r(1, 3), r(2, 3), ...turns];
 }
 

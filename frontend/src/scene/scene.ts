@@ -249,19 +249,23 @@ export class Scene implements ArmMode {
     if (!this.ghost.pose) return "";
     if (!this.ghost.away) return "The ghost is at the arm";
     if (judgement?.verdict === "way") return sentence(judgement.text);
-    return judgement && Number.isFinite(judgement.seconds) ? `${judgement.seconds.toFixed(1)} s on the way` : "The server checks the way on Send";
+    return judgement && Number.isFinite(judgement.seconds)
+      ? `${judgement.seconds.toFixed(1)} s on the way`
+      : "The server checks the way on Send";
   }
 
   private fillList(): void {
     const { pose } = this.ghost,
       arm = this.armPose();
     const [x = 0, y = 0, z = 0, ...turn] = pose ? numbersOfPose(pose) : [];
-    const at = [x, y, z].map((v) => (v * 1000).toFixed(0)).join(", ");
+    const at = [x, y, z].map((v) => whole(v * 1000)).join(", ");
     const words = !pose
       ? ["It is not known yet where the arm is."]
       : [
-          this.ghost.away ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.` : "The ghost is at the arm.",
-          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => deg(v).toFixed(0)).join(", ")}°.`,
+          this.ghost.away
+            ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.`
+            : "The ghost is at the arm.",
+          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => whole(deg(v))).join(", ")}°.`,
           ...(this.ghost.away || this.ghost.refusal ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
     while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
@@ -280,6 +284,11 @@ export class Scene implements ArmMode {
     if (wait) this.telling = window.setTimeout(now, wait);
     else now();
   }
+}
+
+/** Return a number without decimals, and no zero with a sign. */
+function whole(value: number): string {
+  return String(Math.round(value) || 0);
 }
 
 function sentence(text: string): string {

@@ -66,7 +66,7 @@ class Wish:
 
 
 class Viewer:
-    """A viewer with its mailbox: each camera's newest picture, the newest state, a few events and packets of sound.
+    """A viewer with its mailbox: each camera's newest picture, the newest state and path, a few events, some sound.
 
     With a `connection`, a message is written at once if the mailbox is empty and the connection is free, but not before
     the first `set_empty`. Without one, the owner of the viewer takes everything from the mailbox.
@@ -76,8 +76,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_pictures", "_snapshot", "_sounds", "_state",
-        "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors", "visitor", "wish",
+        "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_path", "_pictures", "_snapshot", "_sounds",
+        "_state", "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors", "visitor", "wish",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None, wish: Wish = Wish()) -> None:
@@ -90,6 +90,7 @@ class Viewer:
         self._newest_from = 0.0  # when it may be given the newest pictures again
         self._pictures: dict[int, bytes] = {}
         self._state: bytes | None = None
+        self._path: bytes | None = None
         self._sounds: deque[bytes] = deque(maxlen=SOUNDS)
         self._events: deque[Event] = deque()
         self._snapshot = self._count = False  # it needs a new snapshot; it needs the number of watchers
@@ -185,6 +186,12 @@ class Viewer:
         self._state = data
         self.wake()
 
+    def put_path(self, data: bytes | None) -> None:
+        """Replace the path that waits; None: it is told no more."""
+        self._path = data
+        if data is not None:
+            self.wake()
+
     def put_sound(self, data: bytes) -> None:
         """Queue a packet of sound; the oldest is dropped if too many wait."""
         self._sounds.append(data)
@@ -238,6 +245,11 @@ class Viewer:
         """Return the state that waits; None if there is none."""
         state, self._state = self._state, None
         return state
+
+    def take_path(self) -> bytes | None:
+        """Return the path that waits; None if there is none."""
+        path, self._path = self._path, None
+        return path
 
     def take_sounds(self) -> list[bytes]:
         """Return the packets of sound that wait."""

@@ -49,6 +49,9 @@ class Writer:
             if (state := viewer.take_state()) is not None:
                 sent = True
                 await self.send_bytes(state)
+            if (path := viewer.take_path()) is not None:
+                sent = True
+                await self.send_bytes(path)
             for data in (*viewer.take_sounds(), *self._hub.news(viewer)):
                 sent = True
                 await self.send_bytes(data)

@@ -13,8 +13,13 @@ DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots/kit/drivers").glob(
 
 
 def whole(page):
-    """Return the text of a page, with what it includes."""
-    return re.sub(r'{% include "([^"]+)" %}', lambda m: whole(ROOT / "templates" / m[1]), page.read_text())
+    """Return the text of a page, with what it includes: of all consoles, or of the robot's own folder."""
+
+    def part(found):
+        shared = ROOT / "templates" / found[1]
+        return whole(shared if shared.is_file() else page.parent / shared.name)
+
+    return re.sub(r'{% include "([^"]+)"[^%]*%}', part, page.read_text())
 
 
 def test_robots_with_a_console_are_found():

@@ -13,11 +13,12 @@ import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
 import type { ArmFacts } from "../motion/facts.ts";
 import { Scene } from "../scene/scene.ts";
 import type { CameraPlace } from "../scene/view.ts";
-import type { PicturePacket, StatePacket } from "../socket/packets.ts";
+import type { PathPacket, PicturePacket, StatePacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
 import { Cameras } from "./cameras.ts";
 import { Joints } from "./joints.ts";
 import { Position } from "./position.ts";
+import { Prediction } from "./prediction.ts";
 import { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "./types.ts";
 import type { ArmView, ForbiddenBox } from "./view.ts";
 
@@ -43,6 +44,10 @@ export class ArmConsole implements Console, Judge {
   readonly axes = description.joints.map((j) => j.name);
   private cameras: Cameras;
   private view: ArmView | null = null;
+  private prediction = new Prediction(
+    () => this.page.live.now(),
+    (q) => this.view?.toolAt(q) ?? null,
+  );
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
@@ -116,6 +121,7 @@ export class ArmConsole implements Console, Judge {
       this.view = view;
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => view.zoom(Number(button.dataset["zoom"])));
+      view.expect(this.prediction);
       if (this.page.state) view.joints(this.parts.posture(this.page.state));
       this.scene?.attach(view);
       this.position.follow();
@@ -147,7 +153,15 @@ export class ArmConsole implements Console, Judge {
     return this.cameras.atMs;
   }
 
+  path(packet: PathPacket): void {
+    this.prediction.begin(packet);
+    this.view?.expect(this.prediction);
+  }
+
   state(packet: StatePacket): void {
+    const expected = this.prediction.runs;
+    this.prediction.state(packet);
+    if (expected) this.view?.expect(this.prediction);
     this.view?.joints(this.parts.posture(packet));
     this.joints.show(packet);
     for (const mode of Object.values(this.modes)) mode.state?.(packet);
@@ -166,6 +180,7 @@ export class ArmConsole implements Console, Judge {
   }
 
   command(c: CommandInfo): void {
+    this.prediction.command(c);
     if (!FINAL.has(c.state)) return;
     if (c.state === "completed" && c.kind !== "gripper") {
       this.joints.arrived(c.seq);
@@ -288,11 +303,11 @@ export class ArmConsole implements Console, Judge {
   }
 
   draw(f: Facts): void {
+    for (const c of f.snapshot?.commands ?? []) this.prediction.command(c);
     byId("modes").hidden = !this.page.operating && !this.page.snapshot?.me.cleared;
     this.scene?.show(this.tabs.open === "scene" && !byId("modes").hidden);
     for (const [name, kind] of Object.entries(BUTTONS)) {
-      const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
-      if (button) allow(button, this.whyNot(kind, f));
+      for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
     }
     const why = this.whyNot("jog", f);
     this.joints.enable(why);

@@ -4,7 +4,7 @@ import type { CompactLayout } from "./compact_state.ts";
 import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
 import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
-import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
 import { RoundTrip } from "./round_trip.ts";
 
 export interface Handlers {
@@ -14,6 +14,7 @@ export interface Handlers {
   stream?(packet: StreamPacket): void;
   video?(packet: VideoPacket): void;
   sound?(packet: SoundPacket): void;
+  path?(packet: PathPacket): void;
   line(up: boolean): void;
   /** A message of so many bytes has come. */
   took?(bytes: number): void;
@@ -225,6 +226,7 @@ export class RobotSocket {
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("coded" in packet) this.handlers.video?.(packet);
       else if ("opus" in packet) this.handlers.sound?.(packet);
+      else if ("knots" in packet) this.handlers.path?.(packet);
       else if ("data" in packet) this.handlers.stream?.(packet);
       else this.handlers.state(packet);
       return;

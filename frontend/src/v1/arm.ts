@@ -3,5 +3,6 @@ import "../arm/arm.css";
 
 export { ArmConsole } from "../arm/console.ts";
 export { Joints } from "../arm/joints.ts";
+export { Prediction } from "../arm/prediction.ts";
 export { Position } from "../arm/position.ts";
 export { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "../arm/types.ts";

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from robots.kit.description import load, views
 from robots.kit.files import replace_text
-from simulators.common.arm.render import make
+from simulators.common.arm.render import Renderer, make
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 
@@ -58,19 +58,21 @@ class SharedScene:
 class Cameras:
     """Renders the views of `driver` in the scene `spec` on request, one picture at a time.
 
-    `seed` is of the sensors' noise; `width` of a narrower picture of the same view, for quick simulations.
+    `seed` is of the sensors' noise; `width` of a narrower picture of the same view, for quick simulations. `renderer`
+    makes what draws the model's scene, at a width and a height.
     """
 
     def __init__(
-        self, driver: str, spec: mujoco.MjSpec, folder: Path, seed: int | None = None, width: int | None = None
-    ) -> None:
+        self, driver: str, spec: mujoco.MjSpec, folder: Path, seed: int | None = None, width: int | None = None,
+        renderer: Callable[[mujoco.MjModel, int, int], Renderer] = make,
+    ) -> None:  # fmt: skip
         self._description: dict[str, Any] = load(driver)
         camera = self._description["camera"]
         width = width or camera["width"]
         model = spec.compile()
         self._data, self._model = mujoco.MjData(model), model
         self._shared = SharedScene(folder / "scene.mem", model.nq)
-        self._renderer = make(model, width, round(width * camera["height"] / camera["width"]))
+        self._renderer = renderer(model, width, round(width * camera["height"] / camera["width"]))
         self._one_at_a_time = threading.Lock()
         self._taken: dict[str, tuple[bytes, NDArray[np.uint8]]] = {}
         self._dice = np.random.default_rng(seed)

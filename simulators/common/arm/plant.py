@@ -8,7 +8,7 @@ import numpy as np
 from robots.kit.arms.chain import Joints
 from robots.kit.arms.described import chain
 from robots.kit.description import load
-from simulators.common.arm.scene import FINGERS, PRESSING_M, places
+from simulators.common.arm.scene import FINGERS, PRESSING_M, STEP_S, places
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,10 @@ class Plant:
         at, dof = places(self.model, arm.names)
         fingers, _ = places(self.model, FINGERS)
         self._effort = arm.effort
-        self._open = float(load(driver)["gripper"]["open"])
+        gripper = load(driver)["gripper"]
+        self._open = float(gripper["open"])
+        seconds = gripper.get("seconds")
+        self._way = self._open / seconds * STEP_S if seconds else np.inf  # m that a finger moves in a step
         # MuJoCo's own memory, looked up once: each look costs as much as a sum
         self._q, self._fingers = self.data.qpos[at], self.data.qpos[fingers]
         self._v, self._applied, self._ctrl = self.data.qvel[dof], self.data.qfrc_applied[dof], self.data.ctrl
@@ -43,6 +46,7 @@ class Plant:
         else:
             self._fingers[:] = self._open
             self._q[:] = 0.0 if q is None else q
+        self._target = max(PRESSING_M, min(self._fingers.tolist()))  # where the fingers are to be now
         self._torque = np.zeros(len(arm.names))
         self.disturbance = np.zeros(len(arm.names))  # N m of disturbance
         mujoco.mj_forward(self.model, self.data)
@@ -57,7 +61,9 @@ class Plant:
         """Apply torques (N m, limited to the motors') for 2 ms; `gripper` 0 opens, 1 closes."""
         self._torque = np.minimum(np.maximum(torque, -self._effort), self._effort)
         np.add(self._torque, self.disturbance, out=self._applied)
-        self._ctrl[:] = PRESSING_M if gripper else self._open
+        end = PRESSING_M if gripper else self._open
+        self._target += min(max(end - self._target, -self._way), self._way)
+        self._ctrl[:] = self._target
         mujoco.mj_step(self.model, self.data)
 
     @property

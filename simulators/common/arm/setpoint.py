@@ -149,6 +149,7 @@ class SetPoint:
             self._path, self._began = self.planner.brake(self.q, self.v), now
         else:
             self._path = None
+            self._still()  # also without the acceleration with which a path begins
 
     def stand(self, q: Joints) -> None:
         """Rest here."""

@@ -11,23 +11,25 @@ from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.commands import PLACE
 from robots.kit.arms.described import chain, posture
 from robots.kit.arms.follow import Follower
+from robots.kit.arms.knots import knots_of
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
-from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
+from robots.kit.contract.session import Moves, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
 from robots.kit.drivers.pa10.checks import check, planner_for, request_of, steps_of
 from robots.kit.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, MOTIONS, ArmState, End, Mode, Request
 from robots.kit.drivers.pa10.spec import PLANNED_S
-from robots.kit.drivers.pa10.units import joint_request
+from robots.kit.drivers.pa10.units import joint_request, motion_of
 from robots.kit.drivers.permits import until_at_rest, until_held
 from robots.kit.drivers.stream import open_stream
 
 POLL_S = 0.05
 LOOK_S = 0.01  # between two looks for rest after a hold
 REST_S = 2.0
+STILL_RAD_S = 0.02  # below this a measured joint counts as at rest
 SETTLED_S = 5.0  # the longest wait for an arm that was pushed
 JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
 JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
@@ -143,7 +145,9 @@ class Driver(Session):
             self._rests()
             before = self.line.state()
         self._take(before)
-        self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
+        began = self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
+        if request.letter in MOTIONS:
+            self._tell_path(request, before, began, on_stage)
         arm = self._until_rest(request, before, permit, tell)
         state = self._take(arm)
         if state.fault:
@@ -153,8 +157,22 @@ class Driver(Session):
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
 
-    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> None:
-        """Send a motion.
+    def _tell_path(self, request: Request, before: ArmState, began: float, on_stage: OnStage) -> None:
+        """Report the path on which the arm moves since `began`, by the planner that the controller has too.
+
+        An arm that moved already has gone on while the controller planned: it is asked where it is now.
+        """
+        if np.any(np.abs(before.v) > STILL_RAD_S):
+            before, began = self.line.state(), self.clock.monotonic()
+        q, v = np.array(before.q), np.array(before.v)
+        v = v if np.any(np.abs(v) > STILL_RAD_S) else np.zeros_like(v)
+        path = planner_for(self.settings).expected(motion_of(request), q, v)
+        knots = None if path is None else knots_of(path)
+        if knots is not None:
+            on_stage(Moves(knots, began))
+
+    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> float:
+        """Send a motion; return when it was acknowledged (s of the clock).
 
         Its stage is reported after the line is free again, because a hold must not wait for the report.
         """
@@ -171,10 +189,12 @@ class Driver(Session):
             permit()  # if another thread has held the arm, that is the reason
             raise
         finally:
+            began = self.clock.monotonic()
             if said and on_stage is not None:
                 on_stage("sent")
         if on_stage is not None:
             on_stage("acknowledged")
+        return began
 
     def _until_rest(
         self, request: Request, before: ArmState, permit: Permit, tell: Callable[[ArmState], None]

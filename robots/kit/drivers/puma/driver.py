@@ -11,11 +11,12 @@ from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.commands import PLACE, motion_of
 from robots.kit.arms.described import chain
 from robots.kit.arms.follow import Follower
+from robots.kit.arms.knots import knots_of
 from robots.kit.arms.motions import Motion
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import Limit
 from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
-from robots.kit.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.kit.contract.session import Moves, OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
 from robots.kit.drivers.permits import until_at_rest, until_held
@@ -141,7 +142,7 @@ class Driver(Session):
         self._take(self.line.status())
         seq = self._instruct(*self._asked(motion), free, lambda: on_stage("sent"))
         on_stage("acknowledged")
-        arm = self._until_rest(seq, permit)
+        arm = self._until_rest(seq, permit, self._on_moving(motion, on_stage))
         state = self._take(arm)
         if state.fault:
             raise HardwareFault(state.fault)
@@ -165,13 +166,29 @@ class Driver(Session):
         what = Instruction.LINE if motion.straight else Instruction.POSE
         return what, (*head, *map(wire.hundredths_mm, (x, y, z)), *map(wire.thousandths, (yaw, pitch, roll)))
 
-    def _until_rest(self, seq: int, permit: Permit) -> State:
+    def _on_moving(self, motion: Motion, on_stage: OnStage) -> Callable[[], None]:
+        """Return what tells viewers the path, once the arm was seen to begin it."""
+        assert self._latest is not None, "it was asked for before the motion was sent"
+        here = np.array(self._latest.joints)
+
+        def tell() -> None:
+            path = planner_for(self.settings).expected(motion, here, np.zeros_like(here))
+            knots = None if path is None else knots_of(path)
+            if knots is not None:
+                on_stage(Moves(knots, self.clock.monotonic()))
+
+        return tell
+
+    def _until_rest(self, seq: int, permit: Permit, on_moving: Callable[[], None]) -> State:
         limit_s = float(self._description["motion"]["limit_s"])
-        allowed = Limit(self.clock, limit_s)
+        allowed, moved = Limit(self.clock, limit_s), False
         while True:
             self.clock.sleep(POLL_S)
             arm = self.line.status()
             self._take(arm)
+            if arm.mode == Mode.MOVING and arm.motion == seq and not moved:
+                moved = True
+                on_moving()
             if arm.mode == Mode.IDLE and (arm.motion == seq or Flag.FAULT in arm.flags):
                 return arm
             permit()

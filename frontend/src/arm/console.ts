@@ -5,15 +5,15 @@ import { fill } from "../kit/render.ts";
 import { request } from "../kit/request.ts";
 import { Tabs } from "../kit/tabs.ts";
 import type { CameraView } from "../media/camera_view.ts";
+import type { ArmFacts } from "../motion/facts.ts";
 import type { Console } from "../page/console.ts";
 import { blocked, type Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
+import { SceneObjects } from "../scene/objects.ts";
+import { Scene, type SceneFacts } from "../scene/scene.ts";
 import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
-import type { ArmFacts } from "../motion/facts.ts";
-import { Scene } from "../scene/scene.ts";
-import type { CameraPlace } from "../scene/view.ts";
-import type { PathPacket, PicturePacket, StatePacket } from "../socket/packets.ts";
+import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
 import { Cameras } from "./cameras.ts";
 import { Joints } from "./joints.ts";
@@ -28,7 +28,7 @@ interface Plan {
   text: string;
 }
 
-const description = facts as typeof facts & ArmDescription & ArmFacts & { view?: CameraPlace[]; set: { boxes?: ForbiddenBox[] } };
+const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFacts & { set: { boxes?: ForbiddenBox[] } };
 const boxes = description.set.boxes ?? []; // of staff
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
@@ -73,12 +73,14 @@ export class ArmConsole implements Console, Judge {
     const share = (): number => Number(speed.value) / 100;
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
+    const { objects, objects_box, release_m = 0 } = description;
     if (document.getElementById("panel-scene"))
       this.scene = new Scene(page, {
         share,
         axes: this.axes.length,
         tell: (text) => this.tell(text),
         cameras: description.view ?? [],
+        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m) : null,
       });
     this.modes = {
       ...(this.scene ? { scene: this.scene } : {}),
@@ -170,6 +172,10 @@ export class ArmConsole implements Console, Judge {
     if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
+  }
+
+  stream(name: string, packet: StreamPacket): void {
+    this.scene?.stream(name, packet);
   }
 
   turn(): void {

@@ -6,6 +6,9 @@ import { distance, type Move, moved } from "./moves.ts";
 const HERE_M = 0.0002,
   HERE_RAD = 0.0005; // so near it is at the arm
 
+/** Returns the pose to which one snaps, or itself. `from`: where a step begins; one that leaves does not snap back. */
+type Snap = (pose: Float64Array, from: Pose | null) => Float64Array;
+
 export class Ghost {
   private own: Float64Array | null = null; // where somebody has put it; null: at the arm
   private arm: Pose | null = null;
@@ -14,9 +17,10 @@ export class Ghost {
   /** Why the last move was refused; empty if it was not. */
   refusal = "";
   private readonly judge: (pose: Pose) => Judgement;
+  private readonly snap: Snap;
 
-  constructor(judge: (pose: Pose) => Judgement) {
-    this.judge = judge;
+  constructor(judge: (pose: Pose) => Judgement, snap: Snap = (pose) => pose) {
+    [this.judge, this.snap] = [judge, snap];
   }
 
   /** Where it is; null while the arm's place is not known. */
@@ -54,7 +58,7 @@ export class Ghost {
 
   /** Move it, by so much since it was taken. Nothing happens unless it is held. */
   drag(by: Move): void {
-    if (this.hand) this.put(moved(this.hand.pose, by));
+    if (this.hand) this.put(this.snap(moved(this.hand.pose, by), null));
   }
 
   /** The hand lets go. The ghost stays where it is. */
@@ -65,7 +69,7 @@ export class Ghost {
 
   /** Move it by so much. Returns whether it went there. */
   step(by: Move): boolean {
-    return this.pose !== null && this.put(moved(this.pose, by));
+    return this.pose !== null && this.put(this.snap(moved(this.pose, by), this.pose));
   }
 
   /** Put it there; if the arm cannot be there it stays where it was. Returns whether it is there. */

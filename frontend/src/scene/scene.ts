@@ -3,14 +3,24 @@ import { TargetEdit, type ArmMode, type Target, deg } from "../arm/types.ts";
 import { byId, make, say, set } from "../kit/dom.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import type { StatePacket } from "../socket/packets.ts";
+import type { Box } from "../socket/objects.ts";
+import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import { Ghost } from "./ghost.ts";
 import { Hand } from "./hand.ts";
 import type { Judgement, PoseJudge } from "./judge.ts";
 import { type Move, numbersOfPose, pointingDown, shareOf, wayInWords } from "./moves.ts";
+import type { ObjectFacts, SceneObjects } from "./objects.ts";
 import { Standstill } from "./standstill.ts";
+import { Surroundings } from "./surroundings.ts";
 import type { CameraPlace, SceneView } from "./view.ts";
 
+/** What a page may be told for its scene: calibrated cameras, the objects, and the box of their packets. */
+export interface SceneFacts {
+  view?: CameraPlace[];
+  objects?: ObjectFacts[];
+  objects_box?: Box;
+  release_m?: number; // so far above a surface an object is let go
+}
 /** The parts of the console that the scene needs. */
 export interface SceneUse {
   /** The share of full speed that is chosen. */
@@ -20,6 +30,8 @@ export interface SceneUse {
   /** Show `text` over the view. */
   tell(text: string): void;
   cameras: readonly CameraPlace[];
+  /** The objects around the arm, where it tells any. */
+  objects: SceneObjects | null;
 }
 
 const TELL_MS = 1000; // between two sentences that a screen reader reads
@@ -31,7 +43,11 @@ export class Scene implements ArmMode {
   readonly asked = "go";
   private judge: PoseJudge | null = null;
   private view: SceneView | null = null;
-  private ghost = new Ghost((pose) => this.judged(pose));
+  private surroundings: Surroundings | null;
+  private ghost = new Ghost(
+    (pose) => this.judged(pose),
+    (pose, from) => this.surroundings?.snap(pose, from) ?? pose,
+  );
   private edited = new TargetEdit();
   private hand: Hand;
   private straight = byId<HTMLInputElement>("ghost-straight");
@@ -41,6 +57,7 @@ export class Scene implements ArmMode {
   private wanted: Move | null = null; // of a drag, until the next frame
   private still = new Standstill(() => performance.now());
   private watch = 0;
+  private note = ""; // said until the ghost is moved again
   private toldAt = -Infinity;
   private telling = 0;
   private judgedFrom: readonly number[] = [];
@@ -49,6 +66,7 @@ export class Scene implements ArmMode {
     private page: RobotPage,
     private use: SceneUse,
   ) {
+    this.surroundings = use.objects && new Surroundings(use.objects, () => page.live.now());
     this.hand = new Hand({
       step: (by) => this.step(by),
       home: () => this.home(),
@@ -78,6 +96,7 @@ export class Scene implements ArmMode {
       dragged: (by) => this.dragged(by),
       released: () => this.released(),
     });
+    this.surroundings?.attach(view);
     const { cameras } = this.use;
     byId("viewpoints").append(
       ...["front", "side", "top"].map((name) => viewButton(name[0]!.toUpperCase() + name.slice(1), () => view.viewpoint(name))),
@@ -126,9 +145,16 @@ export class Scene implements ArmMode {
     return found?.verdict === "way" ? sentence(found.text) : "";
   }
 
+  /** Take over a packet of one of the robot's streams. */
+  stream(name: string, packet: StreamPacket): void {
+    this.surroundings?.take(name, packet);
+    this.draw();
+  }
+
   state(_: StatePacket): void {
     this.follow();
     if (!this.shown) return;
+    this.surroundings?.age();
     if (this.ghost.away && this.joints.some((q, i) => Math.abs(q - (this.judgedFrom[i] ?? Infinity)) > MOVED_RAD)) this.again();
     else this.draw();
   }
@@ -142,6 +168,7 @@ export class Scene implements ArmMode {
   /** Take the ghost back to the arm. */
   home(): void {
     this.view?.letGo();
+    this.note = "";
     this.edited.forget();
     this.ghost.home();
     this.follow();
@@ -176,6 +203,7 @@ export class Scene implements ArmMode {
   }
 
   private taken(): void {
+    this.note = "";
     this.still.begin();
     this.ghost.take();
     this.hand.focus();
@@ -207,7 +235,8 @@ export class Scene implements ArmMode {
     if (!this.still.noticed()) return false;
     this.wanted = null;
     this.view?.letGo();
-    this.tell("The page stood still for a moment, so the ghost was let go. Take it again.");
+    this.note = "The page stood still for a moment, so the ghost was let go: take it again";
+    this.draw();
     return true;
   }
 
@@ -222,6 +251,7 @@ export class Scene implements ArmMode {
 
   private changed(act: () => void): void {
     const before = this.ghost.refusal;
+    this.note = "";
     this.edited.note(this.page.lastSeq);
     this.page.settle();
     act();
@@ -246,6 +276,7 @@ export class Scene implements ArmMode {
   private words(): string {
     const { judgement, refusal } = this.ghost;
     if (refusal) return sentence(refusal);
+    if (this.note) return this.note;
     if (!this.ghost.pose) return "";
     if (!this.ghost.away) return "The ghost is at the arm";
     if (judgement?.verdict === "way") return sentence(judgement.text);
@@ -266,7 +297,8 @@ export class Scene implements ArmMode {
             ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.`
             : "The ghost is at the arm.",
           `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => whole(deg(v))).join(", ")}°.`,
-          ...(this.ghost.away || this.ghost.refusal ? [`${this.words().replace(/\.$/, "")}.`] : []),
+          ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
+          ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
     while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
     words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));

@@ -4,12 +4,10 @@ import {
   Line,
   LineBasicMaterial,
   type Material,
-  Matrix4,
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
   Object3D,
-  Quaternion,
   RingGeometry,
   Vector3,
 } from "three";
@@ -21,6 +19,8 @@ import type { Pose } from "../motion/chain.ts";
 import { turnOf } from "../motion/linear.ts";
 import type { Judgement } from "./judge.ts";
 import type { Move } from "./moves.ts";
+import { ObjectShapes } from "./object_shapes.ts";
+import type { KnownObject } from "./objects.ts";
 
 /** What a pointer does with the handles. `dragged`: how far since they were taken. */
 export interface Handles {
@@ -48,11 +48,13 @@ const MIDDLE = [0.35, 0, 0.3] as const;
 
 export class SceneView extends ArmView {
   private handle = new Object3D(); // stands at the ghost, not turned, and goes with the pointer while it is held
+  private takenAt = new Vector3(); // where it stood before that
   private handles = new TransformControls(this.camera, this.canvas);
   private drop = new Line(new BufferGeometry(), new LineBasicMaterial({ color: TEAL, transparent: true, opacity: 0.7 }));
   private spot = new Mesh(new RingGeometry(0.012, 0.018, 32), new MeshBasicMaterial({ color: TEAL, transparent: true, opacity: 0.8 }));
   private rubber = new Line(new BufferGeometry(), new LineBasicMaterial({ color: RED }));
   private use: Handles | null = null;
+  private shapes = new ObjectShapes(this.world, this.arm.links[this.tip], this.ghost.links[this.tip]);
   private pointer = -1; // that holds the handles
 
   /** Let a pointer take the ghost. Called once. */
@@ -103,12 +105,10 @@ export class SceneView extends ArmView {
 
   /** Return how far the handle was moved since it was taken. */
   private way(): Move {
-    const from = this.from3,
-      { x, y, z } = this.handle.position.clone().sub(from),
+    const { x, y, z } = this.handle.position.clone().sub(this.takenAt),
       [u = 0, v = 0, w = 0] = turnOf(this.handle.quaternion.toArray());
     return [x, y, z, u, v, w];
   }
-  private from3 = new Vector3();
 
   /** Choose what the handles do. */
   handleMode(mode: "translate" | "rotate"): void {
@@ -141,7 +141,7 @@ export class SceneView extends ArmView {
   private stand(at: Vector3): void {
     this.handle.position.copy(at);
     this.handle.quaternion.identity();
-    this.from3.copy(at);
+    this.takenAt.copy(at);
   }
 
   /** Show how high it is, by a line down to the table. */
@@ -172,6 +172,12 @@ export class SceneView extends ArmView {
       material.depthWrite = opacity === 1;
       material.needsUpdate = true;
     });
+    this.ask();
+  }
+
+  /** Show where the objects are; `isOld`: whether one's place was last known long ago. */
+  objects(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean): void {
+    this.shapes.show(objects, isOld);
     this.ask();
   }
 
@@ -211,19 +217,4 @@ export class SceneView extends ArmView {
 function isTurning(part: Object3D): boolean {
   const { isURDFJoint, jointType } = part as Partial<URDFJoint>;
   return isURDFJoint === true && jointType !== "fixed";
-}
-
-/** Return a pose as a matrix of three. */
-export function matrixOf(pose: Pose): Matrix4 {
-  return new Matrix4().fromArray(Array.from({ length: 16 }, (_, i) => pose[i] ?? 0)).transpose();
-}
-
-/** Return a matrix of three as a pose. */
-export function poseOf(matrix: Matrix4): Float64Array {
-  return Float64Array.from(matrix.clone().transpose().elements);
-}
-
-/** Return a place and a rotation (quaternion x, y, z, w) as a matrix. */
-export function matrixAt([x, y, z]: readonly number[], [a, b, c, d]: readonly number[]): Matrix4 {
-  return new Matrix4().compose(new Vector3(x, y, z), new Quaternion(a, b, c, d), new Vector3(1, 1, 1));
 }

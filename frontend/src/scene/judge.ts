@@ -36,6 +36,11 @@ export class PoseJudge {
     return this.planner.chain.forward(joints);
   }
 
+  /** Return whether the arm could rest with its tool at that pose. */
+  fits(pose: Pose, present: Joints): boolean {
+    return typeof this.rest(pose, present) !== "string";
+  }
+
   /** Return what would happen at that pose, from these joints at rest. A straight way is judged by the server alone. */
   judge({ pose, straight, share }: Wish, present: Joints): Judgement {
     const there = this.rest(pose, present);

@@ -47,6 +47,7 @@ export class Scene implements ArmMode {
   private ghost = new Ghost(
     (pose) => this.judged(pose),
     (pose, from) => this.surroundings?.snap(pose, from) ?? pose,
+    (pose) => this.judge?.fits(pose, this.joints) ?? true,
   );
   private edited = new TargetEdit();
   private hand: Hand;

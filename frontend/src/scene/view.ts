@@ -1,6 +1,7 @@
 /** The arm in 3D with the ghost of its tool, which a pointer takes by handles; the objects, and where the camera stands. */
 import {
   BufferGeometry,
+  type Camera,
   Line,
   LineBasicMaterial,
   type Material,
@@ -49,7 +50,7 @@ const MIDDLE = [0.35, 0, 0.3] as const;
 export class SceneView extends ArmView {
   private handle = new Object3D(); // stands at the ghost, not turned, and goes with the pointer while it is held
   private takenAt = new Vector3(); // where it stood before that
-  private handles = new TransformControls(this.camera, this.canvas);
+  private handles = handlesOf(this.camera, this.canvas);
   private drop = new Line(new BufferGeometry(), new LineBasicMaterial({ color: TEAL, transparent: true, opacity: 0.7 }));
   private spot = new Mesh(new RingGeometry(0.012, 0.018, 32), new MeshBasicMaterial({ color: TEAL, transparent: true, opacity: 0.8 }));
   private rubber = new Line(new BufferGeometry(), new LineBasicMaterial({ color: RED }));
@@ -68,7 +69,6 @@ export class SceneView extends ArmView {
     handles.setSize(matchMedia("(pointer: coarse)").matches ? FINGER_SIZE : HANDLE_SIZE);
     handles.showE = handles.showXYZE = false;
     this.scene.add(handles.getHelper());
-    this.canvas.style.touchAction = "pan-y"; // the page can be scrolled beside the handles
     this.listen();
     this.ghostAt(null);
   }
@@ -212,6 +212,12 @@ export class SceneView extends ArmView {
     }
     super.zoom(factor);
   }
+}
+
+function handlesOf(camera: Camera, canvas: HTMLElement): TransformControls {
+  const made = new TransformControls(camera, canvas);
+  canvas.style.touchAction = "pan-y"; // it allows none, but the page can be scrolled beside the handles
+  return made;
 }
 
 function isTurning(part: Object3D): boolean {

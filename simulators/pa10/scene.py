@@ -2,17 +2,15 @@
 
 import mujoco
 
+from robots.kit.description import load
 from simulators.common.arm import scene as common
 from simulators.common.arm.scene import STEP_S as STEP_S  # the paper's 500 Hz
 from simulators.common.arm.scene import looking
 
-BLOCK = 0.040  # edge of a block (m)
-BLOCKS = (
-    ("red", (0.50, 0.16), (0.80, 0.18, 0.14, 1.0)),
-    ("yellow", (0.56, 0.05), (0.93, 0.73, 0.16, 1.0)),
-    ("blue", (0.50, -0.08), (0.16, 0.36, 0.75, 1.0)),
-    ("green", (0.60, -0.18), (0.20, 0.58, 0.30, 1.0)),
+BLOCKS = tuple(
+    (block["name"], (block["place"][0], block["place"][1]), (*block["colour"], 1.0)) for block in load("pa10")["object"]
 )
+BLOCK = load("pa10")["object"][0]["size"][0]  # edge of a block (m)
 LIMBS = ("upper_arm", "forearm", "lower_forearm", "wrist", "tool", "left_pad", "right_pad")
 
 

@@ -3,8 +3,8 @@
 ``python -m simulators.puma --dir DIR [--tcp PORT] [--baud 9600|38400] [--seed N] [--speed FACTOR]``
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server), `cameras.json` and `camera` (the
-addresses of its cameras), `faults` and `camera_faults` (Unix sockets), `journal.jsonl`, `state.json`, `scene.npy` and
-`scene.mem`.
+addresses of its cameras), `faults` and `camera_faults` (Unix sockets), `journal.jsonl`, `state.json`, `scene.npy`,
+`scene.mem` and `seed`.
 """
 
 import sys

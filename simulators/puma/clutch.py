@@ -81,6 +81,7 @@ class Clutch:
         self._bearers, self._settings = bearers(), load(DRIVER)["clutch"]
         names = [one.name for one in self._bearers]
         self._bodies = np.array([model.body(name).id for name in names])
+        self._trees = model.body_treeid[self._bodies[: len(bricks())]]
         self._solid = [model.geom(name).id for name in names]
         self._studs = [model.geom(f"studs of {name}").id for name in names]
         self._pairs = [
@@ -116,22 +117,24 @@ class Clutch:
         }
 
     def step(self) -> None:
-        """Count one step; look at each fifth."""
+        """Count one step; look at each fifth, unless all bricks rest."""
         self._steps += 1
-        if self._steps % LOOK_EVERY:
+        if self._steps % LOOK_EVERY or not self._data.tree_awake[self._trees].any():
             return
-        pressed, offs = self._pressed(), self._offs()
+        held = [pair for pair in self._pairs if pair.state is State.HELD]
+        for pair in held:
+            self._glide(pair)
+        self._tear([pair for pair in held if pair.looks > SETTLED])
+        offs = self._offs()
+        pressed = self._pressed() if offs else {}
         for pair, off in offs:
-            if pair.state is State.HELD:
-                self._glide(pair)
-            elif pair.state is State.BETWEEN:
+            if pair.state is State.BETWEEN:
                 if off.gap > self._settings["stud_m"] + ROOM_M or not off.above:
                     self._part(pair, State.FREE)
                 elif off.fits and off.gap < DOWN_M and pressed.get(self._solids(pair), 0.0) > self._settings["hold_n"]:
                     self._hold(pair, off.seat)
             elif off.fits and pressed.get(self._stud_pair(pair), 0.0) > self._settings["press_n"]:
                 self._part(pair, State.BETWEEN)
-        self._tear([pair for pair, _ in offs if pair.state is State.HELD and pair.looks > SETTLED])
 
     def _solids(self, pair: Pair) -> tuple[int, int]:
         a, b = self._solid[pair.upper], self._solid[pair.lower]
@@ -153,7 +156,7 @@ class Clutch:
         return found
 
     def _offs(self) -> list[tuple[Pair, Off]]:
-        """Return the pairs whose brick is above its bearer and near, and all that are not free."""
+        """Return the pairs that do not hold whose brick is just above its bearer, or was."""
         at, turned = self._data.xpos[self._bodies], self._data.xmat[self._bodies].reshape(-1, 3, 3)
         below = turned[self._lower].transpose(0, 2, 1)
         place = (below @ (at[self._upper] - at[self._lower])[:, :, None])[:, :, 0]
@@ -163,7 +166,7 @@ class Clutch:
         return [
             (pair, self._off(self._bearers[pair.upper], self._bearers[pair.lower], place[n], turn[n]))
             for n, pair in enumerate(self._pairs)
-            if near[n] or pair.state is not State.FREE
+            if pair.state is State.BETWEEN or (near[n] and pair.state is State.FREE)
         ]
 
     def _off(self, upper: Bearer, lower: Bearer, place: Floats, turn: Floats) -> Off:
@@ -228,8 +231,7 @@ class Clutch:
     def _load(self, pair: Pair) -> tuple[float, float]:
         """Return the force (N) that pulls a pair apart and the torque (N m) that bends it off."""
         data = self._data
-        rows = (data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY) & (data.efc_id == pair.weld)
-        force = data.efc_force[rows]
+        force = data.efc_force[: data.ne][data.efc_id[: data.ne] == pair.weld]  # equalities come first
         if len(force) != 6:  # both of them sleep
             return 0.0, 0.0
         up: NDArray[np.float64] = data.xmat[self._bodies[pair.lower]].reshape(3, 3)[:, 2]

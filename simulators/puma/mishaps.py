@@ -24,7 +24,7 @@ class Mishaps:
 
     def __init__(self, board: FaultBoard, plant: Plant) -> None:
         self._board, self._plant, self._steps = board, plant, 0
-        self._mug = False
+        self._mug = float(plant.place(MUG)[0]) > STORE_M[0] + APART_M  # it may be in the cell from before a restart
         self._away: tuple[str, Floats, Floats] | None = None  # the brick that is away, and where it was
 
     @property

@@ -23,7 +23,7 @@ OURS = sorted(file.parent.name for file in (ROOT / "robots/kit/drivers").glob("*
 # what a robot has nothing to show for, of its own spec and simulator
 WITHOUT = {
     "mercury": {"replaced", "policies", "streams", "steered", "time left"},
-    "pa10": {"policies", "lanes", "streams", "time left"},
+    "pa10": {"policies", "time left"},
     "puma": {"replaced", "policies", "lanes", "streams", "time left"},
     "irat": {"replaced", "policies", "steered", "time left"},
     "srv1": {"replaced", "streams"},

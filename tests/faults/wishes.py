@@ -2,11 +2,11 @@
 
 import termios
 
-from queueing.services import packets_of
 from robots.kit.arms.described import chain, posture
 from robots.kit.description import load
 from robots.kit.drivers.irat.choices import choices
 from robots.kit.drivers.srv1.hall import hall
+from robots.services.streams import packets_of
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, PumaSimulator, RoverSimulator, Simulator
 from tests.waiting import wait_for
@@ -106,6 +106,7 @@ class MuseumArm:
     by_staff = False
     pause_s = 8.0
     turning, bending, nodding = "S1", "E1", "W1"  # the joints that a place over the sand, and a jog, turn
+    aside, reach = 0.0, 4.0  # rad; rad/m
     motions = staticmethod(motions)
     drained = staticmethod(disconnected)
 
@@ -115,12 +116,16 @@ class MuseumArm:
     def spell(self, kind, args, share):
         if kind == "move":
             ready = dict(zip(chain(self.name).names, posture(load(self.name), "ready"), strict=True))
-            ready[self.turning] += 4 * args["x"]
+            ready[self.turning] += self.aside + self.reach * args["x"]
             ready[self.bending] += args["y"] - 0.4
             return "joints", {k: float(v) for k, v in ready.items()} | ({"speed": share} if share else {})
         if kind in ("up", "down"):
             return "gripper", {"closed": float(kind == "down")}
         return kind, args
+
+    def job(self, robot, place, dice):
+        """Return a task, the only thing for which people who do not drive the arm can ask."""
+        return "task", {"text": "\n".join(("move ready", "wait 1", "expect empty"))}
 
     def goal(self, command):
         return tuple(round(command.args[name], 4) for name in chain(self.name).names)
@@ -138,6 +143,7 @@ class VirtualArm(MuseumArm):
     restart, cut = "power_cycle", ("line",)
     one_at_a_time = False
     turning, bending, nodding = "J1", "J3", "J5"
+    aside, reach = -0.9, 2.0  # away from the threads
 
 
 class Irat:

@@ -101,7 +101,8 @@ def test_set_up_names_no_robot_and_finds_what_each_one_has_compiled():
     assert len(robots & {"mercury", "pa10", "irat", "so101"}) == 4
     assert [word for word in robots - {"common"} if word in tool] == []
     assert [str(f.relative_to(ROOT)) for f in prepared()] == [
-        "robots/kit/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/srv1/prepare.py",
+        "robots/kit/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/puma/prepare.py",
+        "simulators/srv1/prepare.py",
     ]  # fmt: skip
 
 

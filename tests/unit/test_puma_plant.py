@@ -130,6 +130,9 @@ def test_a_mug_stands_in_the_cell_while_it_is_set():
     one.wait(0.3)
     assert not one.mishaps.busy
     assert one.plant.place("mug") == pytest.approx([0.52, 0.10, 0.048], abs=1e-3)
+    again = Plant(qpos=one.plant.qpos)
+    Mishaps(FaultBoard(), again).step()
+    assert again.place("mug")[0] < -1.5, "nobody asks for it after a restart"
     one.board.clear()
     one.wait(0.1)
     assert one.plant.place("mug")[0] < -1.5

@@ -65,7 +65,7 @@ class PumaRig(Rig):
                 for frame in Receiver(wire.INSTRUCTIONS).feed(data):
                     rig.by_itself[frame.seq], rig.kinds[frame.seq] = self.recovers, self.sends_for
 
-        return InWorld(address, settings, trace)
+        return InWorld(address, settings | {"folder": str(self.folder)}, trace)
 
     def camera(self, url, rig, view="", colour=False):
         def take(exposure: float) -> np.ndarray:

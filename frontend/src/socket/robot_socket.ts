@@ -5,6 +5,7 @@ import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
 import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import { PIECE, Pieces } from "./pieces.ts";
 import { RoundTrip } from "./round_trip.ts";
 
 export interface Handlers {
@@ -48,6 +49,7 @@ export class RobotSocket {
   private retry = 0;
   private full = false; // too many viewers: the next attempt keeps its pause
   private readonly roundTrip = new RoundTrip();
+  private readonly pieces = new Pieces();
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
@@ -157,6 +159,7 @@ export class RobotSocket {
   private use(socket: WebSocket): void {
     this.socket = socket;
     this.known = this.full = false;
+    this.pieces.clear();
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -221,7 +224,8 @@ export class RobotSocket {
     this.handlers.took?.(typeof data === "string" ? data.length : data.byteLength);
     if (typeof data !== "string") {
       this.probeAfter = PROBE_MS;
-      const packet = decode(data, this.layout, this.now());
+      const whole = new Uint8Array(data, 0, Math.min(1, data.byteLength))[0] === PIECE ? this.pieces.take(data) : data;
+      const packet = whole && decode(whole, this.layout, this.now());
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("coded" in packet) this.handlers.video?.(packet);

@@ -7,8 +7,8 @@ the largest is positive). In a box of 3 m a place is told to 0.03 mm, a rotation
 
 An object that is held is told once, by its place in the tool: it rides on the tool, whose pose a reader works out from
 the joints, so nothing is sent while it is carried. Its x is all ones, too; then follow a one (a zero: it is gone), its
-x, y, z in the tool's frame in steps of a 4095th of 512 mm from -256 mm on (12 bits each), and its rotation as above with
-2046ths (11 bits each), and a zero: 0.07 mm and 0.15 degrees. Readers of an earlier version take it for gone.
+x, y, z in the tool's frame in steps of a 4095th of 512 mm from -256 mm on (12 bits each), and its rotation as above
+with 2046ths (11 bits each), and a zero: 0.12 mm and 0.2 degrees. Readers of an earlier version take it for gone.
 `tests/vectors/object_packets.json` holds packets that Python and TypeScript read alike.
 """
 

@@ -18,6 +18,7 @@ from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionH
 from robots.kit.contract.session import Moves, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
+from robots.kit.drivers.arm_tasks import KINDS, ArmTasks
 from robots.kit.drivers.pa10.checks import check, planner_for, request_of, steps_of
 from robots.kit.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, MOTIONS, ArmState, End, Mode, Request
@@ -68,11 +69,13 @@ class Driver(Session):
         self._boot: int | None = None
         self._rest: Joints | None = None
         self._holds = 0  # so that a command notices a hold by another thread
+        self.tasks = ArmTasks(self, "pa10", lambda: planner_for(settings), lambda: self._holds)
 
     def connect(self) -> RobotState:
         """Open the line and ask for the state."""
         planner_for(self.settings)  # the planner is created before the first command, because that is slow
         self._open()
+        self.tasks.begin()
         return self.state()
 
     def _open(self) -> None:
@@ -102,12 +105,11 @@ class Driver(Session):
             fault = "The arm's control application was started again by its watchdog."
         moving = arm.moving or arm.mode == Mode.PROG_EXEC
         opening = arm.opening
-        return self.keep(
-            RobotState(
-                self.clock.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
-                (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
-            )
+        state = RobotState(
+            self.clock.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
+            (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
         )  # fmt: skip
+        return self.tasks.observe(self.keep(state))
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
@@ -115,6 +117,8 @@ class Driver(Session):
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
+        if kind in KINDS:
+            return self.tasks.execute(kind, args, permit, on_stage)
         if kind.startswith("jog_"):
             request = self._velocity(kind, args)
             return self._jog(lambda: request, permit, on_stage)

@@ -19,6 +19,7 @@ from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionH
 from robots.kit.contract.session import Moves, OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
+from robots.kit.drivers.arm_tasks import KINDS, ArmTasks
 from robots.kit.drivers.permits import until_at_rest, until_held
 from robots.kit.drivers.puma import protocol as wire
 from robots.kit.drivers.puma.checks import check, planner_for
@@ -56,12 +57,14 @@ class Driver(Session):
         baud = min(BAUDS, key=lambda one: abs(one - float(settings.get("baud") or line["baud"])))
         self.line = SerialLine(wire, address, baud, int(line["resends"]), trace, self.clock, self.opened)
         self._rest: Joints | None = None
+        self.tasks = ArmTasks(self, "puma", lambda: planner_for(settings), lambda: self.line.holds)
 
     def connect(self) -> RobotState:
         """Open the line, ask for the state, and tell the controller which boxes staff have added."""
         planner_for(self.settings)  # the planner is created before the first command, because that is slow
         self.line.open()
         self._begin()
+        self.tasks.begin()
         return self.state()
 
     def _begin(self) -> None:
@@ -117,6 +120,8 @@ class Driver(Session):
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
+        if kind in KINDS:
+            return self.tasks.execute(kind, args, permit, on_stage)
         if kind.startswith("jog_"):
             what, velocity = self._velocity(kind, args)
             return self._jog(what, lambda: velocity, permit, on_stage)
@@ -133,7 +138,9 @@ class Driver(Session):
         self._instruct(Instruction.GRIP, (self._latest_clock(), int(closed)), free, lambda: on_stage("sent"))
         on_stage("acknowledged")
         self.clock.sleep(float(self._description["gripper"]["seconds"]))
-        return Outcome(dict(args), self.state())
+        state = self.state()
+        self.tasks.gripped(closed, state)
+        return Outcome(dict(args), state)
 
     def _go(self, motion: Motion, permit: Permit, on_stage: OnStage) -> RobotState:
         """Move and wait for rest."""

@@ -9,12 +9,13 @@ from robots.kit.arms.described import chain
 from robots.kit.arms.pose import numbers
 from robots.models import Command
 
-# ruff: noqa: TID251 - its tests are timed: drawing in three dimensions without a graphics card takes a core of its own
+# drawing in three dimensions without a graphics card takes a core of its own
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
 KEPT_UP = {"ping", "here", "watch"}  # that a page lives, that its person is there, which pictures its line allows
 WIDE = {"viewport": {"width": 1440, "height": 900}}
 PHONE = {"viewport": {"width": 390, "height": 844}, "color_scheme": "dark"}
+STANDS_STILL = "() => { setTimeout(() => { const end = performance.now() + 2000; while (performance.now() < end); }); }"
 AT_THE_ARM = "The ghost is at the arm"
 
 
@@ -190,7 +191,7 @@ def test_a_page_that_stood_still_lets_the_ghost_go(transactional_db, portal, ope
     page.wait_for_timeout(400)
     told = page.inner_text("#ghost-list").split("\n")[:2]
     # the page stands still for two seconds, while the hand goes far
-    page.evaluate("() => { setTimeout(() => { const end = performance.now() + 2000; while (performance.now() < end); }); }")
+    page.evaluate(STANDS_STILL)
     page.mouse.move(x - 200, y - 60)
     page.wait_for_timeout(2600)
     expect(page.locator("#model-said")).to_contain_text("stood still")

@@ -1,6 +1,7 @@
 """The mode "Scene" of an arm's console: the ghost of the tool by mouse and by keyboard, planned in the page, sent once."""
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -134,6 +135,8 @@ def test_by_keyboard_alone(transactional_db, portal, operator):
     for key in ("ArrowLeft", "ArrowLeft", "PageDown", "Shift+ArrowLeft"):
         page.keyboard.press(key)
     expect(page.locator("#ghost-list")).to_contain_text("40 mm left, 20 mm down, 15° about z")
+    expect(page.locator("#ghost-list")).to_contain_text(re.compile("To the grasp of (red|yellow|blue|green): "))
+    expect(page.locator("#objects-list li")).to_have_count(4)
     # down to the table: it stays above, and says why
     for _ in range(30):
         page.keyboard.press("PageDown")

@@ -32,7 +32,7 @@ const TARGET = 0x1292a3,
 const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
-export const CAMERA_AT = [1.55, 1.25, 1.75] as const;
+const CAMERA_AT = [1.55, 1.25, 1.75] as const;
 export const LOOK = {
   field: 38,
   near: 0.05,

@@ -297,7 +297,7 @@ export class Scene implements ArmMode {
           this.ghost.away
             ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.`
             : "The ghost is at the arm.",
-          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => whole(deg(v))).join(", ")}°.`,
+          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => whole(deg(v), true)).join(", ")}°.`,
           ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
           ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
@@ -319,9 +319,10 @@ export class Scene implements ArmMode {
   }
 }
 
-/** Return a number without decimals, and no zero with a sign. */
-function whole(value: number): string {
-  return String(Math.round(value) || 0);
+/** Return a number without decimals; no zero with a sign, and half a turn as 180. */
+function whole(value: number, isAngle = false): string {
+  const rounded = Math.round(value) || 0;
+  return String(isAngle && rounded === -180 ? 180 : rounded);
 }
 
 function sentence(text: string): string {

@@ -14,7 +14,7 @@ import {
 } from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import type { URDFJoint } from "urdf-loader";
-import { ArmView, CAMERA_AT, LOOK } from "../arm/view.ts";
+import { ArmView, LOOK } from "../arm/view.ts";
 import { setPoints } from "../kit/view_3d.ts";
 import type { Pose } from "../motion/chain.ts";
 import { turnOf } from "../motion/linear.ts";
@@ -55,6 +55,7 @@ export class SceneView extends ArmView {
   private spot = new Mesh(new RingGeometry(0.012, 0.018, 32), new MeshBasicMaterial({ color: TEAL, transparent: true, opacity: 0.8 }));
   private rubber = new Line(new BufferGeometry(), new LineBasicMaterial({ color: RED }));
   private use: Handles | null = null;
+  private wide = 0; // see `look`
   private shapes = new ObjectShapes(this.world, this.arm.links[this.tip], this.ghost.links[this.tip]);
   private pointer = -1; // that holds the handles
 
@@ -187,28 +188,34 @@ export class SceneView extends ArmView {
     if (way) this.look(new Vector3(...MIDDLE).add(new Vector3(...way)), new Vector3(...MIDDLE));
   }
 
-  /** Put the camera where that calibrated camera of the robot is. */
+  /** Put the camera where that calibrated camera of the robot is, so that all of its picture is in the view. */
   asCamera({ place, at, field_deg }: CameraPlace): void {
-    const wide = Math.tan((field_deg * Math.PI) / 360);
-    this.look(new Vector3(...place), new Vector3(...at), (360 / Math.PI) * Math.atan(wide * PICTURE));
+    this.look(new Vector3(...place), new Vector3(...at), field_deg);
   }
 
-  private look(from: Vector3, to: Vector3, field: number = LOOK.field): void {
+  /** `wide`: the horizontal field of view (degrees) of a picture that has to fit in; 0 for the usual field. */
+  private look(from: Vector3, to: Vector3, wide = 0): void {
     this.world.updateMatrixWorld(true);
     this.camera.position.copy(this.world.localToWorld(from));
     this.controls.target.copy(this.world.localToWorld(to));
-    this.camera.fov = field;
-    this.camera.updateProjectionMatrix();
+    this.wide = wide;
+    this.fit();
     this.controls.update();
     this.ask();
+  }
+
+  protected override fit(): void {
+    const { camera, wide } = this,
+      half = Math.tan((wide * Math.PI) / 360);
+    camera.fov = wide ? (360 / Math.PI) * Math.atan(half * Math.max(PICTURE, 1 / camera.aspect)) : LOOK.field;
+    camera.updateProjectionMatrix();
   }
 
   override zoom(factor: number): void {
     if (factor === 0) {
       this.controls.target.set(...LOOK.to);
-      this.camera.position.set(...CAMERA_AT);
-      this.camera.fov = LOOK.field;
-      this.camera.updateProjectionMatrix();
+      this.wide = 0;
+      this.fit();
     }
     super.zoom(factor);
   }

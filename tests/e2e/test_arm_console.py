@@ -149,6 +149,7 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     ada = operator()
     page = ada.page
     # the sliders begin where the arm is; another target is shown by the ghost, then driven to
+    page.click("#tab-joint")
     expect(page.locator("#model-said")).to_have_text("The arm is there")
     page.fill(".joint:nth-child(1) input[type=number]", "20")
     expect(page.locator("#model-said")).to_contain_text("s on the way")
@@ -213,6 +214,8 @@ def test_a_turn_that_is_known_before_the_first_state(transactional_db, portal, o
     assert page.inner_text("#model-said") == ""
     assert page.input_value("#pose-x") == ""
     known.append(True)
+    expect(page.locator("#model-said")).to_have_text("The ghost is at the arm")
+    page.click("#tab-joint")
     expect(page.locator("#model-said")).to_have_text("The arm is there")
     expect(page.locator("#pose-x")).not_to_have_value("")
 
@@ -222,7 +225,8 @@ def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
     ada = operator(**look)
     page = ada.page
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    page.focus("#tab-joint")
+    page.focus("#tab-scene")
+    page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
     expect(page.locator("#tab-position")).to_be_focused()
     expect(page.locator("#panel-position")).to_be_visible()

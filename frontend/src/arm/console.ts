@@ -1,16 +1,19 @@
-/** The console of an arm: its cameras, the view in three dimensions, joint and position mode; a robot adds its own modes. */
+/** The console of an arm: cameras, the view in three dimensions, scene, joint and position mode; a robot adds its own modes. */
 import { byId, say } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import { fill } from "../kit/render.ts";
 import { request } from "../kit/request.ts";
 import { Tabs } from "../kit/tabs.ts";
 import type { CameraView } from "../media/camera_view.ts";
+import type { ArmFacts } from "../motion/facts.ts";
 import type { Console } from "../page/console.ts";
 import { blocked, type Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
+import { SceneObjects } from "../scene/objects.ts";
+import { Scene, type SceneFacts } from "../scene/scene.ts";
 import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
-import type { PathPacket, PicturePacket, StatePacket } from "../socket/packets.ts";
+import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
 import { Cameras } from "./cameras.ts";
 import { Joints } from "./joints.ts";
@@ -26,7 +29,8 @@ interface Plan {
   text: string;
 }
 
-const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] }; objects?: { name: string }[] };
+const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFacts & { set: { boxes?: ForbiddenBox[] } };
+const boxes = description.set.boxes ?? []; // of staff
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
 const POSTURES = ["ready", "home"]; // of robot.toml
@@ -38,6 +42,7 @@ const BUTTONS = {
   ready: "ready",
   "go-joints": "go",
   "go-pose": "go",
+  "send-ghost": "go",
   "run-task": "run-task",
   run: "run",
 };
@@ -61,6 +66,7 @@ export class ArmConsole implements Console, Judge {
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
+  private scene: Scene | null = null; // null where the template has no tab for it
   private modes: Record<string, ArmMode>;
 
   /** `modes` makes the robot's own modes, by the names of their tabs. */
@@ -78,7 +84,17 @@ export class ArmConsole implements Console, Judge {
     const share = (): number => Number(speed.value) / 100;
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
+    const { objects, objects_box, release_m = 0 } = description;
+    if (document.getElementById("panel-scene"))
+      this.scene = new Scene(page, {
+        share,
+        axes: this.axes.length,
+        tell: (text) => this.tell(text),
+        cameras: description.view ?? [],
+        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m) : null,
+      });
     this.modes = {
+      ...(this.scene ? { scene: this.scene } : {}),
       joint: { asked: "go", target: () => this.joints.target() },
       position: { asked: "go", target: () => this.position.target(), outside: () => this.position.outside() },
       ...(document.getElementById("panel-task") ? { task: this.tasks() } : {}),
@@ -90,24 +106,38 @@ export class ArmConsole implements Console, Judge {
     page.on("go-joints", () => this.go(this.joints.target()));
     page.on("go-pose", () => this.go(this.position.target()));
     page.onPlan = (answer) => this.gotPlan(answer);
+    this.mark(this.tabs.open);
+    void this.openPlanner();
     void this.openView();
+  }
+
+  private async openPlanner(): Promise<void> {
+    const { scene } = this;
+    if (!scene) return;
+    try {
+      const { PoseJudge } = await import("../scene/judge.ts");
+      scene.plan(new PoseJudge(description, boxes));
+    } catch (error) {
+      console.warn(error); // the server judges on Send
+    }
   }
 
   private async openView(): Promise<void> {
     try {
-      const [{ ArmView }, answer] = await Promise.all([import("./view.ts"), request(description.model, {}, MODEL_MS)]);
+      const [{ SceneView }, answer] = await Promise.all([import("../scene/view.ts"), request(description.model, {}, MODEL_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...this.axes.map((name) => [name]), ...this.parts.moved];
-      const boxes = [...description.boxes, ...(description.set.boxes ?? [])];
-      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, boxes, (x, y) => {
-        if (byId("modes").hidden) return;
+      const view = new SceneView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...boxes], (x, y) => {
+        if (byId("modes").hidden || this.tabs.open === "scene") return;
         this.tabs.choose("position");
         this.position.place(x, y);
       });
+      this.view = view;
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
-        button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
-      this.view.expect(this.prediction);
-      if (this.page.state) this.view.joints(this.parts.posture(this.page.state));
+        button.addEventListener("click", () => view.zoom(Number(button.dataset["zoom"])));
+      view.expect(this.prediction);
+      if (this.page.state) view.joints(this.parts.posture(this.page.state));
+      this.scene?.attach(view);
       this.position.follow();
       this.ask();
     } catch (error) {
@@ -161,10 +191,15 @@ export class ArmConsole implements Console, Judge {
     this.known = true;
   }
 
+  stream(name: string, packet: StreamPacket): void {
+    this.scene?.stream(name, packet);
+  }
+
   turn(): void {
     this.plan = null;
     this.joints.take(this.page.state?.joints ?? []);
     this.position.take();
+    this.scene?.home();
   }
 
   command(c: CommandInfo): void {
@@ -173,6 +208,7 @@ export class ArmConsole implements Console, Judge {
     if (c.state === "completed" && c.kind !== "gripper") {
       this.joints.arrived(c.seq);
       this.position.arrived(c.seq);
+      this.scene?.arrived(c.seq);
     }
     if (!this.mode?.checked || this.plan?.ok === false) this.ask(); // the refusal was for a path from another place
   }
@@ -186,12 +222,17 @@ export class ArmConsole implements Console, Judge {
     return this.mode?.target() ?? null;
   }
 
-  private changed(name: string): void {
+  private mark(name: string): void {
     for (const part of document.querySelectorAll<HTMLElement>(".arm-console")) part.dataset["mode"] = name;
+  }
+
+  private changed(name: string): void {
+    this.mark(name);
     this.plan = null;
     this.noGhost();
     this.position.follow();
     this.page.settle();
+    this.scene?.show(name === "scene" && !byId("modes").hidden);
     this.mode?.open?.();
     this.ask();
   }
@@ -200,6 +241,7 @@ export class ArmConsole implements Console, Judge {
   ask(): void {
     clearTimeout(this.planTimer);
     this.planned += 1; // an answer that is still on its way belongs to an earlier target
+    if (this.mode?.local) return this.mode.again?.();
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
       const outside = this.mode?.outside?.() ?? "";
@@ -214,7 +256,12 @@ export class ArmConsole implements Console, Judge {
 
   private noGhost(): void {
     this.view?.target(null);
-    if (!byId("model").dataset["broken"]) say(byId("model-said"), "");
+    this.tell("");
+  }
+
+  /** Show a sentence over the view, unless that has to say that it does not work. */
+  private tell(text: string): void {
+    if (!byId("model").dataset["broken"]) say(byId("model-said"), text);
   }
 
   /** Refuse the target without asking the server, and drop earlier questions. */
@@ -268,6 +315,7 @@ export class ArmConsole implements Console, Judge {
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
     const target = this.target();
+    if (this.mode?.local) return this.mode.local();
     if (!target) return this.mode?.empty ?? "Fill in every value with a number first.";
     if (this.plan?.key === JSON.stringify(target) && this.plan.text && !this.plan.ok) return this.plan.text;
     return "";
@@ -280,9 +328,9 @@ export class ArmConsole implements Console, Judge {
   draw(f: Facts): void {
     for (const c of f.snapshot?.commands ?? []) this.prediction.command(c);
     byId("modes").hidden = !this.page.operating && !this.page.snapshot?.me.cleared;
+    this.scene?.show(this.tabs.open === "scene" && !byId("modes").hidden);
     for (const [name, kind] of Object.entries(BUTTONS)) {
-      const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
-      if (button) allow(button, this.whyNot(kind, f));
+      for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
     }
     const why = this.whyNot("jog", f);
     this.joints.enable(why);

@@ -38,6 +38,10 @@ export interface ArmMode {
   open?(): void;
   state?(packet: StatePacket): void;
   checked?(answer: PlanAnswer): void;
+  /** Judge the target in the page: return why it cannot be sent, empty if it can. Then the server is not asked before. */
+  local?(): string;
+  /** Judge again: the arm has moved, or the speed is another. For modes with `local`. */
+  again?(): void;
 }
 
 /** What an arm has beside its joints: which joints of the model follow a further number of its posture, and its gripper. */

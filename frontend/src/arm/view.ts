@@ -33,17 +33,26 @@ const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
 const CAMERA_AT = [1.55, 1.25, 1.75] as const;
-const LOOK = { field: 38, near: 0.05, far: 20, from: CAMERA_AT, to: [0.2, 0.45, 0], ambient: 1.6, lamp: 2.2, lampAt: [1.5, 3, 1] } as const;
+export const LOOK = {
+  field: 38,
+  near: 0.05,
+  far: 20,
+  from: CAMERA_AT,
+  to: [0.2, 0.45, 0],
+  ambient: 1.6,
+  lamp: 2.2,
+  lampAt: [1.5, 3, 1],
+} as const;
 
 export class ArmView extends View3D {
   private forbidden = new Group();
-  private arm: URDFRobot;
-  private ghost: URDFRobot;
+  protected readonly arm: URDFRobot;
+  protected readonly ghost: URDFRobot;
   private expected: URDFRobot;
   private prediction: { readonly runs: boolean; readonly joints: Predicted | null } = { runs: false, joints: null };
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0x0c8a9a }));
   private from: number[] = [];
-  private to: number[] = [];
+  protected to: number[] = [];
   private since = 0;
   private bad = false;
   private playing = 0;
@@ -53,7 +62,7 @@ export class ArmView extends View3D {
     holder: HTMLElement,
     urdf: string,
     private names: string[][],
-    private tip: string,
+    protected tip: string,
     boxes: ForbiddenBox[],
     onTable: (x: number, y: number) => void,
   ) {

@@ -143,13 +143,25 @@ def objects_of(driver: str) -> ObjectTable:
 
 
 def object_facts(driver: str) -> dict[str, Any]:
-    """Return what a browser needs to draw a robot's objects and to read their packets (m). Raises BadDescription."""
+    """Return what a browser needs to draw a robot's objects, to read their packets and to aim at them.
+
+    Lengths in m, poses 4 x 4 row by row: `first` in the base's frame, `grasps` of the tool in the object's.
+
+    Raises:
+        BadDescription: the tables of objects are not valid.
+
+    """
     table = objects_of(driver)
     objects = [
-        {"name": o.name, "number": o.number, "shape": o.shape, "size": o.size, "colour": o.colour, "turns": o.turns}
+        {
+            "name": o.name, "number": o.number, "shape": o.shape, "size": o.size, "colour": o.colour, "turns": o.turns,
+            "carries": o.carries, "first": pose_of(o.first).ravel().tolist(),
+            "grasps": [grasp.tool.ravel().tolist() for grasp in o.grasps],
+        }
         for o in table.objects.values()
-    ]
-    return {"objects": objects, "objects_box": {"low": table.box.low, "size": table.box.size}}
+    ]  # fmt: skip
+    box = {"low": table.box.low, "size": table.box.size}
+    return {"objects": objects, "objects_box": box, "release_m": table.release}
 
 
 def object_table(description: Mapping[str, Any]) -> ObjectTable:

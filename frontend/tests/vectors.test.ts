@@ -14,7 +14,7 @@ import { momentOf, unpackSlice } from "../src/replay/slices.ts";
 import { ByteStreams } from "../src/socket/byte_streams.ts";
 import { VideoChain } from "../src/media/video_chain.ts";
 import { FINAL, STAGES } from "../src/socket/stages.ts";
-import { parse as parseTask, print as printTask } from "../src/widgets/task_text.ts";
+import { parseTask, printTask } from "../src/widgets/task_text.ts";
 import { bytesOf, vectorsOf } from "./helpers.ts";
 
 const near = (found: readonly number[], wanted: readonly number[]): void =>

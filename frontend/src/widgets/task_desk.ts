@@ -1,6 +1,6 @@
 /** The blocks of tasks (Blockly), for every arm with objects; loaded by `import()` when its mode is opened. */
 import { type Blockly, type BlockState, choiceField, defineStep, numberField, StepWorkspace } from "./blockly.ts";
-import { print, type TaskStep } from "./task_text.ts";
+import { printTask, type TaskStep } from "./task_text.ts";
 
 const TABLE = "table";
 const CATEGORIES = [
@@ -66,7 +66,7 @@ export class TaskBlocks extends StepWorkspace<TaskStep> {
       const inside = this.chain(step.steps);
       return { type: "task-repeat", fields: { times: step.times }, ...(inside ? { inputs: { steps: { block: inside } } } : {}) };
     }
-    return this.own(step) ?? { type: "task-line", fields: { text: print([step]) } };
+    return this.own(step) ?? { type: "task-line", fields: { text: printTask([step]) } };
   }
 
   /** Return the block of a step; null for one with a name or a value that its block does not have. */

@@ -45,7 +45,7 @@ interface Open {
 }
 
 /** Return the steps of a text. Throws a sentence that names the line and what is allowed there. */
-export function parse(text: string): TaskStep[] {
+export function parseTask(text: string): TaskStep[] {
   if ([...text].length > LONGEST_TEXT) throw new Error(`A task has at most ${LONGEST_TEXT} characters.`);
   const lines = text.split("\n");
   if (lines.length > MOST_LINES) throw new Error(`A task has at most ${MOST_LINES} lines.`);
@@ -156,10 +156,10 @@ function real(text = "", most: number, least = -most): number {
 }
 
 /** Return the text of the steps, one line each. */
-export function print(steps: readonly TaskStep[], indent = ""): string {
+export function printTask(steps: readonly TaskStep[], indent = ""): string {
   return steps
     .map((one) =>
-      one.do === "repeat" ? `${indent}repeat ${one.times}\n${print(one.steps, `${indent}  `)}\n${indent}end` : indent + line(one),
+      one.do === "repeat" ? `${indent}repeat ${one.times}\n${printTask(one.steps, `${indent}  `)}\n${indent}end` : indent + line(one),
     )
     .join("\n");
 }

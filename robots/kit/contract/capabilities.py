@@ -253,10 +253,7 @@ class Objects:
 
 @dataclass(frozen=True)
 class Programs:
-    """People may save programs; the command `kind` runs one, given as `text` in the robot's own `language`.
-
-    A robot may have several languages, each with a kind of its own.
-    """
+    """People may save programs; the command `kind` runs one, given as `text` in a `language` of the robot's own."""
 
     kind: str
     language: str

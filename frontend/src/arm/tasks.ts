@@ -2,7 +2,7 @@
 import type { RobotPage } from "../page/robot_page.ts";
 import type { PlanAnswer } from "../socket/messages.ts";
 import { minutes, ProgramDesk } from "../widgets/program_desk.ts";
-import { parse, print, type TaskStep } from "../widgets/task_text.ts";
+import { parseTask, printTask, type TaskStep } from "../widgets/task_text.ts";
 import type { ArmMode, Judge, Target } from "./types.ts";
 
 interface Arm extends Judge {
@@ -27,7 +27,7 @@ export class Tasks implements ArmMode {
       changed: () => arm.ask(),
       refused: (why: string) => arm.refuse(why),
     };
-    this.desk = new ProgramDesk<TaskStep>(page, { parse, print }, "task", use, "task");
+    this.desk = new ProgramDesk<TaskStep>(page, { parse: parseTask, print: printTask }, "task", use, "task");
     page.on("try-task", () => arm.ask());
     page.on("run-task", () => {
       if (page.command("task", { text: this.text() }, "run-task")) this.desk.tell("The task runs; its present line is shown.", "");

@@ -39,6 +39,7 @@ def main() -> None:
     from robots.kit.arms.described import chain
     from robots.kit.contract.compact import Layout
     from robots.kit.contract.session import RobotState
+    from robots.kit.contract.streams import HEAD as STREAM_HEAD
     from robots.kit.drivers.pa10.spec import spec
     from robots.kit.packets import state_packet
 
@@ -62,15 +63,16 @@ def main() -> None:
     for name, more in (("websocket", 0), ("tcp_ip", TCP_IP)):
         left = LINE - (whole + 4 + more) / WHOLE_EVERY_S
         rates[name] = left / (layout.size + 2 + more)
+    flying = (LINE - (whole + 4) / WHOLE_EVERY_S) / (layout.size + 2 + STREAM_HEAD.size + object_bytes + 2)
     print(
         f"{layout.size} bytes a state (the paper {PAPER_BYTES}), a whole one {whole}; {rates['websocket']:.1f} a second on "
         f"{LINE} bytes/s, {rates['tcp_ip']:.1f} with TCP/IP headers (the paper {PAPER_HZ}); tool at most {far_mm:.3f} mm and "
         f"{turned:.4f} degrees off in {POSES} poses; {took_us:.0f} us to write one; an object {object_bytes} bytes, at most "
-        f"{object_mm:.3f} mm and {object_deg:.4f} degrees off"
+        f"{object_mm:.3f} mm and {object_deg:.4f} degrees off; {flying:.1f} a second of the robot and an object that flies"
     )
     beside = {
         "bytes": layout.size, "whole_bytes": whole, "with_tcp_ip": round(rates["tcp_ip"], 1),
-        "most_mm": round(far_mm, 4), "most_deg": round(turned, 4), "write_us": round(took_us, 1),
+        "with_object": round(flying, 1), "most_mm": round(far_mm, 4), "most_deg": round(turned, 4), "write_us": round(took_us, 1),
         "object_bytes": object_bytes, "object_mm": round(object_mm, 4), "object_deg": round(object_deg, 4),
     }  # fmt: skip
     holds = (

@@ -42,11 +42,14 @@ from portal.live.writer import Writer
 from portal.stores import down_text
 from robots import bus
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.command_packet import TYPE, CommandLayout
 from robots.kit.description import coding, views
 from robots.models import Robot
 
 log = logging.getLogger(__name__)
 WAITING = 64
+PACKED = bytes((TYPE,))  # the first byte of a command in bytes
+UNKNOWN_COMMANDS = "The robot's commands could not be read; reload the page."
 OUR_FAULT = "The portal failed at this request. Staff can find the reason in the log."
 
 
@@ -56,6 +59,7 @@ class RobotSocket(Socket):
     wire = ROBOT
     slug: str
     viewer: Viewer
+    layout: CommandLayout | None = None  # of commands in bytes
 
     def __init__(self, *args: Any, access: type[Access] = Access, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -84,7 +88,7 @@ class RobotSocket(Socket):
             await self.access.admit()
             try:
                 if not (self.stranger and self.hub.viewers(self.slug)):  # else it needs nothing of the database
-                    self.role, self.controls.kinds, cameras = await self.orm(self.look)
+                    self.role, self.controls.kinds, cameras, self.layout = await self.orm(self.look)
             except Error as error:
                 await self.snapshots.report_store_down(error)
             self.access.enter(self.role.person, self.stranger, self._leave)
@@ -98,8 +102,8 @@ class RobotSocket(Socket):
         if self.role.person:
             self.presence.note()
 
-    def look(self) -> tuple[Role, frozenset[str], Cameras]:
-        """Return the role, the kinds of held motions and the robot's cameras; runs in a thread.
+    def look(self) -> tuple[Role, frozenset[str], Cameras, CommandLayout | None]:
+        """Return the role, the kinds of held motions, the robot's cameras and commands; runs in a thread.
 
         Raises Robot.DoesNotExist.
         """
@@ -107,11 +111,11 @@ class RobotSocket(Socket):
         role = Role(user.pk or 0, not user.is_authenticated)
         robot = Robot.objects.get(slug=self.slug)
         try:
-            held = frozenset(c.kind for c in robot.spec().commands if c.held)
+            held, layout = frozenset(c.kind for c in robot.spec().commands if c.held), CommandLayout.of(robot.spec())
             described = robot.description()
-            return role, held, Cameras(len(views(described)), coding(described))
+            return role, held, Cameras(len(views(described)), coding(described)), layout
         except (LookupError, ImportError, OSError):  # its package is not installed
-            return role, frozenset(), Cameras()
+            return role, frozenset(), Cameras(), None
 
     async def _watch(self, cameras: Cameras | None) -> None:
         """Start to watch. `cameras`: those of the robot, if that was read."""
@@ -150,6 +154,18 @@ class RobotSocket(Socket):
         if self._watching:
             await self.controls.release()
             await self.presence.leave()
+
+    def read(self, text: str | None, data: bytes | None) -> RobotMessage:
+        """Return the message in a frame; in bytes it may be a command for this robot. Raises NotUnderstood."""
+        if data is None or data[:1] != PACKED:
+            return ROBOT.decode(text)
+        if self.layout is None:
+            raise NotUnderstood(SIGN_IN.text if self.stranger else UNKNOWN_COMMANDS, "command")
+        try:
+            found = self.layout.decode(data, int(SYSTEM.now().timestamp() * 1000))
+        except ValueError as error:
+            raise NotUnderstood(f"That command was not understood: {error}; reload the page.", "command") from error
+        return Command(kind=found.kind, seq=found.seq, args=dict(found.args), seen=found.seen_ms)
 
     async def take(self, message: RobotMessage) -> None:
         """Carry out urgent messages at once; queue the others. Strangers are answered without a thread."""

@@ -116,7 +116,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
                 await self.accept(self.protocol if self.protocol in offered else None)
                 await self.open()
             else:
-                await self._receive(message.get("text"))
+                await self._receive(message.get("text"), message.get("bytes"))
         except OSError as error:  # the connection was just lost; `disconnect` follows
             log.debug("a socket's connection was lost: %s", error)
         except Exception:
@@ -131,13 +131,17 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         calm, address = self._calm.take(now), str((self.scope.get("client") or ("",))[0])
         return OF_ADDRESS.take(address) or calm
 
-    async def _receive(self, text: str | None) -> None:
+    def read(self, text: str | None, data: bytes | None) -> Any:
+        """Return the message in a frame. Raises NotUnderstood."""
+        return self.wire.decode(text)
+
+    async def _receive(self, text: str | None, data: bytes | None) -> None:
         if not self._may(SYSTEM.awake()):
             drop("sent too many messages")
             await self.close(TOO_FAST)
             return
         try:
-            message = self.wire.decode(text)
+            message = self.read(text, data)
         except NotUnderstood as error:
             if error.hopeless:
                 await self.close(BAD_MESSAGE)

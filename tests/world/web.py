@@ -120,6 +120,10 @@ class Page:
         """Send a message."""
         self._to_server.append({"type": "websocket.receive", "text": json.dumps({"t": what, **fields})})
 
+    def say_bytes(self, data: bytes) -> None:
+        """Send a binary message."""
+        self._to_server.append({"type": "websocket.receive", "bytes": data})
+
     def close(self) -> None:
         """Close the page."""
         self.code = 1001

@@ -7,6 +7,7 @@ import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
 import { TurnPanel } from "../queue/turn_panel.ts";
 import { type Connection, isReplay, openConnection } from "../socket/connection.ts";
+import { type CommandMessage, packCommand } from "../socket/command_packet.ts";
 import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../socket/messages.ts";
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import type { Tolerance } from "../socket/poses.ts";
@@ -66,6 +67,11 @@ export class RobotPage {
       () => (this.operating ? 2000 : 10_000),
       facts.compact,
       (moved) => media.subscription.wish(moved),
+      (message) => {
+        const { packed } = facts;
+        const thin = packed && "kind" in message && "seq" in message && media.subscription.pace !== "live";
+        return thin ? packCommand(packed, message as CommandMessage, this.live.now()) : null;
+      },
     );
     this.stop = new StopButton({
       connection: this.live,

@@ -1,4 +1,5 @@
 /** The messages of the socket in JSON; states, pictures and the like are binary packets. */
+import type { CommandLayout } from "./command_packet.ts";
 import type { Coding, CompactLayout } from "./packets.ts";
 
 export interface Still {
@@ -148,6 +149,8 @@ export interface StreamInfo {
 /** What the page knows about its robot, for every robot. */
 export interface RobotFacts {
   compact: CompactLayout | null;
+  /** How commands are packed; a portal of before does not say. */
+  packed?: CommandLayout;
   commands: CommandSpec[];
   labels: Record<string, string>;
   settings: string[];

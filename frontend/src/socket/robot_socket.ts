@@ -44,6 +44,7 @@ export class RobotSocket {
   private readonly pingEvery: () => number;
   private readonly layout: CompactLayout | null;
   private readonly wish: ((moved: boolean) => object) | null;
+  private readonly pack: (message: object) => Uint8Array<ArrayBuffer> | null;
   private socket: WebSocket | null = null;
   private tries = 0;
   private retry = 0;
@@ -63,6 +64,7 @@ export class RobotSocket {
 
   /**
    * `wish` returns the `watch` message for a new socket; `moved`: the connection worked, and another socket takes over.
+   * `pack` returns a message in few bytes, null if it is sent as JSON.
    */
   constructor(
     slug: string,
@@ -70,8 +72,9 @@ export class RobotSocket {
     pingEvery: () => number,
     layout: CompactLayout | null = null,
     wish: ((moved: boolean) => object) | null = null,
+    pack: (message: object) => Uint8Array<ArrayBuffer> | null = () => null,
   ) {
-    [this.slug, this.handlers, this.pingEvery, this.layout, this.wish] = [slug, handlers, pingEvery, layout, wish];
+    [this.slug, this.handlers, this.pingEvery, this.layout, this.wish, this.pack] = [slug, handlers, pingEvery, layout, wish, pack];
     this.own = new OperatorStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
     this.open();
     this.beat();
@@ -126,7 +129,7 @@ export class RobotSocket {
   send(message: object): boolean {
     if ((message as { t?: string }).t === "plan") this.plan = message;
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify(message));
+    this.socket.send(this.pack(message) ?? JSON.stringify(message));
     return true;
   }
 

@@ -28,6 +28,7 @@ from robots import bus
 from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import ArmModel, Composite, Objects
+from robots.kit.contract.command_packet import CommandLayout
 from robots.kit.contract.compact import Layout
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
@@ -122,6 +123,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "channels": [asdict(channel) for channel in spec.channels],
         "pose": [{"name": c.name, "unit": c.unit} for c in spec.packed()[len(spec.channels) :]],
         "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
+        "packed": CommandLayout.of(spec).facts(),
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "video": description.coding(described),

@@ -14,15 +14,19 @@ from accounts import quiz
 from accounts.bank import load_bank as load_bank
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.grants import ROBOT
+from robots.kit.contract.capabilities import Preview
 from robots.kit.contract.errors import NotPermitted
+from robots.kit.contract.find import spec_or_none
 from robots.kit.previews import Job
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
+from robots.services.streams import packets_of
 
 _random = random.SystemRandom()
 RULES = settings.FARHAND
 FORGOTTEN = timedelta(days=30)  # an older failure does not extend the pause
 MANY = 64
+LARGEST_STREAM = 200_000  # bytes of a byte stream that a preview reads
 USER, LEVEL = Slot("user", BigAutoField()), Slot("level", IntegerField())
 _CLEARED: Prepared[Any] = Prepared(lambda: cleared_people(ROBOT, LEVEL).filter(user=USER)[:1])
 
@@ -79,7 +83,15 @@ def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints
     if not cleared(user, robot) and not (user is not None and user.has_perm("robots.change_robot")):
         raise NotPermitted("Pass the clearance test of this robot first.")
     public = {name: value for name, value in robot.driver_settings().items() if name != "token"}
-    return Job(robot.driver, public, kind, args, joints, n)
+    return Job(robot.driver, public, kind, args, joints, n, _preview_packets(robot))
+
+
+def _preview_packets(robot: Robot) -> tuple[tuple[bytes, bool], ...]:
+    """Return the packets of the byte stream that the robot's preview needs; none of one that is too long for it."""
+    spec = spec_or_none(robot.driver)
+    offered = spec.capability(Preview) if spec is not None else None
+    packets = packets_of(robot, offered.stream) if offered is not None and offered.stream else []
+    return tuple(packets) if sum(len(data) for data, _ in packets) <= LARGEST_STREAM else ()
 
 
 def has_read(user: Any, robot: Robot) -> bool:

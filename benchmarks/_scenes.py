@@ -133,8 +133,8 @@ def _arm(view: str) -> Callable[[int], list[Pair]]:
         import mujoco
 
         from robots.kit.arms.described import chain
+        from simulators.common.arm.render import make
         from simulators.pa10 import cameras, scene
-        from simulators.pa10.render import make
 
         described, rng, found = load("pa10")["camera"], np.random.default_rng(1), []
         model = scene.spec().compile()

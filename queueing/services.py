@@ -7,7 +7,7 @@ errors of queues; import-linter checks it.
 
 from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.estimates import place_and_wait, waiting
-from queueing.jobs.asking import Asker, ask, job_of_form, packets_of
+from queueing.jobs.asking import Asker, ask, job_of_form
 from queueing.jobs.forecasts import Forecast, forecast, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, label_of, offers_turns
 from queueing.jobs.own import cancel, mark_seen, may_answer, may_cancel, note_answered, own_jobs, unseen_jobs
@@ -42,5 +42,5 @@ __all__ = (  # noqa: RUF022 - by subject
     "End", "end_of_turn", "is_news", "wait_said",
     # jobs
     "job_kinds", "kinds_for", "label_of", "link_of", "offers_turns", "waits_for_staff", "job_of_form", "own_jobs",
-    "unseen_jobs", "may_cancel", "may_answer", "packets_of", "Forecast", "forecast", "in_order", "FAULTS",
+    "unseen_jobs", "may_cancel", "may_answer", "Forecast", "forecast", "in_order", "FAULTS",
 )  # fmt: skip

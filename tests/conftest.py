@@ -200,7 +200,9 @@ def at_length(value):
 
 
 BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
-EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", *map(at_length, ("pa10", "irat", "srv1"))], indirect=True)
+EACH_AT_LENGTH = pytest.mark.parametrize(
+    "which", ["mercury", *map(at_length, ("pa10", "irat", "srv1", "puma"))], indirect=True
+)
 
 
 @pytest.fixture

@@ -111,6 +111,8 @@ class Simulator:
 class ArmSimulator(Simulator):
     """The museum arm's simulator as a process; `options` are those of its command, `clock` is the time it lives in."""
 
+    module = "pa10"
+
     def __init__(self, folder: Path, before: tuple[str, ...] = (), **options: float) -> None:
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
         self.clock = FasterTimer(options.get("speed", 1))
@@ -120,7 +122,7 @@ class ArmSimulator(Simulator):
         self._counted = {}
         for name in ("tty", "cameras.json"):
             (self.folder / name).unlink(missing_ok=True)
-        self._run("pa10", *self._options)
+        self._run(self.module, *self._options)
         wait_for((self.folder / "tty").exists, 60, "the arm's simulator")
         wait_for((self.folder / "cameras.json").exists, 60, "its cameras")
 
@@ -136,6 +138,12 @@ class ArmSimulator(Simulator):
     def status(self) -> dict:
         status = super().status()
         return status | {"pose": status["objects"]["tip"]}
+
+
+class PumaSimulator(ArmSimulator):
+    """The PUMA 560's simulator as a process."""
+
+    module = "puma"
 
 
 class IratSimulator(Simulator):

@@ -14,6 +14,7 @@ import { momentOf, unpackSlice } from "../src/replay/slices.ts";
 import { ByteStreams } from "../src/socket/byte_streams.ts";
 import { VideoChain } from "../src/media/video_chain.ts";
 import { FINAL, STAGES } from "../src/socket/stages.ts";
+import { parseTask, printTask } from "../src/widgets/task_text.ts";
 import { bytesOf, vectorsOf } from "./helpers.ts";
 
 const near = (found: readonly number[], wanted: readonly number[]): void =>
@@ -64,6 +65,16 @@ test("the museum arm's programs are read as the arm reads them, and refused in t
     if (one.steps) assert.deepEqual(flat(parse(one.text)), one.steps, one.text);
     const why = one.refused ? new RegExp(`^Error: Line ${one.refused}: `) : /^Error: (?!Line)/;
     if (!one.steps) assert.throws(() => parse(one.text), why, JSON.stringify(one.text));
+  }
+});
+
+test("tasks are read as the arm's driver reads them, written alike, and refused with the same sentence", () => {
+  for (const { text, written, refused } of vectorsOf<{ text: string; written?: string; refused?: string }[]>("tasks")) {
+    if (written === undefined) assert.throws(() => parseTask(text), { message: refused }, JSON.stringify(text));
+    else {
+      assert.equal(printTask(parseTask(text)), written, JSON.stringify(text));
+      assert.deepEqual(parseTask(written), parseTask(text));
+    }
   }
 });
 
@@ -288,16 +299,21 @@ test("packets of sound are read as Python packs them, and nothing else is read",
 });
 
 test("objects are read as Python packs them, deltas change what was known, and nothing else is read", () => {
-  type Packed = { what: string; key: boolean; hex: string; read: Record<string, number[]> };
+  type Packed = { what: string; key: boolean; hex: string; read: Record<string, number[]>; held?: string[] };
   const { box, packets } = vectorsOf<{ box: Box; packets: Packed[] }>("object_packets");
   let known = new Map<number, Placed>();
-  for (const { what, key, hex, read: wanted } of packets) {
+  for (const { what, key, hex, read: wanted, held = [] } of packets) {
     const bytes = bytesOf(hex),
       before = new Map(known);
     const after = objectsAfter(known, bytes, key, box)!;
     assert.deepEqual(known, before, what);
     assert.deepEqual([...after.keys()].sort((a, b) => a - b).map(String), Object.keys(wanted), what);
     for (const [number, { place, rotation }] of after) near([...place, ...rotation], wanted[number]!);
+    assert.deepEqual(
+      [...after].filter(([, one]) => one.held).map(([number]) => String(number)),
+      held,
+      what,
+    );
     if (bytes.length) assert.equal(objectsAfter(known, bytes.subarray(1), key, box), null, what);
     known = after;
   }

@@ -26,7 +26,7 @@ class Connection(Protocol):
     ready: bool  # a frame may be written at once: it is free, and nothing waits before it
 
     def free(self) -> bool:
-        """Return whether it is open, and everything written before has been taken by the network."""
+        """Return whether it is open, and everything written before has been taken by the network, or by the peer."""
 
     def is_closing(self) -> bool:
         """Return whether nothing can be written any more."""
@@ -36,6 +36,13 @@ class Connection(Protocol):
 
     def write(self, frame: bytes) -> None:
         """Write a whole frame."""
+
+    def bound(self, on: bool) -> None:
+        """Let no more be on the way than a thin line carries in a moment, or no longer; `free` and `ready` follow."""
+
+    @property
+    def window(self) -> int:
+        """Return how many bytes may be on the way; 0: any number."""
 
     def when_ready(self, call: Callable[[], None] | None) -> None:
         """Call this function whenever `ready` has changed."""

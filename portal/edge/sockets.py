@@ -9,13 +9,14 @@ from typing import Any
 from django.conf import settings
 from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
-from websockets.frames import Frame
+from websockets.frames import Frame, Opcode
 from websockets.http11 import Request
 
 from portal.edge.direct import DEFLATE, NAME, suits
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount, Bucket
 from portal.edge.unsent import Unread
+from portal.edge.window import PAYLOAD, CountedTransport, SendWindow
 
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
 FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at once
@@ -35,7 +36,8 @@ class Ws(WebSocketsSansIOProtocol):
     """A socket with limits for pings and fragments, which also ends if its peer does not read.
 
     Its connection is offered to the application (see `portal.edge.direct`), for which it is free as long as nothing
-    waits to be written. The ordinary `send` waits only behind more than `BEFORE` bytes.
+    waits to be written and, once it is bounded, no more is on the way than `SendWindow` lets. The ordinary `send`
+    waits only behind more than `BEFORE` bytes.
     """
 
     counted = ""
@@ -45,6 +47,7 @@ class Ws(WebSocketsSansIOProtocol):
     _closed = False  # a close was sent, or the connection is lost
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
     _unread: Unread | None = None
+    _window: SendWindow | None = None
     _call: Callable[[], None] | None = None
     _call_ready: Callable[[], None] | None = None
 
@@ -69,8 +72,39 @@ class Ws(WebSocketsSansIOProtocol):
             self.deflates = any(suits(extension) for extension in self.conn.extensions)
 
     def free(self) -> bool:
-        """Return whether it is open, and everything written before has been taken by the network."""
-        return self._taken and not self.is_closing()
+        """Return whether it is open, and everything written before has been taken by the network, or by the peer."""
+        return self._taken and not self.is_closing() and not (self._window is not None and self._window.full)
+
+    def bound(self, on: bool) -> None:
+        """Let no more be on the way than a thin line carries in a moment, or no longer; whoever writes is counted."""
+        if on == (self._window is not None) or self.is_closing():
+            return
+        if isinstance(self.transport, CountedTransport):
+            self.transport = self.transport.transport
+        self._window = SendWindow() if on else None
+        if on:
+            self.transport = CountedTransport(self.transport, self._wrote)  # type: ignore[assignment]
+        self.write = self.transport.write
+        self._judge()
+        if self._call_ready is not None:
+            self._call_ready()  # also where it is as ready as before: it is written to in another way
+        if not on and self._call is not None:
+            self._call()
+
+    @property
+    def window(self) -> int:
+        """Return how many bytes may be on the way; 0: any number."""
+        return 0 if self._window is None else self._window.size
+
+    def _wrote(self, size: int) -> None:
+        if self._window is not None:
+            self._follow(self._window.wrote(size, self.loop.time()))
+            self._judge()
+
+    def _follow(self, ping: bytes | None) -> None:
+        """Let a ping follow what was written, which the window has counted with it."""
+        if ping is not None and isinstance(self.transport, CountedTransport) and not self.is_closing():
+            self.transport.transport.write(Frame(Opcode.PING, ping).serialize(mask=False))
 
     def is_closing(self) -> bool:
         """Return whether nothing can be written any more."""
@@ -98,7 +132,7 @@ class Ws(WebSocketsSansIOProtocol):
         self._call_ready = call
 
     def _judge(self) -> None:
-        self.ready = self._taken and not self._kept and not self.is_closing()
+        self.ready = not self._kept and self.free()
 
     @property
     def close_sent(self) -> bool:
@@ -183,8 +217,15 @@ class Ws(WebSocketsSansIOProtocol):
 
     def handle_pong(self, event: Frame) -> None:
         """Receive the answer to our ping."""
-        if self._may():
+        if not self._may():
+            return
+        if self._window is None or len(event.data) != PAYLOAD.size:
             super().handle_pong(event)
+            return
+        self._follow(self._window.pong(bytes(event.data), self.loop.time()))
+        self._judge()
+        if self._call is not None and self.free():
+            self._call()
 
     def handle_cont(self, event: Frame) -> None:
         """Receive a fragment; a message in very many fragments is refused."""

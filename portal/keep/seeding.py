@@ -30,7 +30,7 @@ JOB_SURVEY = (  # as in the paper of the iRat
     ("How long did you watch the robot?", "choice", WATCHED, "", ""),
     ("What should the robot do better?", "text", "", "", ""),
 )
-SHIPPED = ("mercury", "pa10", "irat", "srv1")
+SHIPPED = ("mercury", "pa10", "irat", "srv1", "puma")
 MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 

@@ -64,6 +64,7 @@ class Hub:
         known = room.watched()
         room.add(viewer)
         room.give_newest(viewer)
+        room.give_running_path(viewer)
         viewer.wake()  # for the byte streams
         if not self._tasks:
             self._hold(self._reader.run())
@@ -208,17 +209,21 @@ class Hub:
                     await self._reader.pubsub.unsubscribe(*gone)
 
     async def _restore(self, slug: str) -> None:
-        """Read a robot's byte streams from Redis, because their beginning was not received."""
+        """Read a robot's byte streams and path from Redis, because their beginning was not received."""
         if slug in self._restoring or self._reader.connection is None:
             return
         self._restoring.add(slug)
         try:
             kept = self._reader.connection.pipeline(transaction=False)
+            kept.get(bus.path_key(slug))
             for stream in range(MOST):
                 kept.lrange(bus.stream_key(slug, stream), 0, -1)
             with contextlib.suppress(RedisError, OSError, ValueError):
                 async with asyncio.timeout(SILENT_S):
-                    self.streams.restore(slug, await kept.execute())
+                    path, *streams = await kept.execute()
+                    self.streams.restore(slug, streams)
+                    if path and slug in self._rooms:
+                        self._rooms[slug].give_path(path)
         finally:
             self._restoring.discard(slug)
         if slug not in self._rooms:
@@ -290,6 +295,8 @@ class Hub:
             self._give_packet(slug, room, data)
         elif what == bus.SOUND:
             room.give_sound(data)
+        elif what == "path":
+            room.give_path(data)
         elif what in ("state", "compact"):
             room.give_state(data, what == "compact")
         else:

@@ -92,7 +92,8 @@ class Watch(Message, frozen=True, tag="watch"):
 
     `every_s`: the least time between two pictures of a camera (s); 0: each picture. If the page wants each, `video` is
     the coding of video that it decodes (empty: only JPEG), and `coarse` asks for few bytes, at most five pictures a
-    second. `compact`: states in few bytes. `sound`: the person listens.
+    second. `compact`: states in few bytes, over a line on which little may be on the way. `sound`: the person listens.
+    `pieces`: it takes long binary messages in pieces.
     """
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]
@@ -101,6 +102,7 @@ class Watch(Message, frozen=True, tag="watch"):
     video: Literal["", "vp8", "vp9"] = ""
     coarse: bool = False
     sound: bool = False
+    pieces: bool = False
 
 
 class Plan(Message, frozen=True, tag="plan"):

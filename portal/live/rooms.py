@@ -14,9 +14,11 @@ from portal.live.viewer import STRANGER, Cameras, Group, Viewer
 from portal.live.watchers import Watchers, together, watchers_text
 from robots import bus
 from robots.kit.clock import SYSTEM
-from robots.kit.packets import TAKEN_DOWN, Changed, Event
+from robots.kit.contract.path_packet import COMMANDS, command_of, seconds_of
+from robots.kit.packets import TAKEN_DOWN, Changed, CommandStage, Event
+from robots.states import COMMAND_FINAL
 
-ALWAYS = ("events", "state", "stream")  # heard of every robot that has viewers
+ALWAYS = ("events", "state", "stream", "path")  # heard of every robot that has viewers
 K = TypeVar("K")
 Step = tuple[int, bool]  # a camera, and whether its pictures are coarse
 
@@ -42,6 +44,7 @@ class Room:
         self.people = Counter[int]()  # pages of people who are signed in and do not drive
         self.demand = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
+        self._path, self._path_until = b"", 0.0  # on which the robot moves, and until when that is told
         self.videos = {coarse: Videos() for coarse in (False, True)}
         self.count = 0  # how many watch in all web processes together, when it was last counted
         self.requested = False  # the subscription was sent to Redis
@@ -191,6 +194,26 @@ class Room:
         for viewer in self._write(self.states[compact], binary_frame(data)):
             viewer.put_state(data)
 
+    def give_path(self, data: bytes) -> None:
+        """Give everybody the path on which the robot begins to move. Raises ValueError."""
+        self._path, self._path_until = data, SYSTEM.awake() + seconds_of(data)
+        for viewer in self._write_some(self.viewers, binary_frame(data)):
+            viewer.put_path(data)
+
+    def give_running_path(self, viewer: Viewer) -> None:
+        """Give a viewer that has come the path on which the robot moves already."""
+        if self._path and SYSTEM.awake() < self._path_until:
+            viewer.put_path(self._path)
+
+    def _end_path(self, event: Event) -> None:
+        """Forget the path of a command that has ended: nobody may be told it as one that runs."""
+        if not self._path or not isinstance(event, CommandStage) or event.state not in COMMAND_FINAL:
+            return
+        if command_of(self._path) == event.id % COMMANDS:
+            self._path = b""
+            for viewer in self.viewers:
+                viewer.put_path(None)
+
     def give_sound(self, data: bytes) -> None:
         """Give everybody who listens the next packet of sound."""
         if self.listeners:
@@ -199,6 +222,7 @@ class Room:
 
     def give_event(self, event: Event, trace: bool) -> None:
         """Give everybody an event; a line of the trace only to those who want it."""
+        self._end_path(event)
         if event == TAKEN_DOWN:
             self.newest.clear()  # the picture may be among them
         viewers: Iterable[Viewer] = [v for v in self.viewers if v.trace] if trace else self.viewers

@@ -19,6 +19,7 @@ from robots.kit.packets import Event
 
 EVENTS = 100
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
+SHORTEST = 64  # bytes of a piece of a long message
 NEWEST_S = 1.0  # between two times that a viewer which changes its wish is given the newest pictures
 STRANGER = -1  # as a visitor: a page of somebody who is not signed in
 Write = Callable[[bytes], None]
@@ -36,7 +37,9 @@ class Cameras(NamedTuple):
 class Wish:
     """The wish of a viewer: pictures of which cameras, each or one in `every_s` seconds; the form of states; sound.
 
-    If it wants each picture, `video` is the coding in which it wants them (empty: JPEG); `coarse`: in few bytes.
+    If it wants each picture, `video` is the coding in which it wants them (empty: JPEG); `coarse`: in few bytes. Who
+    wants compact states has a slow line, on which little may be on the way; with `pieces` it takes long messages in
+    pieces, between which others come.
     """
 
     cameras: frozenset[int] = frozenset({0})
@@ -45,13 +48,16 @@ class Wish:
     video: str = ""
     coarse: bool = False
     sound: bool = False
+    pieces: bool = False
 
     @classmethod
     def of(cls, message: Watch) -> "Wish":
         """Return what a page asks for."""
         each = not message.every_s
         video, coarse = message.video if each else "", message.coarse and each
-        return cls(frozenset(message.cameras), message.every_s, message.compact, video, coarse, message.sound)
+        return cls(
+            frozenset(message.cameras), message.every_s, message.compact, video, coarse, message.sound, message.pieces
+        )
 
     def within(self, cameras: Cameras) -> "Wish":
         """Return the wish without cameras, and without a coding of video, that the robot does not have."""
@@ -66,7 +72,7 @@ class Wish:
 
 
 class Viewer:
-    """A viewer with its mailbox: each camera's newest picture, the newest state, a few events and packets of sound.
+    """A viewer with its mailbox: each camera's newest picture, the newest state and path, a few events, some sound.
 
     With a `connection`, a message is written at once if the mailbox is empty and the connection is free, but not before
     the first `set_empty`. Without one, the owner of the viewer takes everything from the mailbox.
@@ -76,8 +82,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_pictures", "_snapshot", "_sounds", "_state",
-        "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors", "visitor", "wish",
+        "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_path", "_pictures", "_snapshot", "_sounds",
+        "_state", "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors", "visitor", "wish",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None, wish: Wish = Wish()) -> None:
@@ -90,6 +96,7 @@ class Viewer:
         self._newest_from = 0.0  # when it may be given the newest pictures again
         self._pictures: dict[int, bytes] = {}
         self._state: bytes | None = None
+        self._path: bytes | None = None
         self._sounds: deque[bytes] = deque(maxlen=SOUNDS)
         self._events: deque[Event] = deque()
         self._snapshot = self._count = False  # it needs a new snapshot; it needs the number of watchers
@@ -103,6 +110,8 @@ class Viewer:
     def choose(self, wish: Wish) -> None:
         """Change its wish; pictures that wait and are wanted no more are dropped."""
         self.wish = wish
+        if self.connection is not None:
+            self.connection.bound(wish.compact)
         self.video_cursors.restart(wish.cameras, bool(wish.video), SYSTEM.awake())
         self._due.clear()
         if not wish.sound:
@@ -138,16 +147,22 @@ class Viewer:
 
     def writer(self) -> Write | None:
         """Return how to write a frame at once; None if it may not be."""
-        return self.connection.write if self.connection is not None and self.connection.ready else None
+        return self.connection.write if self.connection is not None and self.ready() else None
 
     def ready(self) -> bool:
-        """Return whether a frame may be written at once."""
-        return self.connection is not None and self.connection.ready
+        """Return whether a frame may be written at once; over a thin line it waits for more important ones."""
+        return self.connection is not None and self.connection.ready and not (self.wish.pieces and self.wish.compact)
 
     @property
     def deflates(self) -> bool:
         """Return whether it reads compressed texts."""
         return self.connection is not None and self.connection.deflates
+
+    @property
+    def piece(self) -> int:
+        """Return how long a message may be that holds up others (bytes); 0: any length."""
+        window = self.connection.window if self.connection is not None and self.wish.pieces else 0
+        return max(SHORTEST, window) if window else 0
 
     def write(self, frame: bytes) -> None:
         """Write a frame to the connection, which there must be."""
@@ -184,6 +199,12 @@ class Viewer:
         """Replace the state that waits."""
         self._state = data
         self.wake()
+
+    def put_path(self, data: bytes | None) -> None:
+        """Replace the path that waits; None: it is told no more."""
+        self._path = data
+        if data is not None:
+            self.wake()
 
     def put_sound(self, data: bytes) -> None:
         """Queue a packet of sound; the oldest is dropped if too many wait."""
@@ -238,6 +259,11 @@ class Viewer:
         """Return the state that waits; None if there is none."""
         state, self._state = self._state, None
         return state
+
+    def take_path(self) -> bytes | None:
+        """Return the path that waits; None if there is none."""
+        path, self._path = self._path, None
+        return path
 
     def take_sounds(self) -> list[bytes]:
         """Return the packets of sound that wait."""

@@ -1,16 +1,19 @@
 """Writes the messages in a viewer's mailbox to its connection, each when all before it were taken."""
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable
 
 import msgspec
 
 from portal.edge.direct import binary_frame
 from portal.live.hub import Hub
+from portal.live.pieces import Pieces
 from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
 from robots.kit.packets import Changed
 
+LARGEST = 1 << 30  # bytes of a piece once the line is thin no longer: all that is left
 UNLINKED_S = 1.0  # between two snapshots while Redis is away
 IDLE_S = 15.0  # between two looks into a mailbox that nobody has filled
 
@@ -28,6 +31,9 @@ class Writer:
         self._viewer, self._connection, self._send, self._outdated = viewer, viewer.connection, send, outdated
         self.freed = asyncio.Event()  # set whenever the connection has taken everything
         self._one_by_one = asyncio.Lock()
+        self._waiting: deque[bytes] = deque()  # packets of byte streams, in their order
+        self._pieces, self._ordered = Pieces(), False  # of a long message; whether packets must not come before its end
+        self._counts = False  # the number of watchers is to be sent
 
     async def run(self) -> None:
         """Send the messages in the mailbox; while Redis is away, ask for a snapshot every second."""
@@ -38,36 +44,119 @@ class Writer:
             await self._empty(self._viewer)
 
     async def _empty(self, viewer: Viewer) -> None:
-        """Send everything in the mailbox, the newest of each kind; pictures of several cameras in turns."""
+        """Send everything in the mailbox, the newest of each kind, the most important first, in rounds.
+
+        Before each message the events are sent that have come meanwhile. A round has the newest state and path, what
+        has come of sound and byte streams, then pictures, of several cameras in turns. Of what is long over a thin line
+        it has one piece, so that no state waits for more than that.
+        """
+        steps = (
+            self._requests,
+            self._state,
+            self._path,
+            self._sound,
+            self._packets,
+            self._count,
+            self._long,
+            self._pictures,
+        )
         sent = True
         while viewer.take_signal() or sent:
-            await self.wait_until_free()
-            snapshot, count = viewer.take_requests()
-            if snapshot:
-                self._outdated.set()
-            sent = count
-            if (state := viewer.take_state()) is not None:
-                sent = True
-                await self.send_bytes(state)
-            for data in (*viewer.take_sounds(), *self._hub.news(viewer)):
-                sent = True
-                await self.send_bytes(data)
-            while (event := viewer.take_event()) is not None:
-                sent = True
-                if isinstance(event, Changed):
-                    self._outdated.set()
-                else:
-                    await self.send_text(msgspec.json.encode(event).decode())
-            if count:
-                await self.send_text(watchers_text(self._hub.watchers(viewer.slug)))
-            await self.wait_until_free()
-            if packets := self._hub.video(viewer):
-                sent = True
-                await self._send_together(packets)
-            if (picture := viewer.take_picture()) is not None:
-                sent = True
-                await self.send_bytes(picture)
+            sent = False
+            for step in steps:
+                sent = await self._urgent(viewer) or sent
+                sent = await step(viewer) or sent
         viewer.set_empty()
+
+    async def _urgent(self, viewer: Viewer) -> bool:
+        """Send the events that wait, and return once the connection is free and none does; whether there was one."""
+        found = False
+        await self.wait_until_free()
+        while (event := viewer.take_event()) is not None:
+            found = True
+            if isinstance(event, Changed):
+                self._outdated.set()
+            else:
+                await self.send_text(msgspec.json.encode(event).decode())
+            await self.wait_until_free()
+        return found
+
+    async def _state(self, viewer: Viewer) -> bool:
+        return await self._send_if(viewer.take_state())
+
+    async def _path(self, viewer: Viewer) -> bool:
+        return await self._send_if(viewer.take_path())
+
+    async def _sound(self, viewer: Viewer) -> bool:
+        sounds = viewer.take_sounds()
+        for data in sounds:
+            await self.send_bytes(data)
+        return bool(sounds)
+
+    async def _packets(self, viewer: Viewer) -> bool:
+        """Send the packets of byte streams; over a thin line one, or nothing while the one before is in pieces."""
+        if not self._waiting:
+            self._waiting += self._hub.news(viewer)
+        found = False
+        while self._waiting and not (self._pieces.left and self._ordered):
+            long = viewer.piece and len(self._waiting[0]) > viewer.piece
+            if long and self._pieces.left:
+                break  # a picture is in pieces
+            data, found = self._waiting.popleft(), True
+            if long:
+                self._begin(data, ordered=True)
+            else:
+                await self.send_bytes(data)
+            if viewer.piece:
+                break
+        return found
+
+    async def _requests(self, viewer: Viewer) -> bool:
+        snapshot, count = viewer.take_requests()
+        self._counts = self._counts or count
+        if snapshot:
+            self._outdated.set()
+        return False
+
+    async def _count(self, viewer: Viewer) -> bool:
+        counts, self._counts = self._counts, False
+        if counts:
+            await self.send_text(watchers_text(self._hub.watchers(viewer.slug)))
+        return counts
+
+    async def _long(self, viewer: Viewer) -> bool:
+        """Send the next piece of what is in pieces."""
+        if self._pieces.left and not self._ordered and not viewer.wish.cameras:
+            self._pieces.drop()  # nobody looks at this picture any more
+        if not self._pieces.left:
+            return False
+        await self.send_bytes(self._pieces.take(viewer.piece or LARGEST))
+        return True
+
+    async def _pictures(self, viewer: Viewer) -> bool:
+        if self._pieces.left:
+            return False
+        packets = self._hub.video(viewer)
+        if packets:
+            await self._send_together(packets)
+        picture = viewer.take_picture()
+        if picture is None:
+            return bool(packets)
+        if viewer.piece and len(picture) > viewer.piece:
+            self._begin(picture, ordered=False)
+        else:
+            await self.send_bytes(picture)
+        return True
+
+    def _begin(self, data: bytes, ordered: bool) -> None:
+        """Send a message in pieces; `ordered`: packets of byte streams must not come before its end."""
+        self._pieces.begin(data)
+        self._ordered = ordered
+
+    async def _send_if(self, data: bytes | None) -> bool:
+        if data is not None:
+            await self.send_bytes(data)
+        return data is not None
 
     async def wait_until_free(self) -> None:
         """Wait until the connection has taken everything, or is gone; newer messages replace older ones meanwhile.

@@ -13,17 +13,16 @@ from queueing.jobs.kinds import job_kinds, may_ask
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, is_suspended, link_of, lock, queue_of
 from queueing.turns import start_countdown
-from robots.bus.streams import kept_stream
 from robots.grants import lease_of
 from robots.kit.contract.capabilities import JobCheck
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import function, spec_of
-from robots.kit.contract.streams import unpack
 from robots.kit.contract.values import check
 from robots.kit.plain import one_line
 from robots.models import Robot
 from robots.services.clicks import with_program
 from robots.services.commands import picture_time
+from robots.services.streams import packets_of
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
@@ -112,12 +111,6 @@ def _refuse_by_stream(robot: Robot, kind: str, args: dict[str, Any]) -> None:
     for own in spec_of(robot.driver).all_of(JobCheck):
         if packets := packets_of(robot, own.stream):
             function(own.function)(kind, args, packets)
-
-
-def packets_of(robot: Robot, stream: str) -> list[tuple[bytes, bool]]:
-    """Return the packets since the stream's newest key packet, each with whether it is one; empty if none is known."""
-    kept = kept_stream(robot.slug, [one.name for one in spec_of(robot.driver).streams].index(stream))
-    return [(packet.data, packet.key) for packet in map(unpack, kept or ())]
 
 
 def _shown_name(user: Any, name: str) -> str:

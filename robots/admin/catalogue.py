@@ -13,7 +13,7 @@ from django.utils.safestring import SafeString
 from robots import bus, grants, services
 from robots.admin.bases import FormFieldsAdmin
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
-from robots.admin.verbs import AFTER_ADDING, VERBS
+from robots.admin.verbs import AFTER_ADDING, VERBS, settings_by_staff
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures
@@ -106,10 +106,13 @@ class RobotAdmin(FormFieldsAdmin):
         try:
             spec = robot.spec()
         except LookupError:
-            return {"procedures": (), "calibrates": False}
+            return {"procedures": (), "settings_by_staff": (), "calibrates": False}
         calibration = spec.capability(Calibration)
         rows = calibration.result_rows(robot.calibration) if calibration else ()
-        return {"procedures": procedures.procedures(spec), "calibrates": calibration is not None, "calibration": rows}
+        return {
+            "procedures": procedures.procedures(spec), "settings_by_staff": settings_by_staff(spec),
+            "calibrates": calibration is not None, "calibration": rows,
+        }  # fmt: skip
 
     def save_model(self, request: HttpRequest, obj: Robot, form: Any, change: bool) -> None:
         """Save the row; a new robot gets what its package brings."""

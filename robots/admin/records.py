@@ -19,11 +19,11 @@ from robots.services import programs
 class ProgramAdmin(FormFieldsAdmin, GuardedAdmin):
     """People's programs, reviewed for the gallery."""
 
-    list_display = ("name", "robot", "author", "shared", "approved", "changed_at")
+    list_display = ("name", "robot", "kind", "author", "shared", "approved", "changed_at")
     list_filter = ("robot", "shared", "approved")
     search_fields = ("name", "text")
-    fields = ("robot", "author", "name", "text", "shared", "approved", "approved_by", "changed_at")
-    readonly_fields = ("robot", "author", "text", "approved", "approved_by", "changed_at", "shared")
+    fields = ("robot", "kind", "author", "name", "text", "shared", "approved", "approved_by", "changed_at")
+    readonly_fields = ("robot", "kind", "author", "text", "approved", "approved_by", "changed_at", "shared")
     actions = ("take_in", "take_out")
 
     def has_add_permission(self, request: HttpRequest) -> bool:

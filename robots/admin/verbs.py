@@ -9,6 +9,9 @@ from robots import services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures
 from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import spec_or_none
+from robots.kit.contract.spec import STAFF, TURN, CommandKind, Spec
+from robots.kit.plain import NUMERAL
 from robots.models import Robot
 from robots.services import probes
 from robots.services.permissions import need_staff
@@ -101,6 +104,33 @@ def procedure(robot: Robot, request: HttpRequest) -> str:
     return f"{found.label}: queued; the command history shows its result."
 
 
+def settings_by_staff(spec: Spec) -> tuple[CommandKind, ...]:
+    """Return the settings of a robot that staff alone change, each with numbers alone."""
+    return tuple(
+        c
+        for c in spec.commands
+        if c.lane == "config" and c.open_to(STAFF) and not c.open_to(TURN) and not any(a.text for a in c.arguments)
+    )
+
+
+@staff_only
+def setting(robot: Robot, request: HttpRequest) -> str:
+    """Change the setting `kind` of the robot, with the numbers of its form."""
+    spec, kind = spec_or_none(robot.driver), request.POST.get("kind", "")
+    found = next((c for c in settings_by_staff(spec) if c.kind == kind), None) if spec is not None else None
+    if found is None:
+        raise BadRequest("This robot has no such setting.")
+    args = {}
+    for argument in found.arguments:
+        text = request.POST.get(argument.name, "").strip()[:40]
+        if text or argument.required:
+            if not NUMERAL.fullmatch(text):
+                raise BadRequest(f"The value {argument.title} must be a number.")
+            args[argument.name] = float(text)
+    services.configure(robot, request.user, found.kind, args)
+    return f"{found.label}: queued; the command history shows its result."
+
+
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
     """Test the connection; an enabled robot that nobody uses also takes a picture, if it has a camera."""
@@ -134,6 +164,5 @@ def after_adding(load: Load) -> Load:
     return load
 
 
-VERBS: dict[str, Verb] = {
-    verb.__name__: verb for verb in (enable, disable, stop, release, lock_out, lift, maintenance, procedure, test)
-}
+OWN = (enable, disable, stop, release, lock_out, lift, maintenance, procedure, setting, test)
+VERBS: dict[str, Verb] = {verb.__name__: verb for verb in OWN}

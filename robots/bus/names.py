@@ -56,6 +56,11 @@ def stream_channel(slug: str) -> str:
     return f"farhand:{slug}:stream"
 
 
+def path_channel(slug: str) -> str:
+    """Return the channel of the paths on which a robot begins to move."""
+    return f"farhand:{slug}:path"
+
+
 def trace_channel(slug: str) -> str:
     """Return the channel of a robot's wire trace, for staff."""
     return f"farhand:{slug}:trace"
@@ -104,6 +109,11 @@ def web_key() -> str:
 def stream_key(slug: str, stream: int) -> str:
     """Return the list that holds the newest key packet of a byte stream and the deltas after it."""
     return f"farhand:{slug}:stream:{stream}"
+
+
+def path_key(slug: str) -> str:
+    """Return the key that holds the path on which a robot moves now."""
+    return f"farhand:{slug}:path:kept"
 
 
 def shot_key(slug: str, camera: int, at_ms: int | str) -> str:

@@ -4,6 +4,7 @@ The database is the truth; a message only makes a reader look sooner. Failures a
 are not raised. Where an event was lost, pages are told to read again: with the next message of that robot, or soon.
 """
 
+import contextlib
 import json
 import re
 from collections.abc import Mapping
@@ -91,6 +92,25 @@ def publish_state(slug: str, packet: bytes) -> bool:
 def publish_compact(slug: str, packet: bytes) -> bool:
     """Send a state to those who want it compact."""
     return send(names.compact_channel(slug), packet)
+
+
+def publish_path(slug: str, packet: bytes, left_s: float) -> bool:
+    """Send the path on which a robot moves now, and keep it for who comes later, for so long (s)."""
+    try:
+        both = store.connection().pipeline(transaction=True)
+        both.set(names.path_key(slug), packet, px=max(1, round(1000 * left_s)))
+        both.publish(names.path_channel(slug), packet)
+        both.execute()
+    except (redis.RedisError, OSError):
+        store.failures["publish"] += 1
+        return False
+    return True
+
+
+def forget_path(slug: str) -> None:
+    """Keep a robot's path no longer: its motion has ended."""
+    with contextlib.suppress(redis.RedisError, OSError):  # it ends by itself
+        store.connection().delete(names.path_key(slug))
 
 
 def publish_sound(slug: str, packet: bytes) -> bool:

@@ -44,13 +44,16 @@ def coding(description: dict[str, Any]) -> str:
     return str(description.get("camera", {}).get("video_coding", CODING))
 
 
-def programs_of(driver: str) -> list[tuple[str, str]]:
-    """Return (name, text) of the robot's own programs, `programs/*.txt`; the first line has the name."""
-    kept = folder(driver).joinpath("programs")
+def programs_of(driver: str, kind: str = "") -> list[tuple[str, str]]:
+    """Return (name, text) of the robot's own programs, `programs/*.txt`; the first line has the name.
+
+    Those of a further language are in `programs/KIND/*.txt`, where `kind` is the command that runs them.
+    """
+    kept = folder(driver).joinpath("programs", *((kind,) if kind else ()))
     if not kept.is_dir():
         return []
     found = []
-    for file in sorted(kept.iterdir(), key=lambda f: f.name):
+    for file in sorted((f for f in kept.iterdir() if f.is_file()), key=lambda f: f.name):
         head, _, text = file.read_text("utf-8").partition("\n")
         found.append((head.removeprefix("#").strip(), text.strip()))
     return found

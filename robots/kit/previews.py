@@ -33,7 +33,10 @@ TOO_MUCH = "This is too long to compute in advance; choose a nearer target or a 
 
 
 class Job(msgspec.Struct, frozen=True):
-    """A command that is only tried: robot, command, and the joints from which it starts (rad, m), if it has any."""
+    """A command that is only tried: robot, command, and the joints from which it starts (rad, m), if it has any.
+
+    `packets` are those of the byte stream that its `Preview` names.
+    """
 
     driver: str
     settings: dict[str, Any]
@@ -41,6 +44,7 @@ class Job(msgspec.Struct, frozen=True):
     args: dict[str, Any]
     joints: tuple[float, ...]
     n: int = 0
+    packets: tuple[tuple[bytes, bool], ...] = ()
 
 
 _DECODER = msgspec.msgpack.Decoder(Job)
@@ -54,7 +58,8 @@ def compute(job: Job) -> dict[str, Any]:
         offered = spec.capability(Preview)
         if offered is None:
             raise BadRequest("This robot cannot say where a command would lead.")
-        found = function(offered.function)(job.kind, job.args, job.joints, job.settings)
+        more = (job.packets,) if offered.stream else ()
+        found = function(offered.function)(job.kind, job.args, job.joints, job.settings, *more)
     except RobotError as error:
         return {"ok": False, "text": str(error)}
     judged = found.judgements[:JUDGEMENTS]

@@ -80,6 +80,10 @@ class Program(models.Model):
         settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="programs",
         help_text="Empty for one that came with the robot.",
     )  # fmt: skip
+    kind = models.CharField(
+        max_length=40, blank=True, default="",
+        help_text="The command that runs it, of a robot with several languages; empty: its first.",
+    )  # fmt: skip
     name = models.CharField(max_length=60)
     text = models.TextField(max_length=6000)
     shared = models.BooleanField(default=False, help_text="Its author would like others to see it.")

@@ -12,7 +12,6 @@ def public(command: Command) -> dict[str, Any]:
     Texts are left out, because they may be a program that its author does not share. So is the person: their page
     names them as long as they have an account and want it.
     """
-    programs = command.grant.robot.spec().capability(Programs)
-    if programs is not None and command.kind == programs.kind:
+    if any(one.kind == command.kind for one in command.grant.robot.spec().all_of(Programs)):
         return {"args": {}}
     return {"args": {name: value for name, value in command.args.items() if isinstance(value, int | float)}}

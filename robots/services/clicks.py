@@ -58,7 +58,7 @@ def with_program(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> di
     """
     if "program" not in args or not programs.is_program(robot, kind):
         return args
-    return {"text": programs.visible_program(robot, user, _integer(args, "program")).text}
+    return {"text": programs.visible_program(robot, user, _integer(args, "program"), kind).text}
 
 
 def _left(robot: Robot, pose: Pose | None, clicks: ClickInPicture, frame: Frame) -> bool:

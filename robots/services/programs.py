@@ -21,21 +21,34 @@ LONGEST = 6000
 def is_program(robot: Robot, kind: str) -> bool:
     """Return whether this kind of command runs a program; False if the robot's package is not installed."""
     spec = spec_or_none(robot.driver)
-    found = spec.capability(Programs) if spec is not None else None
-    return found is not None and found.kind == kind
+    return spec is not None and any(one.kind == kind for one in spec.all_of(Programs))
 
 
-def visible(robot: Robot, user: Any) -> QuerySet[Program]:
-    """Return the person's own programs, then those of the gallery; `user` is None for a guest."""
+def stored_kind(robot: Robot, kind: str) -> str:
+    """Return a kind as rows have it: empty for the robot's first language. Raises BadRequest where it runs none."""
+    spec = spec_or_none(robot.driver)
+    kinds = [one.kind for one in spec.all_of(Programs)] if spec is not None else []
+    if kind and kind not in kinds:
+        raise BadRequest("This robot has no programs of that kind.")
+    return "" if kind in kinds[:1] else kind
+
+
+def visible(robot: Robot, user: Any, kind: str | None = None) -> QuerySet[Program]:
+    """Return the person's own programs, then those of the gallery; `user` is None for a guest.
+
+    Those for one kind of command, or, without it, all. Raises BadRequest where that kind runs no programs.
+    """
     mine = Q(author=user.pk) if user is not None and user.is_authenticated else Q(pk=None)
     found = Program.objects.filter(robot=robot).select_related("author")
+    if kind is not None:
+        found = found.filter(kind=stored_kind(robot, kind))
     shown = found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
     return shown.order_by(Case(When(mine, then=0), default=1), "name", "pk")
 
 
-def visible_program(robot: Robot, user: Any, pk: int) -> Program:
-    """Return a program that the person may see. Raises BadRequest."""
-    program = visible(robot, user).filter(pk=pk).first()
+def visible_program(robot: Robot, user: Any, pk: int, kind: str | None = None) -> Program:
+    """Return a program that the person may see, for that kind of command. Raises BadRequest."""
+    program = visible(robot, user, kind).filter(pk=pk).first()
     if program is None:
         raise BadRequest("There is no such program, or it is not shared.")
     return program
@@ -43,18 +56,23 @@ def visible_program(robot: Robot, user: Any, pk: int) -> Program:
 
 def load_gallery(robot: Robot, now: datetime) -> None:
     """Put the programs of the robot's package into its gallery."""
-    for name, text in description.programs_of(robot.driver):
-        Program.objects.get_or_create(
-            robot=robot, author=None, name=name, defaults={"text": text, "approved": True, "changed_at": now}
-        )
+    spec = spec_or_none(robot.driver)
+    for kind in ("", *(one.kind for one in (spec.all_of(Programs) if spec is not None else ())[1:])):
+        for name, text in description.programs_of(robot.driver, kind):
+            Program.objects.get_or_create(
+                robot=robot, author=None, name=name,
+                defaults={"text": text, "approved": True, "changed_at": now, "kind": kind},
+            )  # fmt: skip
 
 
-def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None) -> Program:
+def save(
+    robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None, kind: str = ""
+) -> Program:
     """Save the person's own program; a changed one leaves the gallery until staff approve it again.
 
     Raises:
         NotPermitted: signed out, another person's program, or too many.
-        BadRequest: no name, no text, or a name used twice.
+        BadRequest: no name, no text, a name used twice, or a kind of command that runs no programs.
     """
     if not user.is_authenticated:
         raise NotPermitted("Sign in to save programs.")
@@ -65,11 +83,11 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
         raise BadRequest("Give the program a name of at most 60 characters.")
     if not 0 < len(text) <= LONGEST:
         raise BadRequest(f"A program has at least one step, and at most {LONGEST} characters.")
-    own = Program.objects.filter(robot=robot, author=user.pk)
-    same = own.filter(name=name, text=text, shared=shared)
+    own, kind = Program.objects.filter(robot=robot, author=user.pk), stored_kind(robot, kind)
+    same = own.filter(name=name, text=text, shared=shared, kind=kind)
     if pk is None and (saved := same.first()) is not None:  # a double press
         return saved
-    program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user)
+    program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user, kind=kind)
     if program is None:
         raise NotPermitted("That program is not yours; save it under a name of your own.")
     if (program.name, program.text) != (name, text):

@@ -21,6 +21,7 @@ VERBS = frozenset(
         "mic_gone", "mic_mute", "slip", "restart", "stall", "ir_dead", "carried", "charge",
         "contacts_bent", "false_marker", "cut", "flushed_hold", "half_frame", "lying_length", "far",
         "blind_infrared", "sonar_ghost", "dead_encoder", "moved_case", "beacon_gone",
+        "intrude", "vanish", "nudge", "gust",
     }
 )  # fmt: skip
 

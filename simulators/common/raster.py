@@ -48,14 +48,26 @@ class Canvas:
         self._picture = np.zeros((*shape, 3), np.uint8)
         self._planes = np.zeros((1024, PLANES))
         self._count = 0
+        self._kept: tuple[NDArray[np.float32], NDArray[np.int32], Picture, int] | None = None
         self._dice = np.random.default_rng(seed)
         self._grain = self._dice.integers(-noise, noise, NOISE_BANK if noise else 1, dtype=np.int8, endpoint=True)
 
     def begin(self) -> None:
-        """Empty the canvas."""
-        self._depth.fill(0.0)
-        self._owner.fill(-1)
-        self._count = 0
+        """Empty the canvas, but for what is kept."""
+        if self._kept is None:
+            self._depth.fill(0.0)
+            self._owner.fill(-1)
+            self._count = 0
+            return
+        depth, owner, picture, self._count = self._kept
+        self._depth[:], self._owner[:], self._picture[:] = depth, owner, picture
+
+    def keep(self, background: tuple[int, int, int] = (0, 0, 0)) -> None:
+        """Let what is drawn now be in all further pictures: `begin` returns to it, and it is shaded once.
+
+        It has the same noise in all of them, so this is for a canvas without noise.
+        """
+        self._kept = self._depth.copy(), self._owner.copy(), self.picture(background), self._count
 
     def draw(self, mesh: Mesh, view: Floats) -> None:
         """Draw a mesh; `view` (4 x 4) leads from its frame to the camera's: x right, y down, z forward."""
@@ -72,7 +84,7 @@ class Canvas:
         start = int(self._dice.integers(0, len(self._grain)))
         _shade(
             self._planes, self._owner, self._atlas.table, self._atlas.texels, np.array(background, np.float64),
-            self._grain, start, self._picture,
+            self._grain, start, self._kept[3] if self._kept else -1, self._picture,
         )  # fmt: skip
         return self._picture.copy()
 
@@ -212,13 +224,15 @@ def _fill(p, k, focal, plane, number, depth, owner):  # type: ignore[no-untyped-
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _shade(planes, owner, table, texels, background, grain, start, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write each pixel's colour: tint, light and texture of its triangle, and noise."""
+def _shade(planes, owner, table, texels, background, grain, start, first, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the colour of each pixel, from triangle `first` on: tint, light and texture of its triangle, and noise."""
     height, width = owner.shape
     colour, last = np.empty(3), grain.shape[0] - 1  # a power of two
     for row in range(height):
         for column in range(width):
             number = owner[row, column]
+            if number < first:
+                continue
             if number < 0:
                 for c in range(3):
                     colour[c] = background[c]

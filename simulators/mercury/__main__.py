@@ -24,11 +24,11 @@ from simulators.common.journal import Journal
 from simulators.common.microphone import Microphone
 from simulators.common.nonvolatile import BOOTS, keep, restore
 from simulators.common.process import arguments, run
+from simulators.common.serial_line import Line, TcpLine
 from simulators.common.threads import end_with_any, names, record_deaths
 from simulators.mercury.arm import START, Body, Pose
 from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
-from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
 from simulators.mercury.sound import ArmSound
 from simulators.mercury.workspace import Workspace

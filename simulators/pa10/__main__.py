@@ -10,11 +10,11 @@ from functools import partial
 
 from robots.kit.clock import FasterTimer
 from robots.kit.description import load
+from simulators.common.arm.priority import first_in_line
 from simulators.common.process import arguments, run
 from simulators.common.threads import end_with_any
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.planning import Planning
-from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator
 
 SWITCH_S = 2e-4  # the longest time for another thread; Python's default of 5 ms is two and a half steps

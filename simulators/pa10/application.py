@@ -18,15 +18,16 @@ from robots.kit.arms.zones import Box
 from robots.kit.clock import TIMER, Limit, Timer, Until
 from robots.kit.drivers.pa10.courses import Course, Courses, is_default
 from robots.kit.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
+from simulators.common.arm.position_guard import PositionGuard
+from simulators.common.arm.setpoint import Reference, SetPoint
 from simulators.common.journal import Note
 from simulators.pa10 import runner
-from simulators.pa10.position_guard import PositionGuard
 from simulators.pa10.runner import GRIP_S
 from simulators.pa10.scene import STEP_S
-from simulators.pa10.setpoint import Reference, SetPoint
 from simulators.pa10.store import ProgramStore
 
 AHEAD_S, MOST_AHEAD_S = 0.06, 1.0  # least and greatest lead of a target that is sent during a motion
+DEAD_MAN_S = 0.25  # a velocity ends unless it is repeated within that time
 PLANS = 4  # attempts for one target while the arm moves on
 STILL_RAD_S = 0.02  # below this the measured arm rests
 MOST_BOXES = 32
@@ -47,7 +48,7 @@ class Application:
         self._lock = threading.RLock()
         self._rested = threading.Condition(self._lock)
         self._mode, self._end = Mode.NO_CTRL, End.NONE
-        self._set = SetPoint(courses.planner, q)
+        self._set = SetPoint(courses.planner, q, DEAD_MAN_S)
         self._guard = PositionGuard(courses.planner, q)
         self._seen, self._speed = q.copy(), np.zeros_like(q)
         self._leaving = ""  # the range error that is being left now
@@ -160,7 +161,7 @@ class Application:
         values = np.radians(values) if request.letter == "J" else np.append(values[:3] / 1000, np.radians(values[3:]))
         if self._set.on_path:
             raise Refused("busy", "a motion runs; hold it first")
-        if self._set.drive(request.letter, values, self._now):
+        if self._set.drive(request.letter != "J", values, self._now):
             self.motion += 1
             self._end = End.NONE
             self._note("motion", motion=self.motion, velocity=request.letter)

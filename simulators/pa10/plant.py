@@ -1,79 +1,16 @@
-"""The arm itself: takes joint torques, returns positions, velocities and applied torques.
+"""The museum arm itself, among its blocks.
 
 This is the open controller architecture of the PA10 (Dziemian et al. 2004, "Introduction"): another control layer
 replaces `simulators.pa10.controllers`, not this file.
 """
 
-from dataclasses import dataclass
-
-import mujoco
-import numpy as np
-
 from robots.kit.arms.chain import Joints
-from robots.kit.arms.described import chain
-from robots.kit.description import load
+from simulators.common.arm import plant
 from simulators.pa10 import scene
 
 
-@dataclass(frozen=True)
-class Measured:
-    """The arm's values: rad, rad/s, N m as applied, each finger's opening in m."""
-
-    q: Joints
-    v: Joints
-    torque: Joints
-    opening: float
-
-
-class Plant:
-    """MuJoCo with torque-driven axes; one call of `step` is 2 ms."""
+class Plant(plant.Plant):
+    """The arm with torque-driven axes; see there."""
 
     def __init__(self, q: Joints | None = None, qpos: Joints | None = None) -> None:
-        self.model = scene.spec().compile()
-        self.data = mujoco.MjData(self.model)
-        arm = chain("pa10")
-        at, dof = scene.places(self.model, arm.names)
-        fingers, _ = scene.places(self.model, ("left_finger", "right_finger"))
-        self._effort = arm.effort
-        gripper = load("pa10")["gripper"]
-        self._open, self._closed = float(gripper["open"]), -0.02  # beyond the pads: it presses
-        # MuJoCo's own memory, looked up once: each look costs as much as a sum
-        self._q, self._fingers = self.data.qpos[at], self.data.qpos[fingers]
-        self._v, self._applied, self._ctrl = self.data.qvel[dof], self.data.qfrc_applied[dof], self.data.ctrl
-        if qpos is not None and qpos.shape == self.data.qpos.shape:
-            self.data.qpos[:] = qpos
-        else:
-            self._fingers[:] = self._open
-            self._q[:] = 0.0 if q is None else q
-        self._torque = np.zeros(len(arm.names))
-        self.disturbance = np.zeros(len(arm.names))  # N m of disturbance
-        mujoco.mj_forward(self.model, self.data)
-
-    def measured(self) -> Measured:
-        """Return positions, velocities, applied torques."""
-        left, right = self._fingers.tolist()
-        opening = max(0.0, (left + right) / 2)  # pads that press give way a little
-        return Measured(self._q.copy(), self._v.copy(), self._torque, opening)
-
-    def step(self, torque: Joints, gripper: int) -> None:
-        """Apply torques (N m, limited to the motors') for 2 ms; `gripper` 0 opens, 1 closes."""
-        self._torque = np.minimum(np.maximum(torque, -self._effort), self._effort)
-        np.add(self._torque, self.disturbance, out=self._applied)
-        self._ctrl[:] = self._closed if gripper else self._open
-        mujoco.mj_step(self.model, self.data)
-
-    @property
-    def qpos(self) -> Joints:
-        """Return the whole scene's position, for cameras and for the next start."""
-        return np.array(self.data.qpos)
-
-    def put_back(self, body: str) -> None:
-        """Put an object back at rest where it was at the start."""
-        joint = self.model.joint(f"{body}_free")
-        at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-        self.data.qpos[at : at + 7] = self.model.qpos0[at : at + 7]
-        self.data.qvel[dof : dof + 6] = 0.0
-
-    def place(self, body: str) -> Joints:
-        """Return the position of an object (m)."""
-        return np.array(self.data.body(body).xpos)
+        super().__init__("pa10", scene.spec(), q, qpos)

@@ -13,34 +13,34 @@ from robots.kit.arms.planner import Refused
 from robots.kit.clock import TIMER, Timer, poll
 from robots.kit.drivers.pa10.courses import Courses
 from robots.kit.drivers.pa10.protocol import VELOCITIES, ArmState, Request
-from robots.kit.files import replace_text, replaced
+from robots.kit.files import replace_text
+from simulators.common.arm.cameras import SharedScene
+from simulators.common.arm.fallen import LOOK_EVERY, Fallen
+from simulators.common.arm.kept_scene import keep_scene, restore_scene
+from simulators.common.arm.pace import Pace
+from simulators.common.arm.plant import Measured
+from simulators.common.arm.position_guard import why_outside
+from simulators.common.arm.reference_judge import ReferenceJudge
+from simulators.common.arm.rest import Rest
+from simulators.common.arm.setpoint import Reference
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
 from simulators.common.journal import Journal, Note
 from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
-from simulators.pa10.application import Application
-from simulators.pa10.cameras import SharedScene
+from simulators.pa10.application import DEAD_MAN_S, Application
 from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
-from simulators.pa10.plant import Measured, Plant
-from simulators.pa10.position_guard import why_outside
-from simulators.pa10.rest import Rest
+from simulators.pa10.plant import Plant
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
-from simulators.pa10.setpoint import DEAD_MAN_S, Reference
 from simulators.pa10.store import ProgramStore
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
 JUDGE_EVERY = 5
-CATCH_UP = 25  # steps made up for after a stall; more are lost
-LET_IN_S = 5e-5  # a late loop sleeps at least this long, so that network threads can run
 SLIP_STEPS = 150
-SLACK = 1e-4  # rad, rad/s
 LOOK_S = 0.1  # between two looks of the watchdog
-LOOK_EVERY = 500  # steps between two looks for fallen objects
-FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
 Planner = Callable[[Note], Courses]  # makes a planner that writes into the journal what happens to it
 
@@ -56,18 +56,18 @@ class Simulator:
         self._folder, self._clock = folder, clock
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl", real)
         self._courses = planner(self.journal.note)
-        self.plant = Plant(qpos=self._kept())
+        self.plant = Plant(qpos=restore_scene(folder / "scene.npy"))
         self._controller = CONTROLLERS[controller]()
         self._judge, self.nearest = Judge(self.plant.model), (Judge.FAR, "")
-        self.boot, self.late, self.steps = 0, 0, 0
-        self.worst, self.error = 0.0, 0.0  # lateness of a step (s); distance of a joint from its reference (rad)
-        self._fallen: dict[str, int] = {}
-        self._passed = False  # the set-point is outside its limits
+        self.boot, self.steps = 0, 0
+        self.error = 0.0  # distance of a joint from its reference (rad)
+        self._fallen = Fallen(self.plant, self.journal.note)
         self._slips = 0  # steps during which the gripper slips
-        self._rest = Rest(clock)
+        self._rest, self._pace = Rest(clock), Pace(clock)
         self._measured = self.plant.measured()
         still = np.zeros_like(self._measured.q)
-        self._reference = Reference(self._measured.q, still, still, 0)
+        first = Reference(self._measured.q, still, still, 0)
+        self._references = ReferenceJudge(self._courses.planner.limits, self.journal.note, first)
         self.store = ProgramStore(folder / "programs.json")
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
@@ -88,13 +88,6 @@ class Simulator:
         serve(self._folder / "faults", self.faults, self.status)
         replace_text(self._folder / "tty", f"127.0.0.1:{listener.port}\n")
         return listener.port
-
-    def _kept(self) -> Any:
-        try:
-            found = np.load(self._folder / "scene.npy", allow_pickle=False)
-        except (OSError, ValueError, EOFError):
-            return None
-        return found if found.dtype == np.float64 and np.isfinite(found).all() else None
 
     def _mind(self, process: Fork) -> None:
         """Wait for the end of the cameras' process; raise then, which ends the simulator."""
@@ -166,13 +159,13 @@ class Simulator:
             "counts": dict(self.journal.counts),
             "q": self._measured.q.tolist(),
             "speed": float(np.max(np.abs(self._measured.v))),
-            "reference": self._reference.q.tolist(),
+            "reference": self._references.newest.q.tolist(),
             "threads": names(),
             "moving": self.app.moving,
             "mode": str(self.app.mode),
             "boot": self.boot,
-            "late": self.late,
-            "worst_ms": round(1000 * self.worst, 2),
+            "late": self._pace.late,
+            "worst_ms": round(1000 * self._pace.worst, 2),
             "worst_error": round(self.error, 6),
             "steps": self.steps,
             "nearest": self.nearest,
@@ -184,30 +177,24 @@ class Simulator:
     def run(self) -> None:
         """Control at 500 Hz until stopped; late steps are made up for, and an arm at rest pauses the loop."""
         watch(self.network, *self._watchdog, self.begin_again, self._clock)
-        due = self._clock.monotonic()
+        pace = self._pace
+        pace.begin()
         while self._running:
-            due += STEP_S
-            pause = due - self._clock.monotonic()
-            self._clock.sleep(max(pause, LET_IN_S))
-            behind = self._clock.monotonic() - due
-            self.late += behind > STEP_S
-            self.worst = max(self.worst, behind)
-            if pause <= 0:
-                due = max(due, self._clock.monotonic() - CATCH_UP * STEP_S)
+            pace.wait()
             self._one()
             if self._rest.reached(self._busy(), lambda: self.plant.qpos):
-                self._tidy()
+                self._fallen.look(OBJECTS)
                 self._shared.write(self.plant.qpos)
                 self._rest.last(self._busy)  # not while something lies beside the table
-                due = self._clock.monotonic()
-        self._keep()
+                pace.begin()
+        keep_scene(self._folder / "scene.npy", self.plant.qpos)
         if self._ending is not None:
             self._ending.join()
 
     def _busy(self) -> bool:
         """Return whether the loop has work although nothing moves."""
         pushed = any(self.faults.value(verb) for verb in ("disturb", "slip", "restart"))
-        return pushed or self.app.busy or any(self._fallen.values()) or not self._running
+        return pushed or self.app.busy or self._fallen.any() or not self._running
 
     def _one(self) -> None:
         self.steps += 1
@@ -216,7 +203,7 @@ class Simulator:
         self._measured = measured
         if self.app.moving:
             self.error = max(self.error, float(np.max(np.abs(reference.q - measured.q))))
-        self._judge_reference(reference)
+        self._references.look(reference, bool(self.app.error))
         self._spoil()
         torque = self._controller.torques(reference.q, reference.v, reference.a, measured)
         self._slips = max(0, self._slips - 1)
@@ -224,21 +211,9 @@ class Simulator:
         if self.steps % JUDGE_EVERY == 0 and self.app.moving:
             self.nearest = min(self.nearest, self._judge.nearest(self.plant.data))
         if self.steps % LOOK_EVERY == 0:
-            self._tidy()
+            self._fallen.look(OBJECTS)
         if self.steps % SHARE_EVERY == 0:
             self._shared.write(self.plant.qpos)
-
-    def _judge_reference(self, reference: Reference) -> None:
-        """Write a set-point outside ranges or speeds to the journal, once each time; there must be none."""
-        limits, before = self._courses.planner.limits, self._reference
-        self._reference = reference
-        if (reference.q is before.q and reference.v is before.v) or self.app.error:
-            return  # it rests, or it is where it was pushed
-        inside = ((reference.q > limits.low - SLACK) & (reference.q < limits.high + SLACK)).all()
-        passed = not (inside and (np.abs(reference.v) < limits.velocity + SLACK).all())  # also if it is NaN
-        if passed and not self._passed:
-            self.journal.note("passed", q=np.round(reference.q, 4).tolist(), v=np.round(reference.v, 4).tolist())
-        self._passed = passed
 
     def _spoil(self) -> None:
         """Disturb the arm (N m on S1) and let an object slip, as the fault board says."""
@@ -249,19 +224,6 @@ class Simulator:
         if self.faults.take("slip"):
             self._slips = SLIP_STEPS
             self.journal.note("slip")
-
-    def _tidy(self) -> None:
-        """Put back objects that have lain beside the table for a while, as staff would."""
-        for name in OBJECTS:
-            away = self.plant.place(name)[2] < FALLEN_M
-            self._fallen[name] = self._fallen.get(name, 0) + 1 if away else 0
-            if self._fallen[name] > FALLEN_LOOKS:
-                self.plant.put_back(name)
-                self.journal.note("put_back", what=name)
-
-    def _keep(self) -> None:
-        with replaced(self._folder / "scene.npy") as file:
-            np.save(file, self.plant.qpos)
 
     def stop(self, *_: object) -> None:
         """End the loop; the arm rests first."""

@@ -18,12 +18,13 @@ from tests.packaged import SHUTTLE, TURNTABLE, installed_from
 from tests.rig import PYTHON, ROOT
 
 # how many times faster than real time each simulator runs; the others run in real time
-SPEED = {"mercury": 2.0, "pa10": 4.0, "irat": 2.0, "srv1": 4.0}
+SPEED = {"mercury": 2.0, "pa10": 4.0, "puma": 4.0, "irat": 2.0, "srv1": 4.0}
 OURS = sorted(file.parent.name for file in (ROOT / "robots/kit/drivers").glob("*/driver.py"))
 # what a robot has nothing to show for, of its own spec and simulator
 WITHOUT = {
     "mercury": {"replaced", "policies", "streams", "steered", "time left"},
-    "pa10": {"policies", "lanes", "streams", "steered", "time left"},
+    "pa10": {"policies", "time left"},
+    "puma": {"replaced", "policies", "lanes", "streams", "time left"},
     "irat": {"replaced", "policies", "steered", "time left"},
     "srv1": {"replaced", "streams"},
     "so101": {

@@ -149,6 +149,7 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     ada = operator()
     page = ada.page
     # the sliders begin where the arm is; another target is shown by the ghost, then driven to
+    page.click("#tab-joint")
     expect(page.locator("#model-said")).to_have_text("The arm is there")
     page.fill(".joint:nth-child(1) input[type=number]", "20")
     expect(page.locator("#model-said")).to_contain_text("s on the way")
@@ -213,6 +214,8 @@ def test_a_turn_that_is_known_before_the_first_state(transactional_db, portal, o
     assert page.inner_text("#model-said") == ""
     assert page.input_value("#pose-x") == ""
     known.append(True)
+    expect(page.locator("#model-said")).to_have_text("The ghost is at the arm")
+    page.click("#tab-joint")
     expect(page.locator("#model-said")).to_have_text("The arm is there")
     expect(page.locator("#pose-x")).not_to_have_value("")
 
@@ -222,7 +225,8 @@ def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
     ada = operator(**look)
     page = ada.page
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    page.focus("#tab-joint")
+    page.focus("#tab-scene")
+    page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
     expect(page.locator("#tab-position")).to_be_focused()
     expect(page.locator("#panel-position")).to_be_visible()
@@ -302,3 +306,35 @@ def test_the_view_comes_nearer_by_buttons_and_by_the_wheel_with_control(portal, 
     page.keyboard.up("Control")
     nearer()
     assert page.evaluate("scrollY") == top
+
+
+def test_a_stranger_stacks_blocks_by_a_task_that_names_them(transactional_db, portal, operator):
+    """The task is tried on the ghost with the blocks as they lie, runs line by line, and is refused where it cannot be."""
+    for name, text in programs_of("pa10", "task"):
+        Program.objects.create(
+            robot=portal.robot, name=name, text=text, approved=True, changed_at=SYSTEM.now(), kind="task"
+        )
+    ada = operator()
+    page = ada.page
+    page.click("#tab-task")
+    expect(page.locator("#task-blocks .blocklySvg")).to_be_visible(timeout=20_000)
+    page.select_option("#task-list", label="Tower of three")
+    expect(page.locator("#task-said")).to_contain_text("Checked with the objects")
+    expect(page.locator("#model-said")).to_contain_text("The ghost is at step")
+    assert page.locator("#task-blocks .blocklyDraggable").count() >= 4
+    page.fill("#task-text", "grasp red\ngrasp blue")
+    expect(page.locator("#task-judged")).to_contain_text("Line 2, grasp blue: the gripper holds red already.")
+    expect(page.locator("[data-command=run-task]")).to_have_attribute("aria-disabled", "true")
+    page.fill("#task-text", "put red on yellow\nput red")
+    expect(page.locator("#task-said")).to_contain_text("Line 2: allowed: put A on B")
+    assert not Command.objects.exists(), "the ghost moves, not the arm"
+    page.fill("#task-text", "put red on yellow\nput blue on red\nexpect blue on red")
+    expect(page.locator("#task-said")).to_contain_text("Checked with the objects")
+    ada.give("run-task")
+    ada.ladder("completed", 90)
+    there = objects(portal)
+    assert there["blue"][2] == pytest.approx(0.10, abs=0.004)
+    assert there["blue"][:2] == pytest.approx(there["yellow"][:2], abs=0.015)
+    page.fill("#task-text", "grasp yellow")
+    expect(page.locator("#task-judged")).to_contain_text("Line 1, grasp yellow: red lies on yellow.")
+    ada.axe("the arm's console with a task")

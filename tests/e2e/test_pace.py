@@ -53,7 +53,7 @@ def test_a_person_chooses_how_much_comes_and_the_page_remembers(portal, visitor)
     before, states = heard.count(PICTURE), heard.count(COMPACT)
     wait_for(lambda: page.wait_for_timeout(50) or heard.count(COMPACT) >= states + 6, 20, "states of 1.5 s")
     assert heard.count(PICTURE) <= before + 1
-    assert heard.wishes()[-1] == {"t": "watch", "cameras": [], "every_s": 0, "compact": True}
+    assert heard.wishes()[-1] == {"t": "watch", "cameras": [], "every_s": 0, "compact": True, "pieces": True}
     page.reload()
     expect(page.locator("#pace")).to_have_value("states")
     wait_for(lambda: page.wait_for_timeout(100) or heard.wishes()[-1]["cameras"] == [], 10, "the same wish")

@@ -100,7 +100,7 @@ def told(web):
     return web.ask(listened), {key.removeprefix(prefix).decode() for key in bus.connection().keys(prefix + b"*")}
 
 
-ALWAYS = {"events", "state", "stream"}
+ALWAYS = {"events", "state", "stream", "path"}
 
 
 def test_a_page_has_what_it_wants_heard_and_of_cameras_that_the_robot_has(web):

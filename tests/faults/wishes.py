@@ -2,13 +2,13 @@
 
 import termios
 
-from queueing.services import packets_of
 from robots.kit.arms.described import chain, posture
 from robots.kit.description import load
 from robots.kit.drivers.irat.choices import choices
 from robots.kit.drivers.srv1.hall import hall
+from robots.services.streams import packets_of
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
-from tests.rig import ArmSimulator, IratSimulator, RoverSimulator, Simulator
+from tests.rig import ArmSimulator, IratSimulator, PumaSimulator, RoverSimulator, Simulator
 from tests.waiting import wait_for
 
 
@@ -105,27 +105,45 @@ class MuseumArm:
     one_at_a_time = True  # a newer target replaces the one before
     by_staff = False
     pause_s = 8.0
+    turning, bending, nodding = "S1", "E1", "W1"  # the joints that a place over the sand, and a jog, turn
+    aside, reach = 0.0, 4.0  # rad; rad/m
     motions = staticmethod(motions)
     drained = staticmethod(disconnected)
 
     def jog(self, direction):
-        return "jog_joints", {"S1": direction, "W1": 0.5 * direction}  # there and back
+        return "jog_joints", {self.turning: direction, self.nodding: 0.5 * direction}  # there and back
 
     def spell(self, kind, args, share):
         if kind == "move":
-            ready = dict(zip(chain("pa10").names, posture(load("pa10"), "ready"), strict=True))
-            ready["S1"] += 4 * args["x"]
-            ready["E1"] += args["y"] - 0.4
+            ready = dict(zip(chain(self.name).names, posture(load(self.name), "ready"), strict=True))
+            ready[self.turning] += self.aside + self.reach * args["x"]
+            ready[self.bending] += args["y"] - 0.4
             return "joints", {k: float(v) for k, v in ready.items()} | ({"speed": share} if share else {})
         if kind in ("up", "down"):
             return "gripper", {"closed": float(kind == "down")}
         return kind, args
 
+    def job(self, robot, place, dice):
+        """Return a task, the only thing for which people who do not drive the arm can ask."""
+        return "task", {"text": "\n".join(("move ready", "wait 1", "expect empty"))}
+
     def goal(self, command):
-        return tuple(round(command.args[name], 4) for name in chain("pa10").names)
+        return tuple(round(command.args[name], 4) for name in chain(self.name).names)
 
     def made(self, record):
         return tuple(round(v, 4) for v in record.get("target", ()))
+
+
+class VirtualArm(MuseumArm):
+    """Six axes over a table, behind a serial line; it takes no target in motion."""
+
+    name = "puma"
+    simulator = PumaSimulator
+    faults = ("awol", "slow", "power_cycle", "disturb", "cam_gone", "cam_black", "cam_freeze", "cam_slow")
+    restart, cut = "power_cycle", ("line",)
+    one_at_a_time = False
+    turning, bending, nodding = "J1", "J3", "J5"
+    aside, reach = -0.9, 2.0  # away from the threads
 
 
 class Irat:
@@ -235,4 +253,4 @@ class Rover(Irat):
         return round(record["linear"], 3), round(record["angular"], 3)
 
 
-ROBOTS = {robot.name: robot for robot in (Mercury(), MuseumArm(), Irat(), Rover())}
+ROBOTS = {robot.name: robot for robot in (Mercury(), MuseumArm(), VirtualArm(), Irat(), Rover())}

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.kit.drivers.pa10.courses import Courses
-from simulators.pa10.position_guard import OFF_M, OFF_RAD, PositionGuard
+from simulators.common.arm.position_guard import OFF_M, OFF_RAD, PositionGuard
 
 PLANNER = Courses().planner
 LIMITS, ZONES = PLANNER.limits, PLANNER.zones

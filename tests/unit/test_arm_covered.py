@@ -10,10 +10,12 @@ from robots.kit.arms.described import chain, planner, posture, zones
 from robots.kit.arms.planner import Refused
 from robots.kit.description import load, text_of
 
-URDF = ElementTree.fromstring(text_of("pa10", "model.urdf"))
+ARMS = ("pa10", "puma")
+URDF = {driver: ElementTree.fromstring(text_of(driver, "model.urdf")) for driver in ARMS}
 FINE_M = 0.004  # between two samples
 BOLTED = ("base", "shoulder")  # they stand where they stand: no motion takes them into a box
-LIMBS = zones("pa10")._limbs
+MOVED = ("upper_arm", "forearm", "lower_forearm", "wrist", "tool", "left_pad", "right_pad")
+both = pytest.mark.parametrize("driver", ARMS)
 
 
 def transform(element):
@@ -46,9 +48,10 @@ def cylinder(radius, length):
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=-1).reshape(-1, 3)
 
 
-def samples(link, opening):
+def samples(driver, link, opening):
     """Return samples of all shapes of a link in the frame that moves with its joint, and that joint's name."""
-    (body,) = (one for one in URDF.findall("link") if one.get("name") == link)
+    urdf = URDF[driver]
+    (body,) = (one for one in urdf.findall("link") if one.get("name") == link)
     found = []
     for shape in (*body.findall("visual"), *body.findall("collision")):
         geometry = shape.find("geometry")
@@ -60,58 +63,58 @@ def samples(link, opening):
         at = transform(shape.find("origin"))
         found.append(points @ at[:3, :3].T + at[:3, 3])
     points = np.concatenate(found)
-    (joint,) = (one for one in URDF.findall("joint") if one.find("child").get("link") == link)
+    (joint,) = (one for one in urdf.findall("joint") if one.find("child").get("link") == link)
     while joint.get("type") != "revolute":  # a finger slides in the frame of the last axis
         at = transform(joint.find("origin"))
         if joint.get("type") == "prismatic":
             at[:3, 3] += opening * np.array([float(v) for v in joint.find("axis").get("xyz").split()])
         points = points @ at[:3, :3].T + at[:3, 3]
         parent = joint.find("parent").get("link")
-        (joint,) = (one for one in URDF.findall("joint") if one.find("child").get("link") == parent)
+        (joint,) = (one for one in urdf.findall("joint") if one.find("child").get("link") == parent)
     return points, joint.get("name")
 
 
-def postures():
+def postures(driver):
     """Yield joints (rad): at the ends of their ranges, at rest, and anywhere."""
-    arm, dice = chain("pa10"), np.random.default_rng(1)
-    yield from (arm.low, arm.high, posture(load("pa10"), "home"), posture(load("pa10"), "ready"))
+    arm, dice = chain(driver), np.random.default_rng(1)
+    yield from (arm.low, arm.high, posture(load(driver), "home"), posture(load(driver), "ready"))
     for _ in range(12):
         yield dice.uniform(arm.low, arm.high)
 
 
-def beyond(points, joint, q):
+def beyond(driver, points, joint, q):
     """Return how far each sample is outside all capsules (m), negative inside, with the arm at `q`."""
-    arm = chain("pa10")
+    arm = chain(driver)
     frames = arm.frames(q)
     at = frames[arm.names.index(joint)]
     there, found = points @ at[:3, :3].T + at[:3, 3], []
-    for limb in LIMBS:
+    for limb in zones(driver)._limbs:
         begin, end = ((frames[limb.joint] @ [*point, 1.0])[:3] for point in (limb.begin, limb.end))
         share = np.clip((there - begin) @ (end - begin) / np.square(end - begin).sum(), 0, 1)
         found.append(np.linalg.norm(there - begin - share[:, None] * (end - begin), axis=1) - limb.radius)
     return np.min(found, axis=0)
 
 
-SHAPES = [link.get("name") for link in URDF.findall("link") if link.find("visual") is not None]
-MOVED = [name for name in SHAPES if name not in BOLTED]
+@both
+def test_all_that_moves_is_looked_at(driver):
+    shapes = [link.get("name") for link in URDF[driver].findall("link") if link.find("visual") is not None]
+    assert tuple(name for name in shapes if name not in BOLTED) == MOVED
 
 
-def test_all_that_moves_is_looked_at():
-    assert MOVED == ["upper_arm", "forearm", "lower_forearm", "wrist", "tool", "left_pad", "right_pad"]
-
-
+@both
 @pytest.mark.parametrize("link", MOVED)
-def test_no_shape_sticks_out_of_the_capsules(link):
-    for opening in np.linspace(0.0, load("pa10")["gripper"]["open"], 3 if "pad" in link else 1):
-        points, joint = samples(link, opening)
-        out = max(beyond(points, joint, q).max() for q in postures())
+def test_no_shape_sticks_out_of_the_capsules(driver, link):
+    for opening in np.linspace(0.0, load(driver)["gripper"]["open"], 3 if "pad" in link else 1):
+        points, joint = samples(driver, link, opening)
+        out = max(beyond(driver, points, joint, q).max() for q in postures(driver))
         assert out <= 0.0, f"{link} sticks out by {1000 * out:.1f} mm"
 
 
-def test_no_accepted_posture_puts_a_shape_into_a_box():
+@both
+def test_no_accepted_posture_puts_a_shape_into_a_box(driver):
     """Postures at the edge of what is accepted: where a limb has just entered, and a little back from there."""
-    arm, made, dice = chain("pa10"), planner("pa10"), np.random.default_rng(4)
-    shapes = [samples(link, load("pa10")["gripper"]["open"]) for link in MOVED]
+    arm, made, dice = chain(driver), planner(driver), np.random.default_rng(4)
+    shapes = [samples(driver, link, load(driver)["gripper"]["open"]) for link in MOVED]
     accepted = 0
     while accepted < 60:
         free, entered = dice.uniform(arm.low, arm.high), dice.uniform(arm.low, arm.high)

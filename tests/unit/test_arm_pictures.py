@@ -13,7 +13,7 @@ TAKE = """
 import json, threading
 from robots.kit.description import load, views
 from simulators.pa10 import scene
-from simulators.pa10.render import make
+from simulators.common.arm.render import make
 import mujoco
 
 model = scene.spec().compile()

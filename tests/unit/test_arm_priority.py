@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-ASK = "import os; from simulators.pa10.priority import {0}; print({0}(), os.sched_getscheduler(0) & 0xFF, os.nice(0))"
+ASK = "import os; from simulators.common.arm.priority import {0}; print({0}(), os.sched_getscheduler(0) & 0xFF, os.nice(0))"
 
 
 def asked(what, *before):

@@ -225,6 +225,28 @@ def test_programs_made_to_be_slow(measured, name):
     measured(lambda: courses.check(program(text), np.array(READY)), (Malformed, Refused))
 
 
+TASKS = {
+    "different places": "\n".join(f"put red at {400 + 13 * (n % 19)} {200 + 9 * (n % 17)} {n}" for n in range(150)),
+    "all round": "\n".join(f"move {500 - n} {y} 300" for n in range(80) for y in (-300, 300)),
+    "turning": "\n".join(f"move 500 0 300 180 0 {n}" for n in range(150)),
+    "to and fro": "repeat 100\nmove home\nmove ready\nend",
+    "towers": "repeat 20\nput red on yellow\nput blue on red\nput green on blue\nput green at 600 -180\nput blue at 500 -80\n"
+    "put red at 500 160\nend",
+    "over a tower": "put blue on yellow\nput green on blue\n" + "\n".join(
+        f"put red at {500 + n} {y}" for n in range(40) for y in (200, -100)
+    ),
+    "repetitions of nothing": "repeat 100\n" * 90 + "end\n" * 90,
+    "waits": "wait 30\n" * 199,
+    "expectations": "expect red on table\n" * 199,
+    "long numbers": "move " + "9" * 100,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_tasks_made_to_be_slow(measured, name):
+    refused_or_done(measured, "pa10", "task", {"text": TASKS[name]}, READY)
+
+
 SIX = dict.fromkeys(("x", "y", "z", "roll", "pitch", "yaw"), 0.0)
 
 

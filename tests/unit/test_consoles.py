@@ -12,6 +12,16 @@ from tests.environment import ROOT
 DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots/kit/drivers").glob("*/console/console.ts"))
 
 
+def whole(page):
+    """Return the text of a page, with what it includes: of all consoles, or of the robot's own folder."""
+
+    def part(found):
+        shared = ROOT / "templates" / found[1]
+        return whole(shared if shared.is_file() else page.parent / shared.name)
+
+    return re.sub(r'{% include "([^"]+)"[^%]*%}', part, page.read_text())
+
+
 def test_robots_with_a_console_are_found():
     assert {"mercury", "pa10", "irat"} <= set(DRAWN)
     assert console_of("so101") == PLAIN
@@ -21,7 +31,7 @@ def test_robots_with_a_console_are_found():
 def test_every_button_of_a_command_names_one_that_an_operator_or_staff_may_give(driver):
     console = console_of(driver)
     assert (ROOT / "frontend" / console.built).resolve().is_file()
-    page = (ROOT / "robots/kit/drivers" / driver / "console" / "console.html").read_text()
+    page = whole(ROOT / "robots/kit/drivers" / driver / "console" / "console.html")
     named = set(re.findall(r'data-kind="([^"]+)"', page))
     assert named, "a button without the name of its command would be offered whatever the robot can do"
     assert named <= {c.kind for c in spec_of(driver).commands if c.open_to(TURN) or c.open_to(STAFF)}
@@ -57,7 +67,7 @@ def test_what_is_published_is_described():
     told = set(re.findall(r"\w+", " ".join(re.findall(r"^\|.*?\|.*?\|", page, re.MULTILINE))))
     for module in sorted((ROOT / "frontend/src/v1").glob("*.ts")):
         exported = ", ".join(re.findall(r"^export \{(.*?)\}", module.read_text(), re.MULTILINE)).split(",")
-        names = {name.strip() for name in exported if not name.strip().startswith("type ")}
+        names = {name.strip().rpartition(" as ")[2] for name in exported if not name.strip().startswith("type ")}
         assert names - {""}, module.name
         assert f"{module.stem}.js" in page
         assert names - {""} <= told, module.name

@@ -13,7 +13,7 @@ ROOMS = ("robots", "workers", "portal", "queueing", "accounts", "operatorlog")
 OF_ONE_ROBOT = ("robots/kit/drivers/", "robots/kit/arms/", "robots/kit/rovers/", "robots/kit/slam/", "/migrations/")
 WORDS = frozenset({
     "click", "calibrate", "soft_reset", "sand", "arm", "up", "down", "air", "move", "jog", "home", "gripper", "pen",
-    "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "turntable",
+    "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "puma", "turntable",
     "stability_threshold", "delivery_exposure_s", "boxes", "speed", "residual", "residual_mm", "theta",
     "irat", "ratslam", "goal", "explore", "charge", "dock", "experience", "map_cleared", "clear_map", "pruning",
 })  # fmt: skip
@@ -37,7 +37,7 @@ ALLOWED = {
     "robots/kit/conformance/states.py": {"speed"},  # and where it is checked
     "accounts/passwords.py": {"mercury", "arm"},  # words that make a password easy to guess
     "robots/models/robot.py": {"mercury"},  # what the form of a new robot begins with
-    "portal/keep/seeding.py": {"mercury", "pa10", "irat"},  # the demo's robots
+    "portal/keep/seeding.py": {"mercury", "pa10", "irat", "puma"},  # the demo's robots
 }
 PAGES = ("templates", "frontend/src")
 OF_AN_ARM = ("frontend/src/arm/", "frontend/src/motion/", "frontend/src/admin/editors/boxes.ts")
@@ -101,7 +101,8 @@ def test_set_up_names_no_robot_and_finds_what_each_one_has_compiled():
     assert len(robots & {"mercury", "pa10", "irat", "so101"}) == 4
     assert [word for word in robots - {"common"} if word in tool] == []
     assert [str(f.relative_to(ROOT)) for f in prepared()] == [
-        "robots/kit/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/srv1/prepare.py",
+        "robots/kit/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/puma/prepare.py",
+        "simulators/srv1/prepare.py",
     ]  # fmt: skip
 
 

@@ -15,7 +15,8 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False, width=32)
 PLACES = st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-0.2, 1.8))
 ROTATIONS = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: max(map(abs, q)) > 1e-6)
 PLACED = st.builds(Placed, PLACES, ROTATIONS)
-OBJECTS = st.dictionaries(st.integers(0, MOST - 1), PLACED, max_size=12)
+IN_TOOL = st.builds(Placed, st.tuples(*[st.floats(-0.25, 0.25)] * 3), ROTATIONS, st.just(True))
+OBJECTS = st.dictionaries(st.integers(0, MOST - 1), PLACED | IN_TOOL, max_size=12)
 
 
 def apart(a, b):
@@ -33,6 +34,17 @@ def test_an_object_takes_12_bytes_and_is_told_exactly(number, placed):
     far, turned = apart(placed, found)
     assert far <= 0.05
     assert turned <= 0.05
+
+
+@given(st.integers(0, MOST - 1), IN_TOOL)
+def test_an_object_that_is_held_takes_12_bytes_too_and_is_told_in_the_tool(number, placed):
+    data = BOX.encode(number, placed)
+    assert len(data) == SIZE
+    again, found = BOX.decode(data)
+    assert (again, found.held) == (number, True)
+    far, turned = apart(placed, found)
+    assert far <= 0.12
+    assert turned <= 0.2
 
 
 @given(st.lists(OBJECTS, min_size=1, max_size=8), st.data())

@@ -12,7 +12,7 @@ from accounts import quiz
 from accounts.orientation import render
 from tests.environment import ROOT
 
-FOLDERS = [ROOT / "robots/kit/drivers" / name for name in ("mercury", "pa10", "so101", "irat")]
+FOLDERS = [ROOT / "robots/kit/drivers" / name for name in ("mercury", "pa10", "puma", "so101", "irat")]
 FOLDERS.append(ROOT / "tests" / "packages" / "turntable" / "turntable_robot")
 DRAWN, CHOICES = 5, 4
 FIRST_S, MOST_S = 60, 86_400

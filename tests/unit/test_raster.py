@@ -187,3 +187,19 @@ def test_solids_are_seen_from_outside_on_all_sides():
 def test_a_texture_has_sides_that_are_powers_of_two(shape):
     with pytest.raises(ValueError, match="powers of two"):
         Atlas().add(np.zeros((*shape, 3), np.uint8))
+
+
+def test_what_is_kept_is_in_all_further_pictures_and_hides_what_is_behind_it():
+    canvas, plain = Canvas(LENS, Atlas()), Canvas(LENS, Atlas())
+    wall, near, behind = facing(3.0, tint=(90, 0, 0)), facing(1.0, 0.2, (0, 90, 0)), facing(9.0, 5.0, (0, 0, 90))
+    canvas.begin()
+    canvas.draw(facing(3.0, 0.9, (90, 0, 0)), EYE)
+    canvas.keep((7, 8, 9))
+    for drawn_now in ((near,), (behind, near), ()):
+        for one, meshes in ((canvas, drawn_now), (plain, (facing(3.0, 0.9, (90, 0, 0)), *drawn_now))):
+            one.begin()
+            for mesh in meshes:
+                one.draw(mesh, EYE)
+        assert np.array_equal(canvas.picture(), plain.picture((7, 8, 9)))
+        assert np.array_equal(canvas.depth(), plain.depth())
+    assert not np.array_equal(drawn(wall).picture(), canvas.picture())

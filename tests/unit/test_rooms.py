@@ -14,7 +14,7 @@ from robots.kit.contract.video import VideoPacket, pack
 from robots.kit.packets import TAKEN_DOWN, Changed
 
 KEY, NEXT, AFTER = (pack(VideoPacket(0, n, 2000 + 40 * n, 0, b"vp8", n - 1 or None)) for n in (1, 2, 3))
-ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream"}
+ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream", "farhand:arm:path"}
 
 
 @pytest.fixture
@@ -36,6 +36,7 @@ class Line:
     """A connection that takes `room` frames, until it is emptied."""
 
     deflates = False
+    window = 0
 
     def __init__(self, room=99):
         self.room, self.written, self._kept, self.ready, self._call = room, [], False, True, None
@@ -48,6 +49,9 @@ class Line:
     def emptied(self, room):
         self.room = room
         self._judge()
+
+    def bound(self, on):
+        pass
 
     def keep(self, waits):
         self._kept = waits

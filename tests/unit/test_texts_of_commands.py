@@ -10,7 +10,10 @@ from robots.kit.drivers.srv1.rules import paper
 DRIVERS = ("irat", "mercury", "pa10", "so101", "srv1")
 COMMANDS = [(name, c) for name in DRIVERS for c in spec_of(name).commands]
 TEXTS = [(name, c.kind, a) for name, c in COMMANDS for a in c.arguments if a.text]
-BEGINS = {("srv1", "mission"): "photograph", ("srv1", "rules"): paper().strip(), ("pa10", "program"): "d 1"}
+BEGINS = {
+    ("srv1", "mission"): "photograph", ("srv1", "rules"): paper().strip(), ("pa10", "program"): "d 1",
+    ("pa10", "task"): "wait 1",
+}  # fmt: skip
 NEVER = pytest.mark.parametrize("never", ["\0", "\ud800", "\udfff"], ids=["NUL", "high half", "low half"])
 
 

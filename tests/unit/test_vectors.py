@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from robots.kit.arms.pose import matrix, numbers
+from robots.kit.arms.tasks.parsing import BadTask
+from robots.kit.arms.tasks.parsing import parse as parse_task
+from robots.kit.arms.tasks.steps import write
 from robots.kit.contract.channels import Scalar
 from robots.kit.contract.compact import Layout
 from robots.kit.contract.errors import OutOfWorkspace
@@ -203,10 +206,20 @@ def test_objects_are_packed_as_the_browser_reads_them():
     vectors = read("object_packets")
     writer, reader = (KnownObjects(Box(**{k: tuple(v) for k, v in vectors["box"].items()})) for _ in range(2))
     for one in vectors["packets"]:
-        objects = {int(n): Placed(tuple(told[:3]), tuple(told[3:])) for n, told in one["objects"].items()}
+        held = set(one.get("held", ()))
+        objects = {int(n): Placed(tuple(at[:3]), tuple(at[3:]), n in held) for n, at in one["objects"].items()}
         data = writer.key(objects) if one["key"] else writer.delta(objects)
         assert data.hex() == one["hex"], one["what"]
         found = reader.take(data, one["key"]).objects
+        assert {str(n) for n, p in found.items() if p.held} == held
         assert {str(n): [*p.place, *p.rotation] for n, p in found.items()} == {
             n: pytest.approx(told, abs=1e-8) for n, told in one["read"].items()
         }
+
+
+@pytest.mark.parametrize("one", read("tasks"), ids=lambda one: one["text"][:30])
+def test_a_task_is_read_as_the_page_reads_it(one):
+    try:
+        assert write(parse_task(one["text"])) == one["written"]
+    except BadTask as error:
+        assert str(error) == one["refused"]

@@ -4,7 +4,7 @@ from pathlib import Path
 from random import Random
 
 from robots.kit.drivers.mercury.driver import Driver
-from robots.kit.drivers.mercury.protocol import move_xyz
+from robots.kit.drivers.mercury.protocol import BAUD, move_xyz
 from simulators.mercury.__main__ import Simulator
 from tests.unit.sand_beds import fresh
 from tests.world.eyes import Eye
@@ -27,7 +27,7 @@ class MercuryRig(Rig):
         self.use(Cable(world))
         self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
         self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
-        self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world, fresh)
+        self.sim = Simulator(folder, world.seed, line_of(self.cable, BAUD), world, world, fresh)
         world.spawn(self.sim.run, "simulator", self.process)
 
     def session(self, name, address, settings, trace=None):

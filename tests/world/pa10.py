@@ -81,7 +81,7 @@ class ArmRig(StreamRig):
                     there = target(radians(float(v)) for v in data.split()[1:7])
                     rig.by_itself[there], rig.kinds[there] = self.recovers, self.sends_for
 
-        return InWorld("127.0.0.1:5000", settings, trace)
+        return InWorld("127.0.0.1:5000", {**settings, "folder": str(self.folder)}, trace)
 
     def camera(self, url, rig, view="", colour=False):
         def take(exposure: float) -> np.ndarray:

@@ -24,13 +24,21 @@ from tests.world.irat import IratRig
 from tests.world.mercury import MercuryRig
 from tests.world.owner import Supervisor
 from tests.world.pa10 import ArmRig
+from tests.world.puma import PumaRig
 from tests.world.srv1 import RoverRig
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig, "pa10": ArmRig, "irat": IratRig, "srv1": RoverRig, "errands": MercuryRig}
-EACH = pytest.mark.parametrize("which", ["mercury", "pa10", "irat", at_length("srv1")], indirect=True)
-ALL = pytest.mark.parametrize("which", ["mercury", "pa10", "irat", "srv1"], indirect=True)
+RIGS = {
+    "mercury": MercuryRig,
+    "pa10": ArmRig,
+    "puma": PumaRig,
+    "irat": IratRig,
+    "srv1": RoverRig,
+    "errands": MercuryRig,
+}
+EACH = pytest.mark.parametrize("which", ["mercury", "pa10", "irat", *map(at_length, ("srv1", "puma"))], indirect=True)
+ALL = pytest.mark.parametrize("which", ["mercury", "pa10", "irat", "srv1", at_length("puma")], indirect=True)
 NEW = {  # a robot's row, as if no world had been before
     "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
     "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},

@@ -4,6 +4,7 @@ import fnmatch
 import math
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 
 import redis
 
@@ -77,10 +78,13 @@ class MemoryStore:
     def _mget(self, *keys: str) -> list[bytes | None]:
         return [self._get(key) for key in keys]
 
-    def _set(self, key: str, value: object, ex: float | None = None, nx: bool = False) -> bool | None:
+    def _set(
+        self, key: str, value: object, ex: float | None = None, nx: bool = False, px: int | None = None
+    ) -> bool | None:  # fmt: skip
         if nx and self._live(key):
             return None
         self._values[key] = as_bytes(value)
+        ex = px / 1000 if px is not None else ex
         self._ends[key] = math.inf if ex is None else self.world.monotonic() + ex
         return True
 
@@ -150,7 +154,7 @@ class Pipeline:
 
     def __getattr__(self, name: str):
         called = getattr(self._store, f"_{name}")
-        return lambda *args: self._calls.append((called, args))
+        return lambda *args, **kwargs: self._calls.append(partial(called, *args, **kwargs))
 
     def execute(self) -> list:
         self._store.ask()
@@ -158,7 +162,7 @@ class Pipeline:
 
     def _execute(self) -> list:
         calls, self._calls = self._calls, []
-        return [called(*args) for called, args in calls]
+        return [call() for call in calls]
 
 
 class Listener:

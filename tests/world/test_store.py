@@ -78,14 +78,15 @@ def test_values(store):
 
 def test_lives_of_keys(kind, store):
     store.set("short", 1, ex=1)
+    store.set("shorter", 1, px=900)
     store.set("kept", 1)
     assert store.expire("kept", 100) == 1
     assert store.expire("none", 100) == 0
     store.set("again", 1, ex=1)
     store.set("again", 2)  # lives on: a new value has a new life
-    assert store.exists("short") == 1
+    assert store.exists("short", "shorter") == 2
     kind.pass_time(1.1, lambda: not store.exists("short"))
-    assert (store.get("short"), store.mget("short")) == (None, [None])
+    assert (store.get("short"), store.mget("short", "shorter")) == (None, [None, None])
     assert store.set("short", 3, nx=True) is True
     assert store.get("again") == b"2"
 

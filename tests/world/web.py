@@ -53,7 +53,8 @@ class Browser:
 class Page:
     """The socket of one page, at its real address. Without a cookie it is a stranger's.
 
-    `code`: with which it was closed, None while it is open; `newest`: what came last of each kind of message.
+    `code`: with which it was closed, None while it is open; `newest`: what came last of each kind of message; `packets`:
+    the binary messages that have come.
     """
 
     def __init__(self, sockets: Sockets, path: str, cookie: str = "", name: str = "a stranger") -> None:
@@ -62,6 +63,7 @@ class Page:
         self.code: int | None = None
         self.newest: dict[str, dict] = {}
         self.answers: list[dict] = []
+        self.packets: list[bytes] = []
         self._to_server, self._to_page = deque([{"type": "websocket.connect"}]), deque()
         self._world.spawn(self._live, f"{name}'s page", self._world.process(f"{name}'s page"))
         headers = {b"host": b"localhost", b"origin": b"http://localhost", b"cookie": cookie.encode()}
@@ -99,6 +101,8 @@ class Page:
     def _read(self, message: dict) -> None:
         if message["type"] == "websocket.close":
             self.code = message.get("code", 1000)
+        elif data := message.get("bytes"):
+            self.packets.append(data)
         elif said := message.get("text"):
             told = json.loads(said)
             if told["t"] == "answer":

@@ -7,7 +7,7 @@ import serial
 
 from robots.kit.clock import Timer
 from simulators.common.faults import FaultBoard
-from simulators.mercury.line import Line
+from simulators.common.serial_line import Line
 from tests.world.world import World
 
 READ_S = 1.0
@@ -126,7 +126,7 @@ class Port:
         self._open = False
 
 
-def line_of(cable: Cable) -> Callable[[Path, FaultBoard, Callable[[], None]], Line]:
+def line_of(cable: Cable, baud: int) -> Callable[[Path, FaultBoard, Callable[[], None]], Line]:
     """Return what opens the robot's end of a serial line."""
 
     class End(Line):
@@ -144,8 +144,6 @@ def line_of(cable: Cable) -> Callable[[Path, FaultBoard, Callable[[], None]], Li
             return cable.carries and bool(cable.to_robot)
 
     def opened(tty: Path, faults: FaultBoard, refused: Callable[[], None], clock: Timer = cable.world) -> Line:
-        from robots.kit.drivers.mercury.protocol import BAUD
-
-        return End(tty, faults, BAUD, clock)
+        return End(tty, faults, baud, clock)
 
     return opened

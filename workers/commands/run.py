@@ -22,7 +22,7 @@ from robots.kit.contract.errors import (
     TooLate,
 )
 from robots.kit.contract.procedures import CALIBRATE, RESET, procedure
-from robots.kit.contract.session import Observation, Permit, Progress
+from robots.kit.contract.session import Moves, Observation, Permit, Progress, Report
 from robots.kit.contract.spec import CommandKind
 from robots.models import Command
 from robots.states import CommandState
@@ -31,6 +31,7 @@ from workers.commands import rows
 from workers.commands.findings import Findings
 from workers.commands.held import held_motion, replaceable
 from workers.commands.packages import Packages
+from workers.commands.paths import PathReporter
 from workers.commands.progress import ProgressReporter
 from workers.commands.readings import Readings
 from workers.guard.deadman import DeadManTimer
@@ -64,7 +65,7 @@ class Runner:
         self._owned, self._lease, self._lane = owned, lane.lease, lane
         self._deadman, self._pictures, self._on_fault, self._note_stop = deadman, pictures, on_fault, note_stop
         self._permit: Permit = lane.gate.check  # of the command that runs
-        self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
+        self._moves, self._progress, self._paths = lane.name == MOTION, ProgressReporter(owned), PathReporter(owned)
         self._readings, self._findings, self._packages = Readings(owned), findings, packages
         self._said = 0  # the last command that was sent to the robot, whatever the database says
         self._sent: tuple[int, datetime] | None = None  # a command, and when it was sent, which the database missed
@@ -128,6 +129,7 @@ class Runner:
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Store the end of a command; while the database is away, try again for as long as the robot is ours."""
         at = self._owned.now()
+        self._paths.end(command)
         if self._goes_on():
             log.warning("%s is ended by the next owner, which asks the robot first", command)
             return
@@ -164,7 +166,7 @@ class Runner:
         """Return whether the lease ran out after the command was claimed."""
         return not self._lease.valid or self._lease.epoch != command.epoch
 
-    def _stage(self, command: Command, stage: str | Progress | Observation) -> None:
+    def _stage(self, command: Command, stage: Report) -> None:
         """Store a stage; if the database is away, a motion that has begun goes on."""
         if isinstance(stage, Progress):
             self._packages.reached(command, stage.text)
@@ -172,6 +174,9 @@ class Runner:
             return
         if isinstance(stage, Observation):
             self._findings.note(command, stage)
+            return
+        if isinstance(stage, Moves):
+            self._paths.report(command, stage)
             return
         self._said, now = command.pk, self._owned.now()
         if stage == "acknowledged":
@@ -213,7 +218,7 @@ class Runner:
         if spec.moves:
             self._pictures.still_id = 0
 
-        def on_stage(stage: str | Progress | Observation) -> None:
+        def on_stage(stage: Report) -> None:
             self._stage(command, stage)
 
         why = package = ""

@@ -82,8 +82,12 @@ class OwnedRobot:
         return bool(done)
 
     def age(self, state: RobotState) -> float:
-        """Return the age of a state (s). Only here is the clock of drivers' states compared with the present."""
-        return self.driver.clock.monotonic() - state.at
+        """Return the age of a state (s)."""
+        return self.since(state.at)
+
+    def since(self, at: float) -> float:
+        """Return how long ago (s) a driver's time was. Only here is the clock of drivers compared with the present."""
+        return self.driver.clock.monotonic() - at
 
     def known_state(self) -> KnownState | None:
         """Return the values of a fresh state by name; None if there is none."""

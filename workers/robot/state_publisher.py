@@ -13,6 +13,7 @@ from workers.authority.memory import StopLatch
 from workers.media.sound import Sound
 from workers.media.streams import Streams
 from workers.media.trace import WireTrace
+from workers.robot.beat import RestBeat
 from workers.robot.connection import Connection
 from workers.robot.owned import OwnedRobot
 
@@ -38,6 +39,7 @@ class StatePublisher:
         self._spec = owned.robot.spec()
         self._packed = self._spec.packed()
         self._layout = Layout.of(self._spec)
+        self._beat = RestBeat(self._layout) if self._layout is not None else None
         self._compact, self._whole = False, 0.0  # whether somebody wants compact states; when a whole one was sent
         self._kept = 0.0
         self._noted = False  # the fault that the robot shows has been dealt with
@@ -107,6 +109,8 @@ class StatePublisher:
         compact = None
         silent = self._owned.age(state) > WHOLE_S  # its stamp would soon be taken for a later one
         if self._layout is not None and not silent and self._owned.clock.monotonic() - self._whole < WHOLE_S:
+            if self._beat is not None and not self._beat.due(state, latched, told, self._owned.clock.monotonic()):
+                return
             compact = self._layout.encode(at_ms, state, latched, told)
         if compact is None:
             self._whole = self._owned.clock.monotonic()

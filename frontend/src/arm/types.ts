@@ -1,5 +1,7 @@
 /** What the parts of an arm's console share: the arm's description, targets, degrees. */
 import type { Facts } from "../page/controls.ts";
+import type { PlanAnswer } from "../socket/messages.ts";
+import type { StatePacket } from "../socket/packets.ts";
 import type { ForbiddenBox } from "./view.ts";
 
 export interface JointInfo {
@@ -23,6 +25,32 @@ export interface Target {
 export interface Judge {
   ask(): void;
   whyNot(kind: string, facts: Facts): string;
+}
+
+/** A mode of control: `asked` is the kind of its command, `checked` gets the server's answer instead of the ghost. */
+export interface ArmMode {
+  asked: string;
+  /** Why nothing can be sent where there is no target. */
+  empty?: string;
+  target(): Target | null;
+  /** Return why a value is out of its range, in the words of its field; empty if none is. */
+  outside?(): string;
+  open?(): void;
+  state?(packet: StatePacket): void;
+  checked?(answer: PlanAnswer): void;
+  /** Judge the target in the page: return why it cannot be sent, empty if it can. Then the server is not asked before. */
+  local?(): string;
+  /** Judge again: the arm has moved, or the speed is another. For modes with `local`. */
+  again?(): void;
+}
+
+/** What an arm has beside its joints: which joints of the model follow a further number of its posture, and its gripper. */
+export interface ArmParts {
+  moved: string[][];
+  /** Return the numbers that move the model: the joints, then one for each of `moved`. */
+  posture(packet: StatePacket): number[];
+  /** Return what is known of the gripper, in words. */
+  gripper(packet: StatePacket): string;
 }
 
 export function deg(radians: number): number {

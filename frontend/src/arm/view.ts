@@ -19,6 +19,7 @@ import {
 import URDFLoader, { type URDFRobot } from "urdf-loader";
 import { disposeContent, setPoints, View3D } from "../kit/view_3d.ts";
 import { numbersOf } from "./pose.ts";
+import type { Predicted } from "./prediction.ts";
 
 export interface ForbiddenBox {
   name: string;
@@ -26,19 +27,32 @@ export interface ForbiddenBox {
   high: number[];
 }
 const GLIDE_MS = 160;
+const TARGET = 0x1292a3,
+  EXPECTED = 0xb8791d; // colours of the arm at a target, and where it is expected to be
 const REACH = 1.2;
 const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
 const CAMERA_AT = [1.55, 1.25, 1.75] as const;
-const LOOK = { field: 38, near: 0.05, far: 20, from: CAMERA_AT, to: [0.2, 0.45, 0], ambient: 1.6, lamp: 2.2, lampAt: [1.5, 3, 1] } as const;
+export const LOOK = {
+  field: 38,
+  near: 0.05,
+  far: 20,
+  from: CAMERA_AT,
+  to: [0.2, 0.45, 0],
+  ambient: 1.6,
+  lamp: 2.2,
+  lampAt: [1.5, 3, 1],
+} as const;
 
 export class ArmView extends View3D {
   private forbidden = new Group();
-  private arm: URDFRobot;
-  private ghost: URDFRobot;
+  protected readonly arm: URDFRobot;
+  protected readonly ghost: URDFRobot;
+  private expected: URDFRobot;
+  private prediction: { readonly runs: boolean; readonly joints: Predicted | null } = { runs: false, joints: null };
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0x0c8a9a }));
   private from: number[] = [];
-  private to: number[] = [];
+  protected to: number[] = [];
   private since = 0;
   private bad = false;
   private playing = 0;
@@ -48,7 +62,7 @@ export class ArmView extends View3D {
     holder: HTMLElement,
     urdf: string,
     private names: string[][],
-    private tip: string,
+    protected tip: string,
     boxes: ForbiddenBox[],
     onTable: (x: number, y: number) => void,
   ) {
@@ -57,9 +71,11 @@ export class ArmView extends View3D {
     });
     this.arm = new URDFLoader().parse(urdf);
     this.ghost = new URDFLoader().parse(urdf);
-    paint(this.ghost);
-    this.ghost.visible = false;
-    this.world.add(this.arm, this.ghost, this.path, this.forbidden);
+    this.expected = new URDFLoader().parse(urdf);
+    paint(this.ghost, TARGET);
+    paint(this.expected, EXPECTED);
+    this.ghost.visible = this.expected.visible = false;
+    this.world.add(this.arm, this.ghost, this.expected, this.path, this.forbidden);
     this.boxes(boxes);
     const grid = new GridHelper(3, 30);
     grid.material.transparent = true;
@@ -93,6 +109,21 @@ export class ArmView extends View3D {
     this.to = q;
     this.since = performance.now();
     this.ask();
+  }
+
+  /** Show where the arm is expected to be, beside the arm as it was told, until nothing is expected any more. */
+  expect(prediction: ArmView["prediction"]): void {
+    this.prediction = prediction;
+    this.ask();
+  }
+
+  /** Return the tool's place (m) at such joints (rad, m); null for a model without that link. */
+  toolAt(q: readonly number[]): number[] | null {
+    const link = this.expected.links[this.tip];
+    if (!link) return null;
+    this.pose(this.expected, q);
+    this.world.updateMatrixWorld(true);
+    return this.world.worldToLocal(new Vector3().setFromMatrixPosition(link.matrixWorld)).toArray();
   }
 
   /** Show where a target would take the arm (rad, m), and the path of its tool (m); null hides both. */
@@ -144,7 +175,7 @@ export class ArmView extends View3D {
     this.bad = bad;
     this.ghost.traverse((part) => {
       const { material } = part as { material?: unknown };
-      if (material instanceof MeshLambertMaterial) material.color.set(bad ? 0xd23b2f : 0x1292a3);
+      if (material instanceof MeshLambertMaterial) material.color.set(bad ? 0xd23b2f : TARGET);
     });
     this.ask();
   }
@@ -163,7 +194,7 @@ export class ArmView extends View3D {
     return this.to.map((v, i) => (this.from[i] ?? v) + (v - (this.from[i] ?? v)) * share);
   }
 
-  private pose(robot: URDFRobot, q: number[]): void {
+  private pose(robot: URDFRobot, q: readonly number[]): void {
     this.names.forEach((named, i) => {
       for (const name of named) if (name in robot.joints) robot.setJointValue(name, q[i] ?? 0);
     });
@@ -172,7 +203,11 @@ export class ArmView extends View3D {
   protected override move(): boolean {
     if (!this.to.length) return false;
     this.pose(this.arm, this.now());
-    return performance.now() - this.since < GLIDE_MS;
+    const expected = this.prediction.joints;
+    this.expected.visible = expected !== null;
+    this.holder.toggleAttribute("data-expected", expected !== null);
+    if (expected) this.pose(this.expected, [...expected.predicted, ...this.to.slice(expected.predicted.length)]);
+    return this.prediction.runs || performance.now() - this.since < GLIDE_MS;
   }
 }
 
@@ -192,9 +227,8 @@ function boxOf(box: ForbiddenBox): Object3D {
   return made;
 }
 
-function paint(robot: URDFRobot): void {
+function paint(robot: URDFRobot, color: number): void {
   robot.traverse((part) => {
-    if (part instanceof Mesh)
-      part.material = new MeshLambertMaterial({ color: 0x1292a3, transparent: true, opacity: 0.38, depthWrite: false });
+    if (part instanceof Mesh) part.material = new MeshLambertMaterial({ color, transparent: true, opacity: 0.38, depthWrite: false });
   });
 }

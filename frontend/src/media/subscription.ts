@@ -218,6 +218,7 @@ export class Subscription {
       compact: pace !== "live",
       ...(this.filming ? { video: this.coding } : {}),
       ...(pace === "coarse" ? { coarse: true } : {}),
+      ...(pace === "stills" || pace === "states" ? { pieces: true } : {}),
       ...(this.sound && !this.soundless ? { sound: true } : {}),
     };
   }

@@ -3,7 +3,7 @@ import { byId, say } from "../kit/dom.ts";
 import { CameraView } from "../media/camera_view.ts";
 import type { ShownPicture } from "../media/pictures.ts";
 import type { CommandInfo, Still } from "../socket/messages.ts";
-import type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
+import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { blocked, type Facts } from "./controls.ts";
 import { configKinds } from "./facts.ts";
 
@@ -17,6 +17,8 @@ export interface Console {
   state(packet: StatePacket): void;
   /** The next packet of a byte stream: a key packet holds everything, a delta what changed since the one before. */
   stream?(name: string, packet: StreamPacket): void;
+  /** The robot begins to move on a path: its intention, which states may or may not confirm. */
+  path?(packet: PathPacket): void;
   still(still: Still): void;
   /** A grant began or ended, or another one took its place. */
   turn(): void;
@@ -87,7 +89,7 @@ export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
   }
 }
 
-type Part = Exclude<keyof Console, "video" | "stream">;
+type Part = Exclude<keyof Console, "video" | "stream" | "path">;
 const PARTS: Part[] = ["watch", "picture", "state", "still", "turn", "command", "draw", "advice", "shown", "pictureAt", "whyNot"];
 
 /** Return a complete console: the members of `own`, and defaults for the rest. */
@@ -100,5 +102,6 @@ export function completeConsole(own: Partial<Console>, page: ConsolePage): Conso
   }
   whole["video"] = own.video ?? !own.picture; // a picture of its own may know JPEG alone
   if (own.stream) whole["stream"] = own.stream.bind(own);
+  if (own.path) whole["path"] = own.path.bind(own);
   return whole as unknown as Console;
 }

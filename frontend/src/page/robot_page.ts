@@ -59,6 +59,7 @@ export class RobotPage {
         ...media.handlers,
         message: (m) => this.message(m),
         state: (p) => this.gotState(p),
+        path: (p) => this.console?.path?.(p),
         line: (up) => this.gotLine(up),
         busy: () => this.facts().busy,
       },

@@ -30,7 +30,8 @@ export function unpackSlice(data: ArrayBuffer): Item[] {
       end = at + HEAD + length;
     if (end > data.byteLength) break;
     const packet = decode(data.slice(at + HEAD, end));
-    if (packet && !("coded" in packet) && !("opus" in packet)) items.push({ at: ms, packet }); // recordings hold whole pictures, no sound
+    const recorded = packet && !("coded" in packet) && !("opus" in packet) && !("knots" in packet);
+    if (recorded) items.push({ at: ms, packet }); // recordings hold whole pictures, no sound, and what was measured alone
     at = end;
   }
   return items;

@@ -1,5 +1,6 @@
 /** Decodes the binary packets of the socket. */
 import { compactState } from "./compact_state.ts";
+import { jointPath } from "./joint_path.ts";
 import type { CompactLayout, Packet, SoundPacket, VideoPacket } from "./packets.ts";
 
 const STATE_HEAD = 16;
@@ -50,12 +51,13 @@ function sound(view: DataView<ArrayBuffer>): SoundPacket | null {
 }
 
 /**
- * Decode a binary packet; null for one that is too short or of an unknown type. For compact states `layout` is the
+ * Decode a binary packet; null for one that is too short or of an unknown type. For compact states and paths `layout` is the
  * robot's and `nearMs` a server time near theirs.
  */
 export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, nearMs = 0): Packet | null {
   const view = new DataView(data);
   if (data.byteLength > 0 && view.getUint8(0) >= 128) return layout && compactState(new Uint8Array(data), layout, nearMs);
+  if (data.byteLength > 0 && view.getUint8(0) === 6) return layout && jointPath(new Uint8Array(data), layout, nearMs);
   const type = data.byteLength >= STATE_HEAD ? view.getUint8(0) : 0;
   if (type === 3)
     return {

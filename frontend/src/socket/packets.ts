@@ -74,4 +74,16 @@ export interface SoundPacket {
   opus: Uint8Array<ArrayBuffer>;
   said: string;
 }
-export type Packet = StatePacket | PicturePacket | StreamPacket | VideoPacket | SoundPacket;
+/**
+ * The path on which the robot's first joints begin to move by a command: positions (rad, m) at equal times, the first at
+ * `beganMs` (server ms), the last `seconds` later, where it rests. `velocity` (rad/s, m/s): at the beginning; empty: at
+ * rest. `command`: the low 32 bits of the command's number. It is what the robot intends; nothing of it is measured.
+ */
+export interface PathPacket {
+  command: number;
+  beganMs: number;
+  seconds: number;
+  knots: number[][];
+  velocity: number[];
+}
+export type Packet = PathPacket | StatePacket | PicturePacket | StreamPacket | VideoPacket | SoundPacket;

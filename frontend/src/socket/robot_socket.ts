@@ -4,7 +4,8 @@ import type { CompactLayout } from "./compact_state.ts";
 import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
 import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
-import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import { PIECE, Pieces } from "./pieces.ts";
 import { RoundTrip } from "./round_trip.ts";
 
 export interface Handlers {
@@ -14,6 +15,7 @@ export interface Handlers {
   stream?(packet: StreamPacket): void;
   video?(packet: VideoPacket): void;
   sound?(packet: SoundPacket): void;
+  path?(packet: PathPacket): void;
   line(up: boolean): void;
   /** A message of so many bytes has come. */
   took?(bytes: number): void;
@@ -47,6 +49,7 @@ export class RobotSocket {
   private retry = 0;
   private full = false; // too many viewers: the next attempt keeps its pause
   private readonly roundTrip = new RoundTrip();
+  private readonly pieces = new Pieces();
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
@@ -156,6 +159,7 @@ export class RobotSocket {
   private use(socket: WebSocket): void {
     this.socket = socket;
     this.known = this.full = false;
+    this.pieces.clear();
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -220,11 +224,13 @@ export class RobotSocket {
     this.handlers.took?.(typeof data === "string" ? data.length : data.byteLength);
     if (typeof data !== "string") {
       this.probeAfter = PROBE_MS;
-      const packet = decode(data, this.layout, this.now());
+      const whole = new Uint8Array(data, 0, Math.min(1, data.byteLength))[0] === PIECE ? this.pieces.take(data) : data;
+      const packet = whole && decode(whole, this.layout, this.now());
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("coded" in packet) this.handlers.video?.(packet);
       else if ("opus" in packet) this.handlers.sound?.(packet);
+      else if ("knots" in packet) this.handlers.path?.(packet);
       else if ("data" in packet) this.handlers.stream?.(packet);
       else this.handlers.state(packet);
       return;

@@ -1,6 +1,8 @@
-/** `/static/farhand/v1/arm.js`: widgets for an arm. */
+/** `/static/farhand/v1/arm.js`: widgets for an arm, and its whole console. */
 import "../arm/arm.css";
 
+export { ArmConsole } from "../arm/console.ts";
 export { Joints } from "../arm/joints.ts";
+export { Prediction } from "../arm/prediction.ts";
 export { Position } from "../arm/position.ts";
-export { type ArmDescription, deg, type Judge, type Target } from "../arm/types.ts";
+export { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "../arm/types.ts";

@@ -17,7 +17,7 @@ export { allow, refusal } from "../kit/refusal.ts";
 export { fill } from "../kit/render.ts";
 export { fromOwn } from "../socket/poses.ts";
 export type { CommandInfo, Judgement, PlanAnswer, Still } from "../socket/messages.ts";
-export type { PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
+export type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 export { prefetch } from "../kit/prefetch.ts";
 export { request } from "../kit/request.ts";
 export { Tabs } from "../kit/tabs.ts";

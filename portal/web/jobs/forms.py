@@ -5,13 +5,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from queueing.services import packets_of
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.find import function
 from robots.kit.contract.spec import Argument, CommandKind
 from robots.kit.plain import whole
 from robots.models import Robot
 from robots.services import programs
+from robots.services.streams import packets_of
 
 SHOWN = 200  # programs
 
@@ -61,7 +61,9 @@ def _form(robot: Robot, user: Any, kind: CommandKind, written: Mapping[str, str]
     fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
     name, mail, choice = written.get("name", ""), written.get("mail") == "yes", written.get("choice", "")
     saved = (
-        list(programs.visible(robot, user).values_list("pk", "name")) if programs.is_program(robot, kind.kind) else []
+        list(programs.visible(robot, user, kind.kind).values_list("pk", "name"))
+        if programs.is_program(robot, kind.kind)
+        else []
     )
     return Form(
         kind, fields, name, mail, declared, choices, choice, tuple(saved[:SHOWN]), max(0, len(saved) - SHOWN),

@@ -32,7 +32,10 @@ def _shown(program: Program, user: Any) -> dict[str, Any]:
 
 @never_cache
 def programs_of(request: HttpRequest, slug: str) -> JsonResponse:
-    """List programs (GET), save one (POST), delete one (DELETE)."""
+    """List programs (GET), save one (POST), delete one (DELETE).
+
+    `kind`, in the query and in what is saved, is the command that runs them; without it the robot's first language.
+    """
     robot = get_object_or_404(Robot, slug=slug)
     try:
         if request.method == "POST":
@@ -41,16 +44,17 @@ def programs_of(request: HttpRequest, slug: str) -> JsonResponse:
             saved = programs.save(
                 robot, request.user, str(said.get("name", "")), str(said.get("text", "")), said.get("shared") is True,
                 SYSTEM.now(), pk if isinstance(pk, int) and not isinstance(pk, bool) else None,
+                str(said.get("kind", "")),
             )  # fmt: skip
             return JsonResponse(_shown(saved, request.user))
         if request.method == "DELETE":
             pk = _said(request).get("id")
             programs.delete(robot, request.user, pk if isinstance(pk, int) else 0)
             return JsonResponse({})
+        found = programs.visible(robot, request.user, request.GET.get("kind", ""))[:200]
     except RobotError as error:
         status = 403 if isinstance(error, NotPermitted) else 400
         return JsonResponse({"error": str(error)}, status=status)
-    found = programs.visible(robot, request.user)[:200]
     return JsonResponse({"programs": [_shown(p, request.user) for p in found]})
 
 

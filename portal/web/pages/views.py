@@ -27,7 +27,7 @@ from queueing.services import job_kinds, offers_turns, open_turn, waiting, waits
 from robots import bus
 from robots.kit import description
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.capabilities import ArmModel, Composite
+from robots.kit.contract.capabilities import ArmModel, Composite, Objects
 from robots.kit.contract.compact import Layout
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
@@ -138,6 +138,10 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         from robots.kit.arms.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
         facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
+    if spec.capability(Objects) is not None:
+        from robots.kit.arms.objects import object_facts  # noqa: PLC0415 - as above
+
+        facts |= object_facts(robot.driver)
     return facts
 
 

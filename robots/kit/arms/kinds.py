@@ -4,17 +4,18 @@ from collections.abc import Iterable
 
 from robots.kit.arms.chain import Chain
 from robots.kit.arms.described import chain
+from robots.kit.arms.follow import HAND
 from robots.kit.contract.channels import IN_SPACE, Scale
 from robots.kit.contract.spec import Argument, CommandKind
 from robots.kit.description import load
 
-JOG_LONGEST_S = 20.0
+JOG_LONGEST_S, FOLLOW_LONGEST_S = 20.0, 120.0
 FARTHEST_M, FARTHEST_RAD = 1.6, 7.0  # of a place that is asked for; the planner knows better
 BEYOND = 0.02  # rad; an arm that was pushed further out is told in full states
 
 
 def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, CommandKind]:
-    """Return the commands by their kinds: `joints`, `pose`, `line`, `gripper`, jogs, postures, `noop`.
+    """Return the commands by their kinds: `joints`, `pose`, `line`, `gripper`, jogs, `follow`, postures, `noop`.
 
     `planned_s`: how long the plan of a motion may take (s). `replaceable`: whether a newer target replaces a motion.
     """
@@ -41,6 +42,7 @@ def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, 
         CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
         CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
         CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
+        CommandKind("follow", "Follow the hand", HAND, level=2, limit_s=FOLLOW_LONGEST_S, held=True, steered=True),
         target("ready", "Ready position"),
         target("home", "Default position"),
         CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),

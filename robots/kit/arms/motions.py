@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robots.kit.arms.budget import MOST, Budget
+from robots.kit.arms.budget import MOST, Budget, TooMuch
 from robots.kit.arms.chain import Joints
 from robots.kit.arms.described import boxes, planner
-from robots.kit.arms.path import Path
+from robots.kit.arms.inverse import OutOfReach
+from robots.kit.arms.path import Path, TooFast, joint_path
 from robots.kit.arms.planner import Plan, Refused
 from robots.kit.arms.pose import RPY, Six, matrix
+from robots.kit.arms.straight import line_path
 from robots.kit.arms.zones import Box
 from robots.kit.description import load
 
@@ -102,6 +104,23 @@ class MotionPlanner:
             plan = planner.joints(target, q, v, scale, budget)
         refuse_long(plan.path.seconds, self._longest_s)
         return plan
+
+    def expected(self, motion: Motion, q: Joints, v: Joints) -> Path | None:
+        """Return the path of a motion that a controller with this planner has accepted; None if there is none.
+
+        It is not checked against the boxes again: the controller has done so.
+        """
+        arm = self.planner
+        try:
+            if motion.straight and motion.pose is not None:
+                end = matrix(motion.pose, motion.angles)
+                return line_path(arm.inverse, q, end, arm.limits, self._share(motion), Budget(MOST))
+            target = (
+                np.array(motion.joints) if motion.pose is None else arm.reach(matrix(motion.pose, motion.angles), q)
+            )
+            return joint_path(q, v, target, arm.limits, self._share(motion))
+        except (Refused, TooFast, TooMuch, OutOfReach):
+            return None
 
     def along(self, steps: Iterable[Step], q: Joints) -> Iterator[tuple[int, float, Path | None]]:
         """Yield each step of a program from rest at `q`: its number, its duration (s), its path if it moves.

@@ -9,6 +9,7 @@ from robots.kit.arms.chain import Joints
 from robots.kit.arms.commands import TARGETS, motion_of
 from robots.kit.arms.described import posture
 from robots.kit.arms.motions import MotionPlanner, Step, StepRefused
+from robots.kit.arms.path import Path
 from robots.kit.contract.capabilities import Foreseen, Judgement
 from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.kit.contract.values import number
@@ -31,7 +32,7 @@ def foresee(
         OutOfWorkspace: the motion of a command cannot be done.
 
     """
-    here = _start(planner.driver, joints)
+    here = start_of(planner.driver, joints)
     if program is not None:
         return _preview(planner, program, here, numbered=True)
     if kind not in TARGETS and f"{kind}_deg" not in load(planner.driver)["arm"]:
@@ -39,7 +40,7 @@ def foresee(
     return _preview(planner, [motion_of(planner.driver, kind, args)], here, numbered=False)
 
 
-def _start(driver: str, joints: tuple[float, ...]) -> Joints:
+def start_of(driver: str, joints: tuple[float, ...]) -> Joints:
     """Return the joints (rad) at which a preview starts; missing ones are as at `ready`. Raises BadRequest."""
     ready = posture(load(driver), "ready")
     if not isinstance(joints, tuple | list) or len(joints) > 2 * len(ready):
@@ -51,23 +52,38 @@ def _start(driver: str, joints: tuple[float, ...]) -> Joints:
 
 
 def _preview(planner: MotionPlanner, steps: Sequence[Step], here: Joints, numbered: bool) -> Foreseen:
-    parts, steps_of, seconds = [here[None]], [0], 0.0
+    trail = Trail(here)
     judgements: tuple[Judgement, ...] = ()
     try:
         for step, lasts, path in planner.along(steps, here):
-            seconds += lasts
-            if path is not None:
-                count = max(2, int(lasts / BETWEEN_S))
-                parts.append(path.sample(lasts * np.arange(1, count + 1) / count))
-                steps_of += [step] * count
+            trail.add(step, lasts, path)
     except StepRefused as error:
         if not numbered:
             raise OutOfWorkspace(f"The arm cannot go there: {error.why}.") from error
         judgements = (Judgement(error.step, error.at_s, f"Step {error.step}: {error.why}."),)
-    q = np.concatenate(parts)
-    tool = planner.planner.chain.forward(q)[:, :3, 3]
-    rows = tuple(tuple(row) for row in q.tolist())
-    return Foreseen(
-        rows[-1], rows, tuple(tuple(row) for row in tool.tolist()), seconds, tuple(steps_of) if numbered else (),
-        judgements=judgements,
-    )  # fmt: skip
+    return trail.foreseen(planner, numbered, judgements)
+
+
+class Trail:
+    """The joints along the steps so far, from rest at `here` (rad)."""
+
+    def __init__(self, here: Joints) -> None:
+        self._parts, self._steps, self._seconds = [here[None]], [0], 0.0
+
+    def add(self, step: int, seconds: float, path: Path | None) -> None:
+        """Add what belongs to a step, counted from 1: how long it lasts (s), and its path, if it moves."""
+        self._seconds += seconds
+        if path is not None:
+            count = max(2, int(seconds / BETWEEN_S))
+            self._parts.append(path.sample(seconds * np.arange(1, count + 1) / count))
+            self._steps += [step] * count
+
+    def foreseen(self, planner: MotionPlanner, numbered: bool, judgements: tuple[Judgement, ...]) -> Foreseen:
+        """Return the preview; `numbered`: each point of its path names its step."""
+        q = np.concatenate(self._parts)
+        tool = planner.planner.chain.forward(q)[:, :3, 3]
+        rows = tuple(tuple(row) for row in q.tolist())
+        return Foreseen(
+            rows[-1], rows, tuple(tuple(row) for row in tool.tolist()), self._seconds,
+            tuple(self._steps) if numbered else (), judgements=judgements,
+        )  # fmt: skip

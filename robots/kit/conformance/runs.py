@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from robots.kit.clock import Timer
 from robots.kit.contract.errors import NotPermitted, Stopped
-from robots.kit.contract.session import JSON, Observation, Outcome, Progress, Session
+from robots.kit.contract.session import JSON, Outcome, Report, Session
 
 T = TypeVar("T")
 SENT, ACKNOWLEDGED = "sent", "acknowledged"
@@ -50,7 +50,7 @@ class Run(Call):
         at: Mapping[str, Callable[[], object]] | None = None,
     ) -> None:  # fmt: skip
         self.kind, self.args, self.refuse, self._at = kind, args, refuse, dict(at or {})
-        self.stages: list[str | Progress | Observation] = []
+        self.stages: list[Report] = []
         self.permits = self.permits_at_sent = self.permits_on_way = 0
         self.refused = threading.Event()  # the permit has raised
         self.acknowledged = threading.Event()
@@ -63,7 +63,7 @@ class Run(Call):
             self.refused.set()
             raise self.refuse
 
-    def _told(self, stage: str | Progress | Observation) -> None:
+    def _told(self, stage: Report) -> None:
         if stage == SENT and SENT not in self.stages:
             self.permits_at_sent = self.permits
         self.stages.append(stage)

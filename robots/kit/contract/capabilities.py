@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
 
+from robots.kit.contract.objects import Box
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -79,11 +81,13 @@ class Preview:
 
     `function(kind, args, joints, settings)` returns a `Foreseen` for the joints (rad, m) to begin with; a robot that
     has none gets its pose (m, rad) instead, or nothing where that is not known, and answers in its own frame.
-    `prepare(settings)` fills caches in advance, outside the bounds of time and memory.
+    `prepare(settings)` fills caches in advance, outside the bounds of time and memory. With the name of a byte stream
+    as `stream` the function gets its packets too, as `JobCheck` does: none where they are not known.
     """
 
     function: str
     prepare: str = ""
+    stream: str = ""
 
 
 @dataclass(frozen=True)
@@ -229,16 +233,27 @@ class Stills:
 
 @dataclass(frozen=True)
 class ArmModel:
-    """The robot is an arm that its files describe: consoles and the admin draw it.
+    """The robot is an arm that its files describe (`robots/kit/arms/described.py`): consoles and the admin draw it.
 
-    Its files are `model.urdf` and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`
-    (`robots/kit/arms/described.py`).
+    They are `model.urdf` and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`.
     """
 
 
 @dataclass(frozen=True)
+class Objects:
+    """The robot knows objects around it; the byte stream `stream` tells where in `box` they are.
+
+    Its packets are those of `contract/objects.py`. The robot's files describe the objects (the tables `objects` and
+    `object` of `robot.toml`, `robots/kit/arms/objects.py`); consoles are told names, sizes, colours and the box.
+    """
+
+    stream: str
+    box: Box
+
+
+@dataclass(frozen=True)
 class Programs:
-    """People may save programs; the command `kind` runs one, given as `text` in the robot's own `language`."""
+    """People may save programs; the command `kind` runs one, given as `text` in a `language` of the robot's own."""
 
     kind: str
     language: str

@@ -7,6 +7,7 @@ from math import inf
 from typing import Any
 
 from robots.kit.clock import TIMER, Timer
+from robots.kit.contract.joint_path import JointPath
 
 JSON = dict[str, Any]
 Permit = Callable[[], None]
@@ -33,8 +34,20 @@ class Observation:
     photograph: bool = False
 
 
+@dataclass(frozen=True)
+class Moves:
+    """The path on which the robot moves by itself from now on: viewers draw it before the states come.
+
+    `at` is when it began, on the session's `clock` (s).
+    """
+
+    path: JointPath
+    at: float
+
+
 Noted = Observation  # its name in 0.1, until 1.0
-OnStage = Callable[[str | Progress | Observation], None]
+Report = str | Progress | Observation | Moves  # all that a driver reports of a command that runs
+OnStage = Callable[[Report], None]
 OnPacket = Callable[[str, bytes, bool], bool]
 
 
@@ -107,7 +120,8 @@ class Session(ABC):
         `on_stage` is called with "sent", then with "acknowledged" once the robot has understood; then the deadline to
         begin is met. `on_stage` may take as long as a database takes, so no lock that `hold` needs may be held
         meanwhile; `permit` reads memory only until then. A long command passes a `Progress` after that, as often as it
-        likes: some are left out if they come too often.
+        likes: some are left out if they come too often. A robot that has accepted a motion of joints, and knows how it
+        will go, passes `Moves` once after that; one that does not know passes none.
 
         Where a command is replaceable, `permit` is called on its way too, and raises MotionReplaced
         when the robot is to be left in motion for the target that comes next. A hold that

@@ -14,6 +14,8 @@ from robots.kit.contract.capabilities import (
     JobChoices,
     JobMovies,
     Need,
+    Objects,
+    Preview,
     PrivacyMasks,
     Programs,
     Setting,
@@ -298,7 +300,7 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
         yield from (f"names the end {code!r} twice in its Statistics" for code in ends)
     if isinstance(capability, GoodWhile):
         yield from _wrong_with_good_while(capability, spec)
-    if isinstance(capability, JobCheck | JobChoices):
+    if isinstance(capability, JobCheck | JobChoices | Objects | Preview) and capability.stream:
         yield from _unknown(name, spec, stream=[capability.stream])
     if isinstance(capability, JobChoices):
         yield from _unknown(name, spec, command=[capability.kind])

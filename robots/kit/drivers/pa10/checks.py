@@ -4,7 +4,9 @@ from typing import Any
 
 from robots.kit.arms.commands import TARGETS, check_target, motion_of, motion_planner
 from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.objects import objects_of
 from robots.kit.arms.preview import foresee as foresee_motions
+from robots.kit.arms.tasks.requests import TASK, Packets, check_job, check_request, foresee_task
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
@@ -28,6 +30,7 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
 
     """
     bounded(kind, args)
+    check_request(objects_of("pa10"), kind, args)
     if kind == "program":
         steps_of(args)
     if kind in TARGETS:
@@ -40,9 +43,19 @@ def bounded(kind: str, args: dict[str, Any]) -> None:
     within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
 
 
-def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any]) -> Foreseen:
+def check_task_job(kind: str, args: dict[str, Any], packets: Packets) -> None:
+    """Refuse a task as a job that cannot be done. Raises BadRequest, OutOfWorkspace."""
+    if kind == TASK:
+        check_job(planner_for({}), objects_of("pa10"), args, packets)
+
+
+def foresee(
+    kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any], packets: Packets = ()
+) -> Foreseen:
     """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
     bounded(kind, args)
+    if kind == TASK:
+        return foresee_task(planner_for(settings), objects_of("pa10"), args, joints, packets)
     program = [step_of(request) for request in steps_of(args)] if kind == "program" else None
     return foresee_motions(planner_for(settings), kind, args, joints, program)
 

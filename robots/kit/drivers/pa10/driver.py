@@ -7,26 +7,30 @@ from typing import Any
 import numpy as np
 
 from robots.kit.arms.boxes import added_boxes
-from robots.kit.arms.chain import Joints
+from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.commands import PLACE
 from robots.kit.arms.described import chain, posture
+from robots.kit.arms.follow import Follower
+from robots.kit.arms.knots import knots_of
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import TIMER, Limit, Timer
 from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
-from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
+from robots.kit.contract.session import Moves, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
+from robots.kit.drivers.arm_tasks import KINDS, ArmTasks
 from robots.kit.drivers.pa10.checks import check, planner_for, request_of, steps_of
 from robots.kit.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.kit.drivers.pa10.protocol import LONGEST_PROGRAM_S, MOTIONS, ArmState, End, Mode, Request
 from robots.kit.drivers.pa10.spec import PLANNED_S
-from robots.kit.drivers.pa10.units import joint_request
+from robots.kit.drivers.pa10.units import joint_request, motion_of
 from robots.kit.drivers.permits import until_at_rest, until_held
 from robots.kit.drivers.stream import open_stream
 
 POLL_S = 0.05
 LOOK_S = 0.01  # between two looks for rest after a hold
 REST_S = 2.0
+STILL_RAD_S = 0.02  # below this a measured joint counts as at rest
 SETTLED_S = 5.0  # the longest wait for an arm that was pushed
 JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
 JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
@@ -65,11 +69,13 @@ class Driver(Session):
         self._boot: int | None = None
         self._rest: Joints | None = None
         self._holds = 0  # so that a command notices a hold by another thread
+        self.tasks = ArmTasks(self, "pa10", lambda: planner_for(settings), lambda: self._holds)
 
     def connect(self) -> RobotState:
         """Open the line and ask for the state."""
         planner_for(self.settings)  # the planner is created before the first command, because that is slow
         self._open()
+        self.tasks.begin()
         return self.state()
 
     def _open(self) -> None:
@@ -99,12 +105,11 @@ class Driver(Session):
             fault = "The arm's control application was started again by its watchdog."
         moving = arm.moving or arm.mode == Mode.PROG_EXEC
         opening = arm.opening
-        return self.keep(
-            RobotState(
-                self.clock.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
-                (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
-            )
+        state = RobotState(
+            self.clock.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
+            (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
         )  # fmt: skip
+        return self.tasks.observe(self.keep(state))
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
@@ -112,8 +117,14 @@ class Driver(Session):
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
+        if kind in KINDS:
+            return self.tasks.execute(kind, args, permit, on_stage)
         if kind.startswith("jog_"):
-            return self._jog(kind, args, permit, on_stage)
+            request = self._velocity(kind, args)
+            return self._jog(lambda: request, permit, on_stage)
+        if kind == "follow":
+            follower = Follower(self._tool(), JOG_M_S, JOG_RAD_S)
+            return self._jog(lambda: self._towards(follower, args), permit, on_stage)
         if kind == "gripper":
             return self._do(Request("g", (float(number(args, "closed") >= 0.5),)), args, permit, on_stage)
         if kind == "program":
@@ -138,7 +149,9 @@ class Driver(Session):
             self._rests()
             before = self.line.state()
         self._take(before)
-        self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
+        began = self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
+        if request.letter in MOTIONS:
+            self._tell_path(request, before, began, on_stage)
         arm = self._until_rest(request, before, permit, tell)
         state = self._take(arm)
         if state.fault:
@@ -148,8 +161,22 @@ class Driver(Session):
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
 
-    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> None:
-        """Send a motion.
+    def _tell_path(self, request: Request, before: ArmState, began: float, on_stage: OnStage) -> None:
+        """Report the path on which the arm moves since `began`, by the planner that the controller has too.
+
+        An arm that moved already has gone on while the controller planned: it is asked where it is now.
+        """
+        if np.any(np.abs(before.v) > STILL_RAD_S):
+            before, began = self.line.state(), self.clock.monotonic()
+        q, v = np.array(before.q), np.array(before.v)
+        v = v if np.any(np.abs(v) > STILL_RAD_S) else np.zeros_like(v)
+        path = planner_for(self.settings).expected(motion_of(request), q, v)
+        knots = None if path is None else knots_of(path)
+        if knots is not None:
+            on_stage(Moves(knots, began))
+
+    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> float:
+        """Send a motion; return when it was acknowledged (s of the clock).
 
         Its stage is reported after the line is free again, because a hold must not wait for the report.
         """
@@ -166,10 +193,12 @@ class Driver(Session):
             permit()  # if another thread has held the arm, that is the reason
             raise
         finally:
+            began = self.clock.monotonic()
             if said and on_stage is not None:
                 on_stage("sent")
         if on_stage is not None:
             on_stage("acknowledged")
+        return began
 
     def _until_rest(
         self, request: Request, before: ArmState, permit: Permit, tell: Callable[[ArmState], None]
@@ -193,15 +222,14 @@ class Driver(Session):
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit:g} s and was held.")
 
-    def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Send the velocity again and again while `permit` allows it."""
-        request = self._velocity(kind, args)
+    def _jog(self, velocity: Callable[[], Request], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Send the velocity of each moment again and again while `permit` allows it."""
         free = until_held(permit, lambda: self._holds)
         tell: OnStage | None = on_stage
         self._rest = None  # a reset after a jog must not return to its start
         try:
             while True:
-                self._say(request, ANSWER_S, free, tell)
+                self._say(velocity(), ANSWER_S, free, tell)
                 tell = None
                 state = self.state()
                 if state.fault:
@@ -216,7 +244,15 @@ class Driver(Session):
             share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
             return joint_request("J", tuple(share * self._chain.velocity * JOG_SHARE))
         share = np.array([number({name: 0.0} | args, name) for name in PLACE])
-        return Request("C", (*(share[:3] * JOG_M_S * 1000), *(degrees(v) for v in share[3:] * JOG_RAD_S)))
+        return _twist(np.append(share[:3] * JOG_M_S, share[3:] * JOG_RAD_S))
+
+    def _towards(self, follower: Follower, args: dict[str, Any]) -> Request:
+        """Return the velocity towards where the hand is now. Raises HandLost."""
+        return _twist(follower.twist(self._tool(), self.steered(args)))
+
+    def _tool(self) -> Matrix:
+        """Return the tool's pose (4 x 4) now."""
+        return self._chain.forward(np.array(self.state().joints[: len(self._chain.names)]))
 
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""
@@ -262,3 +298,8 @@ class Driver(Session):
             go()
         except OutOfWorkspace:
             return
+
+
+def _twist(velocity: Joints) -> Request:
+    """Return the request for a velocity of the tool (m/s along, rad/s about x y z)."""
+    return Request("C", (*(velocity[:3] * 1000), *(degrees(v) for v in velocity[3:])))

@@ -3,6 +3,9 @@
 from robots.kit.arms.boxes import MORE_BOXES
 from robots.kit.arms.described import chain
 from robots.kit.arms.kinds import arm_commands, joint_scales
+from robots.kit.arms.object_streams import STREAMS
+from robots.kit.arms.objects import objects_of
+from robots.kit.arms.tasks.requests import task_capabilities, task_commands
 from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs, Reset
 from robots.kit.contract.channels import IN_SPACE, Pose, Scale
 from robots.kit.contract.spec import Argument, CommandKind, Spec
@@ -34,19 +37,22 @@ def spec() -> Spec:
         rest_s=description["line"]["rest_s"],
         pose=Pose(IN_SPACE.coordinates, packed=False),  # the console computes it from the joints
         scales=scales,
+        streams=STREAMS,
         modes=tuple(mode.replace("_", " ") for mode in Mode),
         capabilities=(
             ArmModel(),
             Reset(),
             Check(f"{HERE}.checks:check"),
-            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for"),
+            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for", STREAMS[0].name),
             Programs("program", "the lines of the arm's own wire"),
+            *task_capabilities(objects_of("pa10"), f"{HERE}.checks:check_task_job"),
             stills(description["camera"]),
             MORE_BOXES,
         ),
         commands=(
             *map(kinds.__getitem__, ("joints", "pose", "line", "gripper")),
             CommandKind("program", "Program", program, limit_s=LONGEST_PROGRAM_S),
-            *map(kinds.__getitem__, ("jog_joints", "jog_tool", "ready", "home", "noop")),
+            *task_commands(objects_of("pa10")),
+            *map(kinds.__getitem__, ("jog_joints", "jog_tool", "follow", "ready", "home", "noop")),
         ),
     )

@@ -4,7 +4,9 @@ from typing import Any
 
 from robots.kit.arms.commands import TARGETS, check_target, motion_planner
 from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.objects import objects_of
 from robots.kit.arms.preview import foresee as foresee_motions
+from robots.kit.arms.tasks.requests import TASK, Packets, check_job, check_request, foresee_task
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
@@ -26,6 +28,7 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
 
     """
     bounded(kind, args)
+    check_request(objects_of("puma"), kind, args)
     if kind in TARGETS:
         check_target(planner_for(settings), kind, args, state)
 
@@ -36,7 +39,17 @@ def bounded(kind: str, args: dict[str, Any]) -> None:
     within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
 
 
-def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any]) -> Foreseen:
+def check_task_job(kind: str, args: dict[str, Any], packets: Packets) -> None:
+    """Refuse a task as a job that cannot be done. Raises BadRequest, OutOfWorkspace."""
+    if kind == TASK:
+        check_job(planner_for({}), objects_of("puma"), args, packets)
+
+
+def foresee(
+    kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any], packets: Packets = ()
+) -> Foreseen:
     """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
     bounded(kind, args)
+    if kind == TASK:
+        return foresee_task(planner_for(settings), objects_of("puma"), args, joints, packets)
     return foresee_motions(planner_for(settings), kind, args, joints)

@@ -7,16 +7,19 @@ from typing import Any
 import numpy as np
 
 from robots.kit.arms.boxes import added_boxes
-from robots.kit.arms.chain import Joints
+from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.commands import PLACE, motion_of
 from robots.kit.arms.described import chain
+from robots.kit.arms.follow import Follower
+from robots.kit.arms.knots import knots_of
 from robots.kit.arms.motions import Motion
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import Limit
 from robots.kit.contract.errors import ControllerRefused, HardwareFault, MotionHeld, OutOfWorkspace
-from robots.kit.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.kit.contract.session import Moves, OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.kit.contract.values import number
 from robots.kit.description import load
+from robots.kit.drivers.arm_tasks import KINDS, ArmTasks
 from robots.kit.drivers.permits import until_at_rest, until_held
 from robots.kit.drivers.puma import protocol as wire
 from robots.kit.drivers.puma.checks import check, planner_for
@@ -54,12 +57,14 @@ class Driver(Session):
         baud = min(BAUDS, key=lambda one: abs(one - float(settings.get("baud") or line["baud"])))
         self.line = SerialLine(wire, address, baud, int(line["resends"]), trace, self.clock, self.opened)
         self._rest: Joints | None = None
+        self.tasks = ArmTasks(self, "puma", lambda: planner_for(settings), lambda: self.line.holds)
 
     def connect(self) -> RobotState:
         """Open the line, ask for the state, and tell the controller which boxes staff have added."""
         planner_for(self.settings)  # the planner is created before the first command, because that is slow
         self.line.open()
         self._begin()
+        self.tasks.begin()
         return self.state()
 
     def _begin(self) -> None:
@@ -115,8 +120,14 @@ class Driver(Session):
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
+        if kind in KINDS:
+            return self.tasks.execute(kind, args, permit, on_stage)
         if kind.startswith("jog_"):
-            return self._jog(kind, args, permit, on_stage)
+            what, velocity = self._velocity(kind, args)
+            return self._jog(what, lambda: velocity, permit, on_stage)
+        if kind == "follow":
+            follower = Follower(self._tool(), JOG_M_S, JOG_RAD_S)
+            return self._jog(Instruction.JOG_TOOL, lambda: self._towards(follower, args), permit, on_stage)
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
         return Outcome(dict(args), self._go(motion_of("puma", kind, args), permit, on_stage))
@@ -127,7 +138,9 @@ class Driver(Session):
         self._instruct(Instruction.GRIP, (self._latest_clock(), int(closed)), free, lambda: on_stage("sent"))
         on_stage("acknowledged")
         self.clock.sleep(float(self._description["gripper"]["seconds"]))
-        return Outcome(dict(args), self.state())
+        state = self.state()
+        self.tasks.gripped(closed, state)
+        return Outcome(dict(args), state)
 
     def _go(self, motion: Motion, permit: Permit, on_stage: OnStage) -> RobotState:
         """Move and wait for rest."""
@@ -136,7 +149,7 @@ class Driver(Session):
         self._take(self.line.status())
         seq = self._instruct(*self._asked(motion), free, lambda: on_stage("sent"))
         on_stage("acknowledged")
-        arm = self._until_rest(seq, permit)
+        arm = self._until_rest(seq, permit, self._on_moving(motion, on_stage))
         state = self._take(arm)
         if state.fault:
             raise HardwareFault(state.fault)
@@ -160,13 +173,29 @@ class Driver(Session):
         what = Instruction.LINE if motion.straight else Instruction.POSE
         return what, (*head, *map(wire.hundredths_mm, (x, y, z)), *map(wire.thousandths, (yaw, pitch, roll)))
 
-    def _until_rest(self, seq: int, permit: Permit) -> State:
+    def _on_moving(self, motion: Motion, on_stage: OnStage) -> Callable[[], None]:
+        """Return what tells viewers the path, once the arm was seen to begin it."""
+        assert self._latest is not None, "it was asked for before the motion was sent"
+        here = np.array(self._latest.joints)
+
+        def tell() -> None:
+            path = planner_for(self.settings).expected(motion, here, np.zeros_like(here))
+            knots = None if path is None else knots_of(path)
+            if knots is not None:
+                on_stage(Moves(knots, self.clock.monotonic()))
+
+        return tell
+
+    def _until_rest(self, seq: int, permit: Permit, on_moving: Callable[[], None]) -> State:
         limit_s = float(self._description["motion"]["limit_s"])
-        allowed = Limit(self.clock, limit_s)
+        allowed, moved = Limit(self.clock, limit_s), False
         while True:
             self.clock.sleep(POLL_S)
             arm = self.line.status()
             self._take(arm)
+            if arm.mode == Mode.MOVING and arm.motion == seq and not moved:
+                moved = True
+                on_moving()
             if arm.mode == Mode.IDLE and (arm.motion == seq or Flag.FAULT in arm.flags):
                 return arm
             permit()
@@ -174,9 +203,8 @@ class Driver(Session):
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
-    def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Send the velocity again and again while `permit` allows it."""
-        what, velocity = self._velocity(kind, args)
+    def _jog(self, what: Instruction, velocity: Callable[[], Numbers], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Send the velocity of each moment again and again while `permit` allows it."""
         free = until_held(permit, lambda: self.line.holds)
         sent: Callable[[], None] | None = lambda: on_stage("sent")  # noqa: E731 - for the first one only
         self._rest = None  # a reset after a jog must not return to its start
@@ -185,7 +213,7 @@ class Driver(Session):
         try:
             while True:
                 paced = Limit(self.clock, JOG_S)
-                self._instruct(what, (self._latest_clock(), *velocity), free, sent)
+                self._instruct(what, (self._latest_clock(), *velocity()), free, sent)
                 if sent is not None:
                     on_stage("acknowledged")
                 sent = None
@@ -202,9 +230,16 @@ class Driver(Session):
         if kind == "jog_joints":
             share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
             return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, share * self._chain.velocity * JOG_SHARE))
-        x, y, z, *about = (number({name: 0.0} | args, name) for name in PLACE)
-        along = (wire.hundredths_mm(share * JOG_M_S) for share in (x, y, z))
-        return Instruction.JOG_TOOL, (*along, *(wire.thousandths(share * JOG_RAD_S) for share in about))
+        share = np.array([number({name: 0.0} | args, name) for name in PLACE])
+        return Instruction.JOG_TOOL, _twist(np.append(share[:3] * JOG_M_S, share[3:] * JOG_RAD_S))
+
+    def _towards(self, follower: Follower, args: dict[str, Any]) -> Numbers:
+        """Return the velocity towards where the hand is now. Raises HandLost."""
+        return _twist(follower.twist(self._tool(), self.steered(args)))
+
+    def _tool(self) -> Matrix:
+        """Return the tool's pose (4 x 4) now."""
+        return self._chain.forward(np.array(self.state().joints))
 
     def hold(self) -> RobotState:
         """Send HOLD past everything else and wait until the set-point rests."""
@@ -242,3 +277,8 @@ class Driver(Session):
             self.clock.sleep(POLL_S)
         if not self.state().ready:
             raise HardwareFault(f"The arm was not calibrated. {UNKNOWN_ZEROS}")
+
+
+def _twist(velocity: Joints) -> Numbers:
+    """Return a velocity of the tool (m/s along, rad/s about x y z) as the wire tells it."""
+    return (*map(wire.hundredths_mm, velocity[:3]), *map(wire.thousandths, velocity[3:]))

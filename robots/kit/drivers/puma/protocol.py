@@ -105,7 +105,7 @@ class Flag(IntFlag):
 
     NONE = 0
     CALIBRATED = 1
-    FAULT = 2  # a joint left its range, or did not follow
+    FAULT = 2  # a joint left its range or did not follow, or the arm is in a forbidden box
     CLOSED = 4  # the gripper's valve; nobody knows what the fingers hold
 
 

@@ -3,6 +3,9 @@
 from robots.kit.arms.boxes import MORE_BOXES
 from robots.kit.arms.described import chain
 from robots.kit.arms.kinds import BEYOND, arm_commands, joint_scales
+from robots.kit.arms.object_streams import STREAMS
+from robots.kit.arms.objects import objects_of
+from robots.kit.arms.tasks.requests import task_capabilities, task_commands
 from robots.kit.contract.capabilities import ArmModel, Check, Preview, Reset, Setting
 from robots.kit.contract.channels import IN_SPACE, Pose, Scalar, Scale
 from robots.kit.contract.spec import Spec
@@ -30,12 +33,14 @@ def spec() -> Spec:
         pose=Pose(IN_SPACE.coordinates, packed=False),  # the console computes it from the joints
         channels=(Scalar(VALVE, "", 0.0, 1.0),),
         scales=joint_scales(arm, steps) | {VALVE: Scale(0.0, 1.0, 1.0)},
+        streams=STREAMS,
         modes=MODES,
         capabilities=(
             ArmModel(),
             Reset(),
             Check(f"{HERE}.checks:check"),
-            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for"),
+            Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for", STREAMS[0].name),
+            *task_capabilities(objects_of("puma"), f"{HERE}.checks:check_task_job"),
             stills(description["camera"]),
             MORE_BOXES,
             Setting(
@@ -43,5 +48,8 @@ def spec() -> Spec:
                 help="9600 or 38400, as the controller is set.",
             ),
         ),
-        commands=tuple(arm_commands("puma", PLANNED_S, replaceable=False).values()),
+        commands=(
+            *arm_commands("puma", PLANNED_S, replaceable=False).values(),
+            *task_commands(objects_of("puma")),
+        ),
     )  # fmt: skip

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simulators.pa10.scene import HIDDEN, JUDGE, LAMP, SKY
+from simulators.common.arm.scene import HIDDEN, JUDGE, LAMP, SKY
 
 Picture = NDArray[np.uint8]
 AMBIENT, DIFFUSE, SHADED = 0.42, 0.66, 0.05
@@ -82,7 +82,7 @@ class RayRenderer:
         return np.clip(colours, 0, 255).astype(np.uint8).reshape(*self._shape, 3)
 
     def _grain(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return a light pattern of planks on surfaces level with the table, which shows perspective."""
+        """Return a light pattern of planks on the shape called "table", which shows perspective."""
         table = self._geom == self._model.geom("table").id
         planks = 1.0 - 0.05 * (np.floor(points[:, 1] / 0.12) % 2) - 0.03 * (np.floor(points[:, 0] / 0.3) % 2)
         grain: NDArray[np.float64] = np.where(table, planks, 1.0)[:, None]

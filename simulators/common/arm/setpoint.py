@@ -11,10 +11,9 @@ import numpy as np
 from robots.kit.arms.chain import Joints
 from robots.kit.arms.path import Path
 from robots.kit.arms.planner import Planner, Refused
-from simulators.pa10.scene import STEP_S
+from simulators.common.arm.scene import STEP_S
 
 STILL = 1e-9
-DEAD_MAN_S = 0.25  # a velocity ends unless it is repeated within that time
 LOOK_S = 0.01  # between two checks ahead
 
 
@@ -29,17 +28,21 @@ class Reference:
 
 
 class VelocityCommand:
-    """One command, which lasts while it is repeated; times are the control loop's, in s."""
+    """Velocities of the joints (rad/s), or with `tool` those of the tool (m/s, rad/s); they last `dead_man_s`.
 
-    def __init__(self, letter: str, values: Joints, now: float) -> None:
-        self._letter, self._values, self.until = letter, values, now + DEAD_MAN_S
+    Times are the control loop's, in s.
+    """
+
+    def __init__(self, tool: bool, values: Joints, now: float, dead_man_s: float) -> None:
+        self._tool, self._values, self._dead_man_s = tool, values, dead_man_s
+        self.until = now + dead_man_s
         self._free_until = 0.0  # the path was found free until then
 
-    def again(self, letter: str, values: Joints, now: float) -> None:
+    def again(self, tool: bool, values: Joints, now: float) -> None:
         """Note that the command was repeated or changed."""
-        if letter != self._letter or np.any(values != self._values):
+        if tool != self._tool or np.any(values != self._values):
             self.look_again()
-        self._letter, self._values, self.until = letter, values, now + DEAD_MAN_S
+        self._tool, self._values, self.until = tool, values, now + self._dead_man_s
 
     def look_again(self) -> None:
         """Check ahead in the next step, whatever was found before."""
@@ -55,7 +58,7 @@ class VelocityCommand:
     def _wanted(self, planner: Planner, q: Joints, v: Joints, now: float) -> Joints:
         if now >= self.until:
             return np.zeros_like(v)
-        wanted = self._values if self._letter == "J" else planner.tool_velocity(q, self._values)
+        wanted = planner.tool_velocity(q, self._values) if self._tool else self._values
         wanted = wanted / max(1.0, float(np.max(np.abs(wanted) / planner.limits.velocity)))
         if now >= self._free_until:
             self._free_until = now + LOOK_S if _may_go_on(planner, q, v, wanted) else 0.0
@@ -75,10 +78,13 @@ def _may_go_on(planner: Planner, q: Joints, v: Joints, wanted: Joints) -> bool:
 
 
 class SetPoint:
-    """The present reference, and the source of its motion."""
+    """The present reference, and the source of its motion.
 
-    def __init__(self, planner: Planner, q: Joints) -> None:
-        self.planner = planner
+    `dead_man_s`: a velocity ends unless it is repeated within that time.
+    """
+
+    def __init__(self, planner: Planner, q: Joints, dead_man_s: float) -> None:
+        self.planner, self._dead_man_s = planner, dead_man_s
         self.q, self.v, self.a = q.copy(), np.zeros_like(q), np.zeros_like(q)
         self._path: Path | None = None
         self._began = 0.0
@@ -122,13 +128,13 @@ class SetPoint:
         """Follow a path from the time `at` on."""
         self._next = (at, path)
 
-    def drive(self, letter: str, values: Joints, now: float) -> bool:
-        """Drive by velocities for a moment; return whether this starts the motion."""
+    def drive(self, tool: bool, values: Joints, now: float) -> bool:
+        """Drive by velocities for a moment, see `VelocityCommand`; return whether this starts the motion."""
         begins = self._velocity is None
         if self._velocity is None:
-            self._velocity = VelocityCommand(letter, values, now)
+            self._velocity = VelocityCommand(tool, values, now, self._dead_man_s)
         else:
-            self._velocity.again(letter, values, now)
+            self._velocity.again(tool, values, now)
         return begins
 
     def look_again(self) -> None:
@@ -143,6 +149,7 @@ class SetPoint:
             self._path, self._began = self.planner.brake(self.q, self.v), now
         else:
             self._path = None
+            self._still()  # also without the acceleration with which a path begins
 
     def stand(self, q: Joints) -> None:
         """Rest here."""

@@ -6,18 +6,26 @@ import socket
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from robots.kit.clock import TIMER, Timer
-from robots.kit.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from robots.kit.files import replace_text
 from simulators.common.faults import FaultBoard
 from simulators.common.terminal import Terminal
 
+BITS_A_BYTE = 10  # 8 data bits, start and stop bit
 TICK_S = 0.003
 IDLE_TICK_S = 0.01  # between two looks for bytes while the arm does nothing
 IDLE_S = 0.1
+MOST_OUT = 4096  # bytes that wait to be sent: more answers would only come too late
 AHEAD = 128  # bytes that the line buffers, as a small UART does
+
+
+class Frame(Protocol):
+    """A message on the line."""
+
+    def encode(self) -> bytes:
+        """Return its bytes."""
 
 
 class Arrived(NamedTuple):
@@ -58,8 +66,8 @@ class Line:
             return b""
 
     def send(self, frame: Frame) -> None:
-        """Queue a frame; each byte is sent when the baud rate allows it."""
-        if self._faults.value("mute"):
+        """Queue a frame; each byte is sent when the baud rate allows it. Where too many wait already, it is lost."""
+        if self._faults.value("mute") or len(self._out) > MOST_OUT:
             return
         late = self._faults.value("slow")
         at = max(self._out_free, self._clock.monotonic() + late)
@@ -80,6 +88,10 @@ class Line:
             self._clock.sleep(TICK_S if busy else min(max(left, TICK_S), IDLE_TICK_S))
         else:
             self._clock.wait(self, TICK_S if busy else IDLE_S)
+        return self.exchange()
+
+    def exchange(self) -> Arrived:
+        """Write bytes that are due, return bytes that arrived; do not wait."""
         self._read()
         now = self._clock.monotonic()
         due = bytearray()

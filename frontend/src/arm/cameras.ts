@@ -1,5 +1,9 @@
-/** The cameras of the museum arm: each has a small canvas, and the chosen one fills the screen. */
-import { byId, CameraView, type PicturePacket, type RobotPage, type Still } from "/static/farhand/v1/console.js";
+/** The cameras of an arm: each has a small canvas, and the chosen one fills the screen. */
+import { byId } from "../kit/dom.ts";
+import { CameraView } from "../media/camera_view.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { Still } from "../socket/messages.ts";
+import type { PicturePacket } from "../socket/packets.ts";
 
 export class Cameras {
   private chosen = 0;

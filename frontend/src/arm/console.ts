@@ -1,0 +1,350 @@
+/** The console of an arm: cameras, the view in three dimensions, scene, joint and position mode; a robot adds its own modes. */
+import { byId, say } from "../kit/dom.ts";
+import { allow } from "../kit/refusal.ts";
+import { fill } from "../kit/render.ts";
+import { request } from "../kit/request.ts";
+import { Tabs } from "../kit/tabs.ts";
+import type { CameraView } from "../media/camera_view.ts";
+import type { ArmFacts } from "../motion/facts.ts";
+import type { Console } from "../page/console.ts";
+import { blocked, type Facts } from "../page/controls.ts";
+import { facts } from "../page/facts.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import { SceneObjects } from "../scene/objects.ts";
+import { Scene, type SceneFacts } from "../scene/scene.ts";
+import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
+import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
+import { FINAL } from "../socket/stages.ts";
+import { Cameras } from "./cameras.ts";
+import { Joints } from "./joints.ts";
+import { Position } from "./position.ts";
+import { Prediction } from "./prediction.ts";
+import { Tasks } from "./tasks.ts";
+import { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "./types.ts";
+import type { ArmView, ForbiddenBox } from "./view.ts";
+
+interface Plan {
+  key: string;
+  ok: boolean;
+  text: string;
+}
+
+const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFacts & { set: { boxes?: ForbiddenBox[] } };
+const boxes = description.set.boxes ?? []; // of staff
+const PLAN_MS = 120;
+const MODEL_MS = 120_000; // the file may come over a slow line
+const POSTURES = ["ready", "home"]; // of robot.toml
+const THERE = 0.002; // rad: a target this near needs no ghost
+/** The kind of command of each button, as `whyNot` judges it. */
+const BUTTONS = {
+  open: "gripper",
+  close: "gripper",
+  ready: "ready",
+  "go-joints": "go",
+  "go-pose": "go",
+  "send-ghost": "go",
+  "run-task": "run-task",
+  run: "run",
+};
+/** The kinds of motion that a newer target may replace. */
+const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
+
+export class ArmConsole implements Console, Judge {
+  readonly video = true;
+  /** The names of the arm's joints. */
+  readonly axes = description.joints.map((j) => j.name);
+  private cameras: Cameras;
+  private view: ArmView | null = null;
+  private prediction = new Prediction(
+    () => this.page.live.now(),
+    (q) => this.view?.toolAt(q) ?? null,
+  );
+  private plan: Plan | null = null;
+  private planned = 0;
+  private planTimer = 0;
+  private known = false; // whether a state has come
+  private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
+  private joints: Joints;
+  private position: Position;
+  private scene: Scene | null = null; // null where the template has no tab for it
+  private modes: Record<string, ArmMode>;
+
+  /** `modes` makes the robot's own modes, by the names of their tabs. */
+  constructor(
+    private page: RobotPage,
+    private parts: ArmParts,
+    modes: (console: ArmConsole) => Record<string, ArmMode> = () => ({}),
+  ) {
+    this.cameras = new Cameras(page);
+    const speed = byId<HTMLInputElement>("speed");
+    speed.addEventListener("input", () => {
+      say(byId("speed-said"), `${speed.value} %`);
+      this.ask();
+    });
+    const share = (): number => Number(speed.value) / 100;
+    this.joints = new Joints(page, this, description.joints, share, "jog_joints");
+    this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
+    const { objects, objects_box, release_m = 0 } = description;
+    if (document.getElementById("panel-scene"))
+      this.scene = new Scene(page, {
+        share,
+        axes: this.axes.length,
+        tell: (text) => this.tell(text),
+        cameras: description.view ?? [],
+        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m) : null,
+      });
+    this.modes = {
+      ...(this.scene ? { scene: this.scene } : {}),
+      joint: { asked: "go", target: () => this.joints.target() },
+      position: { asked: "go", target: () => this.position.target(), outside: () => this.position.outside() },
+      ...(document.getElementById("panel-task") ? { task: this.tasks() } : {}),
+      ...modes(this),
+    };
+    page.on("open", () => page.command("gripper", { closed: 0 }));
+    page.on("close", () => page.command("gripper", { closed: 1 }));
+    page.on("ready", () => page.command("ready"));
+    page.on("go-joints", () => this.go(this.joints.target()));
+    page.on("go-pose", () => this.go(this.position.target()));
+    page.onPlan = (answer) => this.gotPlan(answer);
+    this.mark(this.tabs.open);
+    void this.openPlanner();
+    void this.openView();
+  }
+
+  private async openPlanner(): Promise<void> {
+    const { scene } = this;
+    if (!scene) return;
+    try {
+      const { PoseJudge } = await import("../scene/judge.ts");
+      scene.plan(new PoseJudge(description, boxes));
+    } catch (error) {
+      console.warn(error); // the server judges on Send
+    }
+  }
+
+  private async openView(): Promise<void> {
+    try {
+      const [{ SceneView }, answer] = await Promise.all([import("../scene/view.ts"), request(description.model, {}, MODEL_MS)]);
+      if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
+      const names = [...this.axes.map((name) => [name]), ...this.parts.moved];
+      const view = new SceneView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...boxes], (x, y) => {
+        if (byId("modes").hidden || this.tabs.open === "scene") return;
+        this.tabs.choose("position");
+        this.position.place(x, y);
+      });
+      this.view = view;
+      for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
+        button.addEventListener("click", () => view.zoom(Number(button.dataset["zoom"])));
+      view.expect(this.prediction);
+      if (this.page.state) view.joints(this.parts.posture(this.page.state));
+      this.scene?.attach(view);
+      this.position.follow();
+      this.ask();
+    } catch (error) {
+      byId("model").dataset["broken"] = "yes";
+      say(byId("model-said"), "The 3D view does not work in this browser; cameras and controls do.");
+      console.warn(error);
+    }
+  }
+
+  private tasks(): Tasks {
+    const names = (description.objects ?? []).map(({ name }) => name);
+    return new Tasks(this.page, this, names, POSTURES);
+  }
+
+  watch(): void {
+    this.cameras.watch();
+  }
+
+  picture(packet: PicturePacket): void {
+    this.cameras.picture(packet);
+  }
+
+  still(still: Still): void {
+    this.cameras.still(still);
+  }
+
+  shown(camera: number): CameraView | undefined {
+    return this.cameras.shown(camera);
+  }
+
+  pictureAt(): number {
+    return this.cameras.atMs;
+  }
+
+  path(packet: PathPacket): void {
+    this.prediction.begin(packet);
+    this.view?.expect(this.prediction);
+  }
+
+  state(packet: StatePacket): void {
+    const expected = this.prediction.runs;
+    this.prediction.state(packet);
+    if (expected) this.view?.expect(this.prediction);
+    this.view?.joints(this.parts.posture(packet));
+    this.joints.show(packet);
+    for (const mode of Object.values(this.modes)) mode.state?.(packet);
+    say(byId("mode"), packet.mode);
+    this.showReadings(packet);
+    if (!this.known || this.tabs.open === "position") this.position.follow();
+    if (!this.known) this.ask();
+    this.known = true;
+  }
+
+  stream(name: string, packet: StreamPacket): void {
+    this.scene?.stream(name, packet);
+  }
+
+  turn(): void {
+    this.plan = null;
+    this.joints.take(this.page.state?.joints ?? []);
+    this.position.take();
+    this.scene?.home();
+  }
+
+  command(c: CommandInfo): void {
+    this.prediction.command(c);
+    if (!FINAL.has(c.state)) return;
+    if (c.state === "completed" && c.kind !== "gripper") {
+      this.joints.arrived(c.seq);
+      this.position.arrived(c.seq);
+      this.scene?.arrived(c.seq);
+    }
+    if (!this.mode?.checked || this.plan?.ok === false) this.ask(); // the refusal was for a path from another place
+  }
+
+  private get mode(): ArmMode | undefined {
+    return this.modes[this.tabs.open];
+  }
+
+  /** Return the target of the open mode; null if it has none. */
+  private target(): Target | null {
+    return this.mode?.target() ?? null;
+  }
+
+  private mark(name: string): void {
+    for (const part of document.querySelectorAll<HTMLElement>(".arm-console")) part.dataset["mode"] = name;
+  }
+
+  private changed(name: string): void {
+    this.mark(name);
+    this.plan = null;
+    this.noGhost();
+    this.position.follow();
+    this.page.settle();
+    this.scene?.show(name === "scene" && !byId("modes").hidden);
+    this.mode?.open?.();
+    this.ask();
+  }
+
+  /** Ask the server where the target would lead, a moment after the last change. */
+  ask(): void {
+    clearTimeout(this.planTimer);
+    this.planned += 1; // an answer that is still on its way belongs to an earlier target
+    if (this.mode?.local) return this.mode.again?.();
+    this.planTimer = window.setTimeout(() => {
+      const target = byId("modes").hidden ? null : this.target();
+      const outside = this.mode?.outside?.() ?? "";
+      if (!target || !this.page.state) this.noGhost();
+      else if (outside) this.refuse(outside);
+      else {
+        this.plan = { key: JSON.stringify(target), ok: false, text: "" };
+        this.page.live.send({ t: "plan", n: this.planned, ...target, from: this.page.state.joints });
+      }
+    }, PLAN_MS);
+  }
+
+  private noGhost(): void {
+    this.view?.target(null);
+    this.tell("");
+  }
+
+  /** Show a sentence over the view, unless that has to say that it does not work. */
+  private tell(text: string): void {
+    if (!byId("model").dataset["broken"]) say(byId("model-said"), text);
+  }
+
+  /** Refuse the target without asking the server, and drop earlier questions. */
+  refuse(why: string): void {
+    clearTimeout(this.planTimer);
+    this.planned += 1;
+    this.plan = { key: JSON.stringify(this.target()), ok: false, text: why };
+    this.noGhost();
+    this.page.draw();
+  }
+
+  /** Return the tool's position (m) and rotation (rad); null if they are not known. */
+  tool(): number[] | null {
+    return this.page.state && this.view ? this.view.tool() : null;
+  }
+
+  /** Move the ghost through a program, and show its step. */
+  play(answer: PlanAnswer): void {
+    this.view?.refused(false);
+    this.view?.play(answer.path ?? [], answer.tool ?? [], (i) => {
+      const step = answer.steps?.[i] ?? 0;
+      say(byId("model-said"), step ? `The ghost is at step ${step}` : "");
+    });
+  }
+
+  private gotPlan(answer: PlanAnswer): void {
+    if (answer.n !== this.planned || !this.plan) return;
+    this.plan = { ...this.plan, ok: answer.ok, text: answer.text };
+    if (this.mode?.checked) {
+      this.mode.checked(answer);
+      return this.page.draw();
+    }
+    this.view?.refused(!answer.ok);
+    const there = answer.joints?.every((q, i) => Math.abs(q - (this.page.state?.joints[i] ?? Infinity)) < THERE) ?? false;
+    if (answer.joints && !there) this.view?.target(answer.joints, answer.tool ?? []);
+    else this.view?.target(null);
+    const way = there ? "The arm is there" : `${answer.seconds?.toFixed(1)} s on the way`;
+    say(byId("model-said"), answer.ok ? way : answer.text);
+    this.page.draw();
+  }
+
+  private go(target: Target | null): void {
+    if (target) this.page.command(target.kind, target.args, "go");
+    else this.page.refuse(() => this.whyNot("go", this.page.facts()));
+  }
+
+  whyNot(kind: string, f: Facts): string {
+    const general = blocked(f);
+    if (general) return general;
+    const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
+    if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
+    if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
+    const target = this.target();
+    if (this.mode?.local) return this.mode.local();
+    if (!target) return this.mode?.empty ?? "Fill in every value with a number first.";
+    if (this.plan?.key === JSON.stringify(target) && this.plan.text && !this.plan.ok) return this.plan.text;
+    return "";
+  }
+
+  advice(f: Facts): string {
+    return f.busy ? "The arm is busy." : this.whyNot(this.mode?.asked ?? "jog", f);
+  }
+
+  draw(f: Facts): void {
+    for (const c of f.snapshot?.commands ?? []) this.prediction.command(c);
+    byId("modes").hidden = !this.page.operating && !this.page.snapshot?.me.cleared;
+    this.scene?.show(this.tabs.open === "scene" && !byId("modes").hidden);
+    for (const [name, kind] of Object.entries(BUTTONS)) {
+      for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
+    }
+    const why = this.whyNot("jog", f);
+    this.joints.enable(why);
+    this.position.enable(why);
+  }
+
+  /** Show the newest state in the table of readings. */
+  private showReadings(packet: StatePacket): void {
+    const rows = this.axes.map((name, i) => {
+      const v = packet.velocities[i],
+        t = packet.torques[i];
+      const angle = `${deg(packet.joints[i] ?? 0).toFixed(1)}°`;
+      return [name, angle, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
+    });
+    fill(byId("readings").querySelector("tbody")!, [...rows, ["Gripper", this.parts.gripper(packet), "", ""]]);
+  }
+}

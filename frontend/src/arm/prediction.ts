@@ -1,0 +1,78 @@
+/** Where an arm is expected to be by the path of its motion, for as long as no state has confirmed or contradicted it. */
+import { jointsAt } from "../socket/joint_path.ts";
+import type { CommandInfo } from "../socket/messages.ts";
+import type { PathPacket, StatePacket } from "../socket/packets.ts";
+import { FINAL } from "../socket/stages.ts";
+
+/** Joints (rad, m) that nothing has measured: an object, so that no code can take them for the joints of a state. */
+export interface Predicted {
+  readonly predicted: readonly number[];
+}
+
+const OFF_M = 0.01; // a state whose tool is farther off ends the prediction
+const OFF_RAD = (2 * Math.PI) / 180; // or one of whose joints is
+const LATE_MS = [0, -50, 50, -100, 100, -150, 150]; // by which the times of path and state may differ
+const FRESH_MS = 300; // a confirmed state is shown alone for so long
+const COMMANDS = 2 ** 32;
+const MOST_OVER = 32; // commands that are remembered
+
+export class Prediction {
+  private path: PathPacket | null = null;
+  private confirmedMs = -Infinity; // of the newest state on the path
+  private over = new Set<number>(); // commands whose motion is expected no more
+  private readonly now: () => number;
+  private readonly tool: (joints: readonly number[]) => readonly number[] | null;
+
+  /** `now`: server time (ms). `tool`: the tool's place (m) at such joints (rad, m); null while it is not known. */
+  constructor(now: () => number, tool: (joints: readonly number[]) => readonly number[] | null) {
+    [this.now, this.tool] = [now, tool];
+  }
+
+  /** Whether a motion is expected that no state has confirmed to its end. */
+  get runs(): boolean {
+    return this.path !== null;
+  }
+
+  /** Where the arm is expected to be now; null if nothing is, or if the newest state says so itself. */
+  get joints(): Predicted | null {
+    const now = this.now();
+    if (!this.path || now - this.confirmedMs < FRESH_MS) return null;
+    return { predicted: jointsAt(this.path, (now - this.path.beganMs) / 1000) };
+  }
+
+  /** Expect this motion from now on; not again if it was expected before. */
+  begin(path: PathPacket): void {
+    if (this.over.has(path.command) || path.command === this.path?.command) return;
+    this.path = path;
+    this.confirmedMs = -Infinity;
+  }
+
+  /** Compare a state with what was expected at its time. */
+  state(state: StatePacket): void {
+    const { path } = this;
+    if (!path || state.atMs < path.beganMs) return;
+    const endMs = path.beganMs + 1000 * path.seconds;
+    const near = LATE_MS.some((late) => this.alike(state.joints, jointsAt(path, (state.atMs + late - path.beganMs) / 1000)));
+    if (state.stopped || !near) return this.end(path.command);
+    this.confirmedMs = Math.max(this.confirmedMs, state.atMs);
+    if (state.atMs >= endMs && !state.moving) this.end(path.command);
+  }
+
+  /** Take a stage of a command: one that did not complete its motion moves on its path no more. */
+  command({ id, state }: Pick<CommandInfo, "id" | "state">): void {
+    if (FINAL.has(state) && state !== "completed") this.end(id % COMMANDS);
+  }
+
+  private end(command: number): void {
+    if (this.path?.command === command) this.path = null;
+    this.over.add(command);
+    if (this.over.size > MOST_OVER) this.over.delete([...this.over][0]!);
+  }
+
+  private alike(told: readonly number[], expected: readonly number[]): boolean {
+    if (expected.some((q, i) => !(Math.abs(q - (told[i] ?? NaN)) <= OFF_RAD))) return false;
+    const here = this.tool(told),
+      there = here && this.tool([...expected, ...told.slice(expected.length)]);
+    return !here || !there || Math.hypot(...here.map((v, i) => v - there[i]!)) <= OFF_M;
+  }
+}

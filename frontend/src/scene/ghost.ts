@@ -1,0 +1,127 @@
+/** The ghost of the tool: it is at the arm until somebody moves it, and stays where the arm could rest. */
+import type { Pose } from "../motion/chain.ts";
+import { missing } from "../motion/linear.ts";
+import type { Judgement } from "./judge.ts";
+import { distance, type Move, moved, shareOf } from "./moves.ts";
+
+const HERE_M = 0.0002,
+  HERE_RAD = 0.0005; // so near it is at the arm
+const FINEST = 1 / 1024; // of the way to a pose that is refused
+const SURFACES = [11, 3, 7]; // where z, x and y stand in a pose: tables are the most usual
+
+/** Returns the pose to which one snaps, or itself. `from`: where a step begins; one that leaves does not snap back. */
+type Snap = (pose: Float64Array, from: Pose | null) => Float64Array;
+
+export class Ghost {
+  private own: Float64Array | null = null; // where somebody has put it; null: at the arm
+  private arm: Pose | null = null;
+  private hand: { pose: Float64Array } | null = null; // where it was when the hand took it
+  private standing: Judgement | null = null;
+  /** Why the last move was refused; empty if it was not. */
+  refusal = "";
+  private readonly judge: (pose: Pose) => Judgement;
+  private readonly snap: Snap;
+  private readonly fits: ((pose: Pose) => boolean) | null;
+
+  /** `fits`: whether the arm could rest at a pose; with it a ghost that is dragged against a surface slides along it. */
+  constructor(judge: (pose: Pose) => Judgement, snap: Snap = (pose) => pose, fits: ((pose: Pose) => boolean) | null = null) {
+    [this.judge, this.snap, this.fits] = [judge, snap, fits];
+  }
+
+  /** Where it is; null while the arm's place is not known. */
+  get pose(): Pose | null {
+    return this.own ?? this.arm;
+  }
+
+  /** Whether somebody has put it elsewhere than at the arm. */
+  get away(): boolean {
+    if (!this.own) return false;
+    const far = this.arm && distance(this.arm, this.own);
+    return !far || far.m > HERE_M || far.rad > HERE_RAD;
+  }
+
+  /** What would happen at its pose; null if nothing is known, or it is at the arm. */
+  get judgement(): Judgement | null {
+    return this.standing;
+  }
+
+  get isHeld(): boolean {
+    return this.hand !== null;
+  }
+
+  /** Take over where the arm's tool is. A ghost that is held or was put somewhere stays. */
+  follow(arm: Pose | null): void {
+    this.arm = arm;
+  }
+
+  /** A hand takes it: what follows is measured from here, so it does not leap. */
+  take(): void {
+    const { pose } = this;
+    this.refusal = "";
+    this.hand = pose && { pose: Float64Array.from({ length: 16 }, (_, i) => pose[i] ?? 0) };
+  }
+
+  /** Move it, by so much since it was taken. Nothing happens unless it is held. */
+  drag(by: Move): void {
+    if (!this.hand) return;
+    const wanted = moved(this.hand.pose, by);
+    if (!this.put(this.snap(wanted, null))) this.slide(wanted);
+  }
+
+  /**
+   * Go as near to a refused pose as surfaces allow: straight as far as it fits, then along one surface. Boxes have their
+   * sides along the base's axes, so along a surface two of the three coordinates are those that are wanted.
+   */
+  private slide(wanted: Float64Array): void {
+    const { pose, fits, refusal } = this;
+    if (!pose || !fits) return;
+    const touching = farthest(pose, wanted, fits);
+    const along = SURFACES.map((at) => {
+      const beside = wanted.slice();
+      beside[at] = touching[at]!;
+      return beside;
+    });
+    this.put(along.find(fits) ?? touching);
+    this.refusal = refusal; // of what the hand wants, though the ghost has moved
+  }
+
+  /** The hand lets go. The ghost stays where it is. */
+  release(): void {
+    this.hand = null;
+    this.refusal = "";
+  }
+
+  /** Move it by so much. Returns whether it went there. */
+  step(by: Move): boolean {
+    return this.pose !== null && this.put(this.snap(moved(this.pose, by), this.pose));
+  }
+
+  /** Put it there; if the arm cannot be there it stays where it was. Returns whether it is there. */
+  put(pose: Float64Array): boolean {
+    const found = this.judge(pose);
+    this.refusal = found.verdict === "refused" ? found.text : "";
+    if (this.refusal) return false;
+    this.own = pose;
+    this.standing = found;
+    return true;
+  }
+
+  /** Judge its place again: the arm has moved, or the speed is another. It stays, whatever comes of that. */
+  again(): void {
+    this.standing = this.own && this.judge(this.own);
+  }
+
+  /** Take it back to the arm. A hand that holds it has to take it again. */
+  home(): void {
+    this.own = this.standing = this.hand = null;
+    this.refusal = "";
+  }
+}
+
+/** Return the pose nearest to `to` on the straight way from `from` that still fits. */
+function farthest(from: Pose, to: Pose, fits: (pose: Pose) => boolean): Float64Array {
+  const way = missing(from, to) as unknown as Move;
+  let share = 0;
+  for (let part = 0.5; part >= FINEST; part /= 2) if (fits(moved(from, shareOf(way, share + part)))) share += part;
+  return moved(from, shareOf(way, share));
+}

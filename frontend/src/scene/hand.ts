@@ -1,0 +1,101 @@
+/** Moves the ghost without a pointer in the view: keys on its handle, a button for each direction, a gamepad. */
+import { byId, make, say } from "../kit/dom.ts";
+import { Pads, twist } from "../widgets/gamepad.ts";
+import { keyMove, type Move, type Step, stepMove, STEPS } from "./moves.ts";
+import { isStale, LONGEST_MS } from "./standstill.ts";
+
+export interface HandUse {
+  /** Move the ghost by so much. */
+  step(by: Move): void;
+  home(): void;
+  send(): void;
+  /** The share of a gamepad's motion that the ghost makes. */
+  share(): number;
+}
+
+const WAYS: readonly (readonly [string, string, Move])[] = [
+  ["x +", "Ghost away from the base", [1, 0, 0, 0, 0, 0]],
+  ["x −", "Ghost towards the base", [-1, 0, 0, 0, 0, 0]],
+  ["y +", "Ghost to the left", [0, 1, 0, 0, 0, 0]],
+  ["y −", "Ghost to the right", [0, -1, 0, 0, 0, 0]],
+  ["z +", "Ghost up", [0, 0, 1, 0, 0, 0]],
+  ["z −", "Ghost down", [0, 0, -1, 0, 0, 0]],
+  ["↻ x", "Turn the ghost about x", [0, 0, 0, 1, 0, 0]],
+  ["↺ x", "Turn the ghost back about x", [0, 0, 0, -1, 0, 0]],
+  ["↻ y", "Turn the ghost about y", [0, 0, 0, 0, 1, 0]],
+  ["↺ y", "Turn the ghost back about y", [0, 0, 0, 0, -1, 0]],
+  ["↻ z", "Turn the ghost about z", [0, 0, 0, 0, 0, 1]],
+  ["↺ z", "Turn the ghost back about z", [0, 0, 0, 0, 0, -1]],
+];
+const TICK_MS = 40;
+const M_PER_S = 0.12,
+  RAD_PER_S = 0.6; // of a stick that is pushed all the way
+
+export class Hand {
+  private pad = byId("ghost-pad");
+  private handle = byId("ghost-handle");
+  private size = byId<HTMLSelectElement>("ghost-step");
+  private pads = new Pads();
+  private ticked = performance.now();
+
+  constructor(private use: HandUse) {
+    this.size.append(...STEPS.map(({ mm, degrees }, i) => make("option", { value: i }, `${mm} mm, ${degrees}°`)));
+    this.size.value = "1";
+    for (const [sign, label, way] of WAYS) {
+      const button = make("button", { type: "button", class: "button", "aria-label": `${sign}: ${label}` }, sign);
+      button.addEventListener("click", () => use.step(stepMove(way, this.step)));
+      this.pad.append(button);
+    }
+    byId("ghost-hand").addEventListener("keydown", (event) => this.key(event));
+    setInterval(() => this.tick(), TICK_MS);
+  }
+
+  /** Let keys and a gamepad move the ghost. */
+  focus(): void {
+    this.handle.focus({ preventScroll: true });
+  }
+
+  private get step(): Step {
+    return STEPS[Number(this.size.value)]!;
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const act = this.action(event);
+    if (!act) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!isStale(event, performance.now())) act();
+  }
+
+  private action(event: KeyboardEvent): (() => void) | null {
+    const { key, shiftKey, target } = event;
+    const move = keyMove(key, shiftKey);
+    if (move) return () => this.use.step(stepMove(move, this.step));
+    if (key === "+" || key === "-") return () => this.resize(key === "+" ? 1 : -1);
+    if (key.toLowerCase() === "g") return () => this.use.home();
+    if (key === "Enter" && target === this.handle) return () => !event.repeat && this.use.send();
+    return null;
+  }
+
+  private resize(by: number): void {
+    this.size.value = String(Math.max(0, Math.min(STEPS.length - 1, Number(this.size.value) + by)));
+    say(byId("ghost-step-said"), `Step ${this.step.mm} mm, ${this.step.degrees}°`);
+  }
+
+  /** Move the ghost by a gamepad, while the handle, its buttons or the view have the focus. */
+  private tick(): void {
+    const now = performance.now(),
+      passed = now - this.ticked;
+    this.ticked = now;
+    if (passed > LONGEST_MS) this.pads.forget(); // what was pushed while the page stood still counts no more
+    const here = document.hasFocus() && byId("ghost-hand").contains(document.activeElement);
+    if (!here) return this.pads.forget();
+    const push = this.pads.wanted(this.handle, twist);
+    if (!push) return;
+    const along = (M_PER_S * this.use.share() * passed) / 1000,
+      about = (RAD_PER_S * this.use.share() * passed) / 1000;
+    const { x = 0, y = 0, z = 0, yaw = 0 } = push;
+    this.use.step([x * along, y * along, z * along, 0, 0, yaw * about]);
+  }
+}

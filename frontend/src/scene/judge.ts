@@ -1,0 +1,71 @@
+/** Judges where the ghost is, in the page: where the arm could rest, and by which way it would come there. */
+import { Budget, Refused } from "../motion/budget.ts";
+import type { Joints, Pose } from "../motion/chain.ts";
+import type { ArmFacts, BoxFacts } from "../motion/facts.ts";
+import { Planner } from "../motion/planner.ts";
+
+/**
+ * What would happen at a pose. `free`: the arm comes there; `way`: it could rest there, but a box is in the way;
+ * `refused`: it cannot be there. `text`: why not, in the server's words, without a full stop.
+ */
+export interface Judgement {
+  verdict: "free" | "way" | "refused";
+  text: string;
+  joints: readonly number[] | null; // rad
+  path: readonly (readonly number[])[]; // places of the tool on the way (m)
+  seconds: number; // NaN where only the server can say
+}
+export interface Wish {
+  pose: Pose;
+  straight: boolean;
+  share: number; // of full speed
+}
+
+const POINTS = 24; // of a path that is drawn
+
+export class PoseJudge {
+  readonly planner: Planner;
+
+  /** `added`: boxes of staff. Throws an Error if no closed form is known for the arm. */
+  constructor(facts: ArmFacts, added: readonly BoxFacts[]) {
+    this.planner = new Planner(facts, added);
+  }
+
+  /** Return the pose of the tool at these joints (rad). */
+  tool(joints: Joints): Float64Array {
+    return this.planner.chain.forward(joints);
+  }
+
+  /** Return whether the arm could rest with its tool at that pose. */
+  fits(pose: Pose, present: Joints): boolean {
+    return typeof this.rest(pose, present) !== "string";
+  }
+
+  /** Return what would happen at that pose, from these joints at rest. A straight way is judged by the server alone. */
+  judge({ pose, straight, share }: Wish, present: Joints): Judgement {
+    const there = this.rest(pose, present);
+    if (typeof there === "string") return { verdict: "refused", text: there, joints: null, path: [], seconds: NaN };
+    if (straight) return { verdict: "free", text: "", joints: there, path: [placeOf(this.tool(present)), placeOf(pose)], seconds: NaN };
+    const outcome = this.planner.plan({ joints: there }, { joints: present }, share);
+    if (!outcome.ok) return { verdict: "way", text: outcome.text, joints: there, path: [], seconds: NaN };
+    const { path, seconds } = outcome,
+      places = Array.from({ length: POINTS }, (_, n) => placeOf(this.tool(path.sample((seconds * n) / (POINTS - 1)))));
+    return { verdict: "free", text: "", joints: there, path: places, seconds };
+  }
+
+  /** Return joints at which the arm rests there, or why it cannot. */
+  private rest(pose: Pose, present: Joints): number[] | string {
+    try {
+      const joints = this.planner.reach(pose, present, new Budget());
+      this.planner.stand(joints, present);
+      return joints;
+    } catch (error) {
+      if (error instanceof Refused) return error.message;
+      throw error;
+    }
+  }
+}
+
+function placeOf(pose: Pose): number[] {
+  return [pose[3]!, pose[7]!, pose[11]!];
+}

@@ -1,0 +1,85 @@
+/** The objects around an arm as shapes with labels: those that are held ride on the tool, and a copy on the ghost's. */
+import {
+  BoxGeometry,
+  type BufferGeometry,
+  CanvasTexture,
+  Color,
+  CylinderGeometry,
+  EdgesGeometry,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshLambertMaterial,
+  type Object3D,
+  Sprite,
+  SpriteMaterial,
+} from "three";
+import { disposeContent } from "../kit/view_3d.ts";
+import type { KnownObject } from "./objects.ts";
+import { matrixOf } from "./matrices.ts";
+
+const PALE = 0.4; // opacity of an object whose place was last known long ago,
+const COPY = 0.5; // and of the copy on the ghost
+const LABEL_M = 0.03; // height of a label
+const LABEL_PX = 48;
+
+export class ObjectShapes {
+  private lying = new Group();
+  private carried = new Group();
+  private copies = new Group();
+
+  /** `world`: in the base's frame; `tool`, `ghost`: the tips of the arm and of its ghost. */
+  constructor(world: Object3D, tool: Object3D | undefined, ghost: Object3D | undefined) {
+    world.add(this.lying);
+    tool?.add(this.carried);
+    ghost?.add(this.copies);
+  }
+
+  /** Show these objects; `isOld`: whether one's place was last known long ago. */
+  show(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean): void {
+    for (const group of [this.lying, this.carried, this.copies]) disposeContent(group);
+    for (const one of objects) {
+      const shape = placed(one, isOld(one) ? PALE : 1);
+      shape.add(labelOf(one));
+      (one.held ? this.carried : this.lying).add(shape);
+      if (one.held) this.copies.add(placed(one, COPY));
+    }
+  }
+}
+
+function placed({ facts, pose }: KnownObject, opacity: number): Object3D {
+  const geometry = geometryOf(facts),
+    color = new Color().setRGB(...facts.colour, "srgb"),
+    made = new Mesh(geometry, new MeshLambertMaterial({ color, transparent: opacity < 1, opacity, depthWrite: opacity === 1 }));
+  made.add(new LineSegments(new EdgesGeometry(geometry, 30), new LineBasicMaterial({ color: 0x2b2b2b, transparent: true, opacity: 0.5 })));
+  made.applyMatrix4(matrixOf(pose));
+  return made;
+}
+
+function geometryOf({ shape, size: [x, y, z] }: KnownObject["facts"]): BufferGeometry {
+  return shape === "box" ? new BoxGeometry(x, y, z) : new CylinderGeometry(x / 2, x / 2, z, 24).rotateX(Math.PI / 2);
+}
+
+/** Return the object's name, which stays above it and turns with the view. */
+function labelOf({ facts, pose }: KnownObject): Object3D {
+  const canvas = document.createElement("canvas"),
+    pen = canvas.getContext("2d");
+  if (!pen) return new Group();
+  const font = `600 ${LABEL_PX * 0.6}px sans-serif`;
+  pen.font = font;
+  canvas.width = Math.ceil(pen.measureText(facts.name).width) + LABEL_PX / 2;
+  canvas.height = LABEL_PX;
+  pen.font = font; // a new size has reset it
+  pen.fillStyle = "rgb(255 255 255 / 85%)";
+  pen.fillRect(0, 0, canvas.width, canvas.height);
+  pen.fillStyle = "#1d2426";
+  pen.textAlign = "center";
+  pen.textBaseline = "middle";
+  pen.fillText(facts.name, canvas.width / 2, LABEL_PX / 2);
+  const label = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false, transparent: true }));
+  label.scale.set((LABEL_M * canvas.width) / LABEL_PX, LABEL_M, 1);
+  const above = facts.size[2] / 2 + LABEL_M; // straight up, however it lies
+  label.position.set(pose[8]! * above, pose[9]! * above, pose[10]! * above);
+  return label;
+}

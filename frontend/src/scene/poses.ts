@@ -1,0 +1,36 @@
+/** Poses as 16 numbers, 4 x 4 row by row: products, inverses, and from a place with a quaternion. */
+import { multiply, type Pose } from "../motion/chain.ts";
+
+/** Return the product of two poses. */
+export function product(a: Pose, b: Pose): Float64Array {
+  const out = new Float64Array(16);
+  multiply(a, 0, b, 0, out, 0);
+  out[15] = 1;
+  return out;
+}
+
+/** Return the inverse of a rigid pose. */
+export function inverse(a: Pose): Float64Array {
+  const out = new Float64Array(16);
+  for (let row = 0; row < 3; row++) {
+    for (let column = 0; column < 3; column++) out[4 * row + column] = a[4 * column + row]!;
+    out[4 * row + 3] = -(a[row]! * a[3]! + a[4 + row]! * a[7]! + a[8 + row]! * a[11]!);
+  }
+  out[15] = 1;
+  return out;
+}
+
+/** Return the pose at a place (m), turned by a quaternion (x, y, z, w; of unit length). */
+export function poseAt([x = 0, y = 0, z = 0]: readonly number[], [a = 0, b = 0, c = 0, d = 1]: readonly number[]): Float64Array {
+  return Float64Array.of(
+    1 - 2 * (b * b + c * c), 2 * (a * b - c * d), 2 * (a * c + b * d), x,
+    2 * (a * b + c * d), 1 - 2 * (a * a + c * c), 2 * (b * c - a * d), y,
+    2 * (a * c - b * d), 2 * (b * c + a * d), 1 - 2 * (a * a + b * b), z,
+    0, 0, 0, 1,
+  ); // prettier-ignore
+}
+
+/** Return a place (m), turned about the vertical by an angle (rad). */
+export function uprightAt(place: readonly number[], angle: number): Float64Array {
+  return poseAt(place, [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)]);
+}

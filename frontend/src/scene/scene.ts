@@ -1,0 +1,341 @@
+/** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
+import { TargetEdit, type ArmMode, type Target, deg } from "../arm/types.ts";
+import { byId, make, say, set } from "../kit/dom.ts";
+import type { Pose } from "../motion/chain.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { Box } from "../socket/objects.ts";
+import type { StatePacket, StreamPacket } from "../socket/packets.ts";
+import { Ghost } from "./ghost.ts";
+import { Hand } from "./hand.ts";
+import type { Judgement, PoseJudge } from "./judge.ts";
+import { type Move, numbersOfPose, pointingDown, shareOf, wayInWords } from "./moves.ts";
+import type { ObjectFacts, SceneObjects } from "./objects.ts";
+import { Standstill } from "./standstill.ts";
+import { Surroundings } from "./surroundings.ts";
+import type { CameraPlace, SceneView } from "./view.ts";
+
+/** What a page may be told for its scene: calibrated cameras, the objects, and the box of their packets. */
+export interface SceneFacts {
+  view?: CameraPlace[];
+  objects?: ObjectFacts[];
+  objects_box?: Box;
+  release_m?: number; // so far above a surface an object is let go
+}
+/** The parts of the console that the scene needs. */
+export interface SceneUse {
+  /** The share of full speed that is chosen. */
+  share(): number;
+  /** How many numbers of a state are the arm's joints. */
+  axes: number;
+  /** Show `text` over the view. */
+  tell(text: string): void;
+  cameras: readonly CameraPlace[];
+  /** The objects around the arm, where it tells any. */
+  objects: SceneObjects | null;
+}
+
+const TELL_MS = 1000; // between two sentences that a screen reader reads
+const MOVED_RAD = 0.002; // of a joint: then the way is judged again
+const NAMES = ["x", "y", "z", "roll", "pitch", "yaw"];
+const FREE: Judgement = { verdict: "free", text: "", joints: null, path: [], seconds: NaN };
+
+export class Scene implements ArmMode {
+  readonly asked = "go";
+  private judge: PoseJudge | null = null;
+  private view: SceneView | null = null;
+  private surroundings: Surroundings | null;
+  private ghost = new Ghost(
+    (pose) => this.judged(pose),
+    (pose, from) => this.surroundings?.snap(pose, from) ?? pose,
+    (pose) => this.judge?.fits(pose, this.joints) ?? true,
+  );
+  private edited = new TargetEdit();
+  private hand: Hand;
+  private straight = byId<HTMLInputElement>("ghost-straight");
+  private scale = byId<HTMLSelectElement>("ghost-scale");
+  private list = byId("ghost-list");
+  private shown = false;
+  private wanted: Move | null = null; // of a drag, until the next frame
+  private still = new Standstill(() => performance.now());
+  private watch = 0;
+  private note = ""; // said until the ghost is moved again
+  private toldAt = -Infinity;
+  private telling = 0;
+  private judgedFrom: readonly number[] = [];
+
+  constructor(
+    private page: RobotPage,
+    private use: SceneUse,
+  ) {
+    this.surroundings = use.objects && new Surroundings(use.objects, () => page.live.now());
+    this.hand = new Hand({
+      step: (by) => this.step(by),
+      home: () => this.home(),
+      send: () => this.send(),
+      share: () => this.share,
+    });
+    this.straight.addEventListener("change", () => this.again());
+    byId("ghost-home").addEventListener("click", () => this.home());
+    byId("ghost-down").addEventListener("click", () => this.put((pose) => pointingDown(pose)));
+    page.on("send-ghost", () => this.send());
+    for (const name of ["blur", "pagehide"]) addEventListener(name, () => this.view?.letGo());
+    document.addEventListener("visibilitychange", () => document.hidden && this.view?.letGo());
+  }
+
+  /** Install what judges poses; without it only the server judges, on Send. */
+  plan(judge: PoseJudge | null): void {
+    this.judge = judge;
+    this.follow();
+    this.again();
+  }
+
+  /** Install the view. */
+  attach(view: SceneView): void {
+    this.view = view;
+    view.offer({
+      taken: () => this.taken(),
+      dragged: (by) => this.dragged(by),
+      released: () => this.released(),
+    });
+    this.surroundings?.attach(view);
+    const { cameras } = this.use;
+    byId("viewpoints").append(
+      ...["front", "side", "top"].map((name) => viewButton(name[0]!.toUpperCase() + name.slice(1), () => view.viewpoint(name))),
+      ...cameras.map((camera) => viewButton(`As camera ${camera.name}`, () => view.asCamera(camera))),
+    );
+    const opacity = byId<HTMLInputElement>("arm-opacity");
+    opacity.addEventListener("input", () => {
+      view.seeThrough(1 - Number(opacity.value) / 100);
+      set(opacity, { "aria-valuetext": opacity.value === "0" ? "solid" : `${opacity.value} % seen through` });
+    });
+    for (const button of document.querySelectorAll<HTMLElement>("[data-handles]"))
+      button.addEventListener("click", () => this.chooseHandles(button));
+    this.draw();
+  }
+
+  private chooseHandles(chosen: HTMLElement): void {
+    for (const button of document.querySelectorAll<HTMLElement>("[data-handles]"))
+      set(button, { "aria-pressed": String(button === chosen) });
+    this.view?.handleMode(chosen.dataset["handles"] === "rotate" ? "rotate" : "translate");
+  }
+
+  /** Show the ghost, or hide it while another mode is open or nobody may use it. */
+  show(shown: boolean): void {
+    if (shown === this.shown) return;
+    this.shown = shown;
+    byId("ghost-tools").hidden = !shown;
+    if (!shown) this.view?.ghostAt(null);
+    else {
+      this.follow();
+      this.again();
+    }
+  }
+
+  target(): Target | null {
+    const { pose } = this.ghost;
+    if (!pose || !this.page.state) return null;
+    const args: Target["args"] = { speed: this.use.share() };
+    numbersOfPose(pose).forEach((value, i) => (args[NAMES[i]!] = value));
+    return { kind: this.straight.checked ? "line" : "pose", args };
+  }
+
+  /** Return why the ghost cannot be sent; empty if it can, as far as the page knows. */
+  local(): string {
+    if (!this.ghost.pose) return "It is not known yet where the arm is.";
+    const found = this.ghost.judgement;
+    return found?.verdict === "way" ? sentence(found.text) : "";
+  }
+
+  /** Take over a packet of one of the robot's streams. */
+  stream(name: string, packet: StreamPacket): void {
+    this.surroundings?.take(name, packet);
+    this.draw();
+  }
+
+  state(_: StatePacket): void {
+    this.follow();
+    if (!this.shown) return;
+    this.surroundings?.age();
+    if (this.ghost.away && this.joints.some((q, i) => Math.abs(q - (this.judgedFrom[i] ?? Infinity)) > MOVED_RAD)) this.again();
+    else this.draw();
+  }
+
+  /** Let the ghost follow the arm again after that motion, unless somebody has moved it since. */
+  arrived(seq: number): void {
+    this.edited.arrived(seq);
+    if (!this.edited.now && !this.ghost.isHeld) this.home();
+  }
+
+  /** Take the ghost back to the arm. */
+  home(): void {
+    this.view?.letGo();
+    this.note = "";
+    this.edited.forget();
+    this.ghost.home();
+    this.follow();
+    this.draw();
+  }
+
+  /** Judge the ghost's place again: the speed is another, or the arm has moved. */
+  again(): void {
+    this.ghost.again();
+    this.draw();
+  }
+
+  private get joints(): readonly number[] {
+    return this.page.state?.joints.slice(0, this.use.axes) ?? [];
+  }
+
+  private get share(): number {
+    return 1 / Number(this.scale.value);
+  }
+
+  private follow(): void {
+    this.ghost.follow(this.armPose());
+  }
+
+  private armPose(): Pose | null {
+    return this.judge && this.joints.length ? this.judge.tool(this.joints) : null;
+  }
+
+  private judged(pose: Pose): Judgement {
+    this.judgedFrom = this.joints;
+    return this.judge?.judge({ pose, straight: this.straight.checked, share: this.use.share() }, this.joints) ?? FREE;
+  }
+
+  private taken(): void {
+    this.note = "";
+    this.still.begin();
+    this.ghost.take();
+    this.hand.focus();
+    this.watch = window.setInterval(() => this.noteStandstill(), 100);
+  }
+
+  private dragged(by: Move): void {
+    if (this.noteStandstill()) return;
+    if (!this.wanted) requestAnimationFrame(() => this.drag());
+    this.wanted = shareOf(by, this.share);
+  }
+
+  /** Follow the hand: once a frame, however often it moves. */
+  private drag(): void {
+    const by = this.wanted;
+    this.wanted = null;
+    if (!by || !this.ghost.isHeld) return;
+    this.changed(() => this.ghost.drag(by));
+  }
+
+  private released(): void {
+    clearInterval(this.watch);
+    if (this.wanted) this.drag(); // the last bit of the way
+    this.ghost.release();
+    this.draw();
+  }
+
+  private noteStandstill(): boolean {
+    if (!this.still.noticed()) return false;
+    this.wanted = null;
+    this.view?.letGo();
+    this.note = "The page stood still for a moment, so the ghost was let go: take it again";
+    this.draw();
+    return true;
+  }
+
+  private step(by: Move): void {
+    this.changed(() => this.ghost.step(by));
+  }
+
+  private put(to: (pose: Pose) => Float64Array): void {
+    const { pose } = this.ghost;
+    if (pose) this.changed(() => this.ghost.put(to(pose)));
+  }
+
+  private changed(act: () => void): void {
+    const before = this.ghost.refusal;
+    this.note = "";
+    this.edited.note(this.page.lastSeq);
+    this.page.settle();
+    act();
+    if (this.ghost.refusal && !before) feel();
+    this.draw();
+  }
+
+  private send(): void {
+    const target = this.target();
+    if (target) this.page.command(target.kind, target.args, "go");
+    else this.page.refuse(() => this.local());
+  }
+
+  private draw(): void {
+    if (!this.shown) return;
+    const { pose, judgement, refusal } = this.ghost;
+    this.view?.ghostAt(pose, this.ghost.away ? judgement : null, refusal);
+    this.tell(this.words());
+    this.fillList();
+  }
+
+  private words(): string {
+    const { judgement, refusal } = this.ghost;
+    if (refusal) return sentence(refusal);
+    if (this.note) return this.note;
+    if (!this.ghost.pose) return "";
+    if (!this.ghost.away) return "The ghost is at the arm";
+    if (judgement?.verdict === "way") return sentence(judgement.text);
+    return judgement && Number.isFinite(judgement.seconds)
+      ? `${judgement.seconds.toFixed(1)} s on the way`
+      : "The server checks the way on Send";
+  }
+
+  private fillList(): void {
+    const { pose } = this.ghost,
+      arm = this.armPose();
+    const [x = 0, y = 0, z = 0, ...turn] = pose ? numbersOfPose(pose) : [];
+    const at = [x, y, z].map((v) => whole(v * 1000)).join(", ");
+    const words = !pose
+      ? ["It is not known yet where the arm is."]
+      : [
+          this.ghost.away
+            ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.`
+            : "The ghost is at the arm.",
+          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => whole(deg(v), true)).join(", ")}°.`,
+          ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
+          ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
+        ];
+    while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
+    words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
+  }
+
+  /** Tell a sentence, at most one a second; the newest counts. */
+  private tell(text: string): void {
+    clearTimeout(this.telling);
+    const wait = Math.max(0, this.toldAt + TELL_MS - performance.now());
+    const now = (): void => {
+      if (!this.shown) return;
+      this.toldAt = performance.now();
+      this.use.tell(text);
+    };
+    if (wait) this.telling = window.setTimeout(now, wait);
+    else now();
+  }
+}
+
+/** Return a number without decimals; no zero with a sign, and half a turn as 180. */
+function whole(value: number, isAngle = false): string {
+  const rounded = Math.round(value) || 0;
+  return String(isAngle && rounded === -180 ? 180 : rounded);
+}
+
+function sentence(text: string): string {
+  return `The arm cannot go there: ${text}.`;
+}
+
+function viewButton(name: string, act: () => void): HTMLElement {
+  const button = make("button", { type: "button", class: "button" }, name);
+  button.addEventListener("click", act);
+  return button;
+}
+
+/** Let a hand that holds a phone feel that the ghost is at a surface. */
+function feel(): void {
+  if (navigator.userActivation.hasBeenActive && "vibrate" in navigator) navigator.vibrate(25);
+}

@@ -1,0 +1,71 @@
+/** The objects in the scene: drawn, listed with how and when their places were known, and what the ghost snaps to. */
+import { byId, make, say } from "../kit/dom.ts";
+import type { Pose } from "../motion/chain.ts";
+import type { StreamPacket } from "../socket/packets.ts";
+import { type KnownObject, missingInWords, type SceneObjects, snappedStep } from "./objects.ts";
+import type { SceneView } from "./view.ts";
+
+const OLD_MS = 600_000; // a place that was last known longer ago is drawn pale
+const AGAIN_MS = 10_000;
+
+export class Surroundings {
+  private view: SceneView | null = null;
+  private drawnAt = -Infinity;
+  private list = byId("objects-list");
+
+  /** `now`: the server's time (ms). */
+  constructor(
+    private objects: SceneObjects,
+    private now: () => number,
+  ) {
+    byId("scene-objects").hidden = false;
+  }
+
+  attach(view: SceneView): void {
+    this.view = view;
+    this.draw();
+  }
+
+  /** Take over a packet of one of the robot's streams. */
+  take(name: string, packet: StreamPacket): void {
+    if (this.objects.take(name, packet)) this.draw();
+  }
+
+  /** Show how old the places are; called often. */
+  age(): void {
+    if (performance.now() - this.drawnAt > AGAIN_MS) this.draw();
+  }
+
+  /** Return the pose to which the ghost's snaps, or its own. */
+  snap(pose: Float64Array, from: Pose | null): Float64Array {
+    return snappedStep(pose, this.objects.goal(pose), from);
+  }
+
+  /** Return what is missing to the nearest grasp or place, in words; empty if there is none. */
+  words(pose: Pose): string {
+    const goal = this.objects.goal(pose);
+    return goal ? missingInWords(pose, goal) : "";
+  }
+
+  private draw(): void {
+    this.drawnAt = performance.now();
+    const all = this.objects.all,
+      now = this.now();
+    this.view?.objects(all, (one) => now - one.atMs > OLD_MS);
+    const words = all.map((one) => `${one.facts.name}: ${one.held ? "in the gripper" : how(one, now)}`);
+    while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
+    words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
+  }
+}
+
+function how({ how: known, atMs }: KnownObject, now: number): string {
+  const minutes = Math.floor(Math.max(0, now - atMs) / 60_000);
+  const when = Number.isNaN(minutes)
+    ? ""
+    : minutes < 1
+      ? "just now"
+      : minutes < 120
+        ? `${minutes} min ago`
+        : `${Math.floor(minutes / 60)} h ago`;
+  return [known, when].filter(Boolean).join(", ") || "told by the robot";
+}

@@ -1,0 +1,34 @@
+"""The acts of which a task's step consists: commands of the arm, and where the objects are after each."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from robots.kit.arms.arrangement import Arrangement
+from robots.kit.arms.path import Path
+from robots.kit.arms.planner import Refused
+from robots.kit.arms.tasks.steps import Step, words
+
+
+@dataclass(frozen=True)
+class Act:
+    """One command of the arm (`pose`, `line`, a posture, `gripper`), or a `wait` or `expect`, which the runner does.
+
+    `step` is its step, counted from 1 with repetitions expanded. `arrangement`: the objects after it, by the model.
+    `seconds`: how long it lasts by its plan. `path`: of the joints, where it moves them.
+    """
+
+    step: int
+    of: Step
+    kind: str
+    args: dict[str, Any]
+    arrangement: Arrangement
+    seconds: float = 0.0
+    path: Path | None = field(default=None, repr=False)
+
+
+class StepImpossible(Refused):
+    """A step of a task cannot be done: its number, its line, when it would begin (s), and why."""
+
+    def __init__(self, code: str, step: int, of: Step, at_s: float, why: str) -> None:
+        super().__init__(code, f"Line {of.line}, {words(of.action)}: {why}.")
+        self.step, self.line, self.at_s, self.why = step, of.line, at_s, why

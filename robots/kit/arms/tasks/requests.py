@@ -1,0 +1,137 @@
+"""What people ask of an arm with objects: a task, and staff's correction of a place. Checks and previews, pure.
+
+A spec takes `task_commands` and `task_capabilities`, a driver's check calls `check_request`.
+"""
+
+from collections.abc import Iterable
+from math import tau
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robots.kit.arms.arrangement import Arrangement
+from robots.kit.arms.described import posture
+from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.object_streams import OBJECTS
+from robots.kit.arms.objects import TABLE, ObjectTable, pose_of, upright
+from robots.kit.arms.preview import Trail, start_of
+from robots.kit.arms.tasks import steps
+from robots.kit.arms.tasks.acts import StepImpossible
+from robots.kit.arms.tasks.parsing import LONGEST_TEXT, BadTask, parse
+from robots.kit.arms.tasks.planning import LONGEST_S, acts, plan
+from robots.kit.arms.tasks.steps import Task
+from robots.kit.contract.capabilities import Foreseen, JobCheck, Judgement, Objects, Programs
+from robots.kit.contract.errors import BadRequest, OutOfWorkspace
+from robots.kit.contract.objects import KnownObjects, Placed
+from robots.kit.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind
+from robots.kit.contract.values import number
+from robots.kit.description import load
+
+TASK, AMEND = "task", "amend"
+KINDS = (TASK, AMEND)
+Packets = Iterable[tuple[bytes, bool]]
+
+
+def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
+    """Return the commands of an arm with objects: `task`, and `amend` for staff."""
+    ends = zip("xyz", table.box.low, table.box.size, strict=True)
+    place = tuple(Argument(name, "m", low, low + size) for name, low, size in ends)
+    text = Argument("text", "", 1, LONGEST_TEXT, text=True, label="steps, one a line")
+    numbers = ", ".join(f"{one.number} {name}" for name, one in table.objects.items())
+    which = Argument("object", "", 0, len(table.objects) - 1, whole=True, help=f"{numbers}.")
+    return (
+        CommandKind(TASK, "Task", (text,), limit_s=LONGEST_S, asked_by=frozenset({TURN, ANYONE})),
+        CommandKind(
+            AMEND, "Correct an object's place", (which, *place, Argument("yaw", "rad", -tau, tau)), limit_s=10.0,
+            lane="config", asked_by=frozenset({STAFF}), moves=False, still_after=False,
+        ),
+    )  # fmt: skip
+
+
+def task_capabilities(table: ObjectTable, job_check: str) -> tuple[Any, ...]:
+    """Return the capabilities of an arm with objects; `job_check` is a function as `JobCheck` names it."""
+    return Programs(TASK, "steps with objects"), JobCheck(OBJECTS, job_check), Objects(OBJECTS, table.box)
+
+
+def parsed(text: str) -> Task:
+    """Return the task of a text. Raises BadRequest."""
+    try:
+        return parse(text)
+    except BadTask as error:
+        raise BadRequest(str(error)) from error
+
+
+def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
+    """Refuse a text that is no task, and names of objects that are not there. Raises BadRequest."""
+    steps_of = parsed(args["text"]).steps() if kind == TASK else ()
+    for step in steps_of:
+        for name in _names(step.action):
+            if table.named(name) is None:
+                known = ", ".join(table.objects)
+                raise BadRequest(f"Line {step.line}: there is no object {name}; there are {known}.")
+
+
+def _names(action: steps.Action) -> tuple[str, ...]:
+    match action:
+        case steps.PutOn(name, on) | steps.ExpectOn(name, on):
+            return (name,) if on == TABLE else (name, on)
+        case steps.Grasp(name) | steps.PutAt(name):
+            return (name,)
+        case steps.ExpectHeld(name) if name is not None:
+            return (name,)
+        case _:
+            return ()
+
+
+def amendment(table: ObjectTable, args: dict[str, Any]) -> tuple[str, Placed]:
+    """Return the object and the place that `amend` says: upright as at first, turned about the vertical by `yaw`."""
+    wanted = int(number(args, "object"))
+    name, described = next(pair for pair in table.objects.items() if pair[1].number == wanted)
+    first = pose_of(described.first)
+    rotation = Rotation.from_euler("z", number(args, "yaw")) * Rotation.from_matrix(upright(first))
+    x, y, z, w = (float(v) for v in rotation.as_quat())
+    return name, Placed((number(args, "x"), number(args, "y"), number(args, "z")), (x, y, z, w))
+
+
+def arrangement_of(table: ObjectTable, packets: Packets) -> Arrangement:
+    """Return where the objects are by the packets of their stream; at first, where none is known or can be read."""
+    known, places = KnownObjects(table.box), dict(table.first())
+    try:
+        read = [known.take(data, key).objects for data, key in packets]
+    except ValueError:
+        read = []
+    if read:
+        places = {name: read[-1][one.number] for name, one in table.objects.items() if one.number in read[-1]}
+    return Arrangement(table, places)
+
+
+def check_job(planner: MotionPlanner, table: ObjectTable, args: dict[str, Any], packets: Packets) -> None:
+    """Refuse a task as a job that cannot be done from the arm's ready posture, with the objects as they are now.
+
+    Raises:
+        BadRequest: the text is no task. OutOfWorkspace: names the line and the cause.
+    """
+    ready = np.array(posture(load(planner.driver), "ready"))
+    try:
+        plan(planner, parsed(args["text"]), arrangement_of(table, packets), ready)
+    except StepImpossible as error:
+        raise OutOfWorkspace(str(error)) from error
+
+
+def foresee_task(
+    planner: MotionPlanner, table: ObjectTable, args: dict[str, Any], joints: tuple[float, ...], packets: Packets
+) -> Foreseen:
+    """Return where a task would lead from rest at `joints` (rad); a step that cannot be done refuses it.
+
+    Raises BadRequest where the text is no task, or `joints` cannot be those of the arm.
+    """
+    task, here = parsed(args["text"]), start_of(planner.driver, joints)
+    trail = Trail(here)
+    judgements: tuple[Judgement, ...] = ()
+    try:
+        for act in acts(planner, task, arrangement_of(table, packets), here):
+            trail.add(act.step, act.seconds, act.path)
+    except StepImpossible as error:
+        judgements = (Judgement(error.step, error.at_s, str(error)),)
+    return trail.foreseen(planner, numbered=True, judgements=judgements)

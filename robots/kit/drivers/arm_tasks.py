@@ -1,0 +1,102 @@
+"""The objects and tasks of a driver: the same few lines for every arm with `pose`, `line`, `gripper` and objects.
+
+A driver makes one `ArmTasks`, gives it each state (`observe`), calls `begin` when it has connected, and hands over the
+commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from robots.kit.arms.beliefs import How, ObjectModel
+from robots.kit.arms.chain import Matrix
+from robots.kit.arms.hand import Hand
+from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.object_streams import ObjectStreams
+from robots.kit.arms.objects import objects_of, placed_of
+from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
+from robots.kit.clock import SYSTEM, ms_of
+from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
+from robots.kit.description import load
+from robots.kit.drivers.task_runner import TaskRunner
+
+__all__ = ["KINDS", "ArmTasks"]
+FILE = "objects.json"
+
+
+class ArmTasks:
+    """`driver` names the robot's folder, `planner` makes its planner, `holds` counts the session's holds."""
+
+    def __init__(
+        self, session: Session, driver: str, planner: Callable[[], MotionPlanner], holds: Callable[[], int]
+    ) -> None:
+        self._session, self._planner = session, planner
+        table, folder = objects_of(driver), session.settings.get("folder")
+        self._streams = ObjectStreams(table, lambda name, data, key: session.stream(name, data, key))
+        self.hand = Hand(load(driver), spec_of(driver).joints)
+        file = Path(folder) / FILE if folder else None
+        self.model = ObjectModel(table, file, lambda: ms_of(SYSTEM.now()), self._streams.tell)
+        self._runner = TaskRunner(session, self.model, self.hand, planner, holds)
+
+    def begin(self) -> None:
+        """Tell where the objects are; whoever listened to an earlier connection is gone."""
+        self._streams.renew()
+        self.model.repeat()
+
+    def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
+        """Run a command of `KINDS`, whose values were checked. Raises as `Session.execute`."""
+        if kind != AMEND:
+            return self._runner.run(str(args["text"]), permit, on_stage)
+        permit()
+        if self._runner.runs:
+            raise BadRequest("A task runs with the objects now; stop it first, or wait until it has ended.")
+        self.model.place(*amendment(self.model.table, args), How.STAFF)
+        return Outcome(dict(args), self._session.latest())
+
+    def measured(self, name: str, pose: Matrix) -> None:
+        """Take over where an object was measured to be (4 x 4), as by a camera; not while a task runs.
+
+        Raises KeyError where there is no such object.
+        """
+        if not self._runner.runs:
+            self.model.place(name, placed_of(pose), How.MEASURED)
+
+    def observe(self, state: RobotState) -> RobotState:
+        """Take over what a gripper that tells its opening says of the model, and return the state.
+
+        That is by hand, or in a program of the arm's own: a task knows what it does.
+        """
+        if self._runner.runs or not self.hand.tells:
+            return state
+        rests, holds, held = self.hand.rests(state), self.hand.holds(state), self.model.held
+        if held is not None and holds is False:
+            if self.hand.is_open(state):
+                self.model.take(self.model.arrangement.released(self._tool(state)), How.ARM)
+            else:
+                self.model.place(held, None, How.DROPPED)
+        elif held is None and holds and rests:
+            self._take(state)
+        return state
+
+    def gripped(self, closed: bool, state: RobotState | None) -> None:
+        """Take over what a gripper that tells nothing has probably done by a command by hand."""
+        if self._runner.runs or state is None:
+            return
+        if closed and self.model.held is None:
+            self._take(state)
+        elif not closed:
+            self.model.take(self.model.arrangement.released(self._tool(state)), How.ARM)
+
+    def _take(self, state: RobotState) -> None:
+        """Let the gripper hold what is between its fingers, by the model."""
+        arrangement, tool = self.model.arrangement, self._tool(state)
+        name = arrangement.between_fingers(tool)
+        if name is not None:
+            self.model.take(arrangement.with_held(name, tool), How.ARM)
+
+    def _tool(self, state: RobotState) -> Matrix:
+        chain = self._planner().planner.chain
+        return chain.forward(np.array(state.joints[: len(chain.joints)]))

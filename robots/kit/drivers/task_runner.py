@@ -1,0 +1,196 @@
+"""Runs a task inside a driver's session: each act through the session's own `execute`, under the permit of the task.
+
+So a hold, a stop, a lost link and the end of the grant act as on any other motion. Nothing goes on by itself.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import numpy as np
+
+from robots.kit.arms.arrangement import NotPossible
+from robots.kit.arms.beliefs import How, ObjectModel
+from robots.kit.arms.hand import Hand
+from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.tasks import steps
+from robots.kit.arms.tasks.acts import Act, StepImpossible
+from robots.kit.arms.tasks.planning import check_expected, plan
+from robots.kit.arms.tasks.requests import parsed
+from robots.kit.arms.tasks.steps import Task, words
+from robots.kit.contract.errors import (
+    BadRequest,
+    ControllerRefused,
+    GaveUp,
+    HardwareFault,
+    OutOfWorkspace,
+    RobotError,
+)
+from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session
+from robots.kit.drivers.permits import until_held
+
+LOOK_S = 0.05  # between two looks while it waits
+UNKNOWN_LOAD = "The gripper holds something that is none of the known objects; open it first."
+
+
+class GripLost(GaveUp):
+    """The gripper does not hold what it should."""
+
+
+class TaskRunner:
+    """Runs one task at a time. `holds` counts the session's holds: one of them ends a task for good."""
+
+    def __init__(
+        self, session: Session, model: ObjectModel, hand: Hand, planner: Callable[[], MotionPlanner],
+        holds: Callable[[], int],
+    ) -> None:  # fmt: skip
+        self._session, self._model, self._hand = session, model, hand
+        self._planner, self._holds = planner, holds
+        self._load: str | None = None  # the object that the gripper has to hold now
+        self.runs = False
+
+    def run(self, text: str, permit: Permit, on_stage: OnStage) -> Outcome:
+        """Run a task to its end; where it cannot go on, hold the arm.
+
+        Raises:
+            BadRequest, OutOfWorkspace: the text is no task, or it cannot be done; nothing has moved.
+            GaveUp: a step was refused, or the gripper is empty; with its line and the cause.
+            And what `Session.execute` raises.
+        """
+        task = parsed(text)
+        state = self._at_rest(permit)
+        free = until_held(permit, self._holds)  # from before it is planned, which takes a moment
+        self.runs = True  # from now on nobody else changes where the objects are
+        try:
+            self._run(task, self._planned(task, state), free, _Stages(on_stage))
+        finally:
+            self.runs = False
+        return Outcome({"text": text}, self._session.latest())
+
+    def _run(self, task: Task, acts: list[Act], free: Permit, stages: "_Stages") -> None:
+        self._load = self._model.held
+        done, total = 0.0, sum(act.seconds for act in acts) or 1.0
+        for number, act in enumerate(acts):
+            name = f"line {act.of.line} of {task.lines}"
+            stages.tell(Progress(f"{name}: {words(act.of.action)}", done / total))
+            with self._named(f"{name}, {words(act.of.action)}", begun=number > 0):
+                self._carry_out(act, free, stages)
+            done += act.seconds
+        stages.begin()
+
+    def _at_rest(self, permit: Permit) -> RobotState:
+        state = self._session.state()
+        if state.moving:  # a task begins at rest
+            permit()
+            state = self._session.hold()
+        return state
+
+    def _planned(self, task: Task, state: RobotState) -> list[Act]:
+        """Return the acts of the task from here. Raises OutOfWorkspace."""
+        planner, arrangement = self._planner(), self._model.arrangement
+        first = next(task.steps()).action
+        if self._hand.holds(state) and arrangement.held is None and first != steps.Open():
+            raise OutOfWorkspace(UNKNOWN_LOAD)
+        joints = np.array(state.joints[: len(planner.planner.chain.joints)])
+        try:
+            return plan(planner, task, arrangement, joints)
+        except StepImpossible as error:
+            raise OutOfWorkspace(str(error)) from error
+
+    @contextmanager
+    def _named(self, name: str, begun: bool) -> Iterator[None]:
+        """Hold the arm where an act fails, and name the step and the cause."""
+        try:
+            yield
+        except (BadRequest, OutOfWorkspace, ControllerRefused, GaveUp, NotPossible) as error:
+            if not begun and isinstance(error, BadRequest | OutOfWorkspace | ControllerRefused):
+                raise  # nothing has moved
+            with suppress(RobotError):  # what cannot be held is found by the owner's own looks
+                self._session.hold()
+            cause = str(error).rstrip(".")
+            raise GaveUp(f"{name[:1].upper()}{name[1:]}: {cause[:1].lower()}{cause[1:]}. The arm was held.") from error
+        except HardwareFault:
+            with suppress(RobotError):
+                self._session.hold()
+            raise
+
+    def _carry_out(self, act: Act, free: Permit, stages: "_Stages") -> None:
+        def permit() -> None:
+            free()
+            self._check_grip(self._session.latest())
+
+        if act.kind in ("wait", "expect"):
+            permit()
+            stages.begin()
+            self._look_on(act, permit)
+        elif act.kind == "gripper":
+            self._grip(act, free, stages)
+        else:
+            self._session.execute(act.kind, act.args, permit, stages.pass_on)
+            self._check_grip(self._session.latest())
+
+    def _look_on(self, act: Act, permit: Permit) -> None:
+        """Wait, or compare what is expected with the model and with what the gripper tells."""
+        clock = self._session.clock
+        until = clock.monotonic() + act.args.get("seconds", 0.0)
+        while (left := until - clock.monotonic()) > 0:
+            clock.sleep(min(LOOK_S, left))
+            self._session.state()
+            permit()
+        if act.kind == "expect":
+            action = act.of.action
+            check_expected(action, self._model.arrangement)
+            if action == steps.ExpectHeld(None) and self._hand.holds(self._session.state()):
+                raise NotPossible("the gripper holds something")
+
+    def _grip(self, act: Act, free: Permit, stages: "_Stages") -> None:
+        closes, load = bool(act.args["closed"]), act.arrangement.held
+        self._load = None
+        self._session.execute(act.kind, act.args, free, stages.pass_on)
+        state = self._session.state()
+        if closes and load is not None and self._hand.holds(state) is False:
+            self._model.place(load, None, How.MISSED)
+            raise GripLost(f"The gripper is empty: {load} was not there")
+        if not closes and self._hand.holds(state):
+            raise GripLost("The gripper does not open")
+        self._model.take(act.arrangement, How.ARM)
+        self._load = load
+
+    def _check_grip(self, state: RobotState | None) -> None:
+        """Notice an object that was lost on the way. Raises GripLost."""
+        load = self._load
+        if load is not None and self._hand.holds(state) is False:
+            self._load = None
+            self._model.place(load, None, How.DROPPED)
+            raise GripLost(f"The gripper is empty: it has lost {load}")
+
+
+class _Stages:
+    """Passes on the first stages of a task's acts alone, and its progress after them: a task is one command."""
+
+    def __init__(self, on_stage: OnStage) -> None:
+        self._on_stage, self._begun = on_stage, False
+        self._progress: Progress | None = None
+
+    def tell(self, progress: Progress) -> None:
+        """Tell how far the task is, once it has begun."""
+        if self._begun:
+            self._on_stage(progress)
+        else:
+            self._progress = progress
+
+    def pass_on(self, stage: object) -> None:
+        """Take a stage of an act."""
+        if self._begun or stage not in ("sent", "acknowledged"):
+            return
+        assert isinstance(stage, str)
+        self._on_stage(stage)
+        if stage == "acknowledged":
+            self._begun = True
+            if self._progress is not None:
+                self._on_stage(self._progress)
+
+    def begin(self) -> None:
+        """Tell that it has begun, where no act of the arm has."""
+        if not self._begun:
+            self.pass_on("sent")
+            self.pass_on("acknowledged")

@@ -1,0 +1,188 @@
+"""Pictures of the PUMA 560's cell: the markers can be read, the cameras are where they are said to be, faults show."""
+
+import io
+import json
+import urllib.request
+
+import cv2
+import mujoco
+import numpy as np
+import pytest
+from PIL import Image
+
+from robots.kit.arms.described import posture
+from robots.kit.description import load, views
+from robots.kit.drivers.puma.markers import BITS, CELLS, FACES, SIDES, brick_and_face, number_of
+from robots.kit.vision.markers import Markers
+from simulators.common.arm.cameras import SharedScene
+from simulators.common.raster import Lens, looking
+from simulators.puma import rod
+from simulators.puma.cameras import Cameras
+from simulators.puma.cell import bearers, bricks
+from simulators.puma.plant import Plant
+from simulators.puma.render import RasterRenderer
+from simulators.puma.scene import MUG, MUG_M
+
+DESCRIPTION = load("puma")
+CAMERA = DESCRIPTION["camera"]
+SIZE = CAMERA["width"], CAMERA["height"]
+HOME = posture(DESCRIPTION, "home")
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    return RasterRenderer(Plant(HOME).model, *SIZE)
+
+
+@pytest.fixture
+def plant():
+    return Plant(HOME)
+
+
+def view(name):
+    """Return a camera's transform (4 x 4) from the world, and its lens."""
+    (one,) = (table for table in DESCRIPTION["view"] if table["name"] == name)
+    return looking(np.array(one["place"]), np.array(one["at"])), Lens(*SIZE, float(np.radians(one["field_deg"])))
+
+
+def pixel(point, name):
+    """Return where a camera sees a point (m)."""
+    towards, lens = view(name)
+    x, y, z = towards[:3, :3] @ point + towards[:3, 3]
+    return np.array([SIZE[0] / 2 + lens.focal * x / z - 0.5, SIZE[1] / 2 + lens.focal * y / z - 0.5])
+
+
+def on_level(at, name, height):
+    """Return which point at a height (m) a camera sees at a pixel."""
+    towards, lens = view(name)
+    ray = np.array([(at[0] + 0.5 - SIZE[0] / 2) / lens.focal, (at[1] + 0.5 - SIZE[1] / 2) / lens.focal, 1.0])
+    way, seat = towards[:3, :3].T @ ray, -towards[:3, :3].T @ towards[:3, 3]
+    return seat + way * (height - seat[2]) / way[2]
+
+
+def crossing(corners):
+    """Return where the diagonals of a marker cross: its middle."""
+    a, b, c, d = corners
+    share = np.linalg.solve(np.stack([c - a, b - d], axis=-1), b - a)[0]
+    return a + share * (c - a)
+
+
+def find(picture, name):
+    _, lens = view(name)
+    return Markers(BITS, SIDES, lens.field).find(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+
+
+def test_the_cameras_of_the_description_are_those_of_its_views():
+    assert tuple(table["name"] for table in DESCRIPTION["view"]) == views(DESCRIPTION)
+
+
+def test_the_codes_are_opencvs_and_fit_the_faces():
+    known = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    for number, bits in BITS.items():
+        listed = known.bytesList[number : number + 1]
+        assert np.array_equal(cv2.aruco.Dictionary.getBitsFromByteList(listed, CELLS - 2), bits)
+    assert len(BITS) == len(bricks()) * len(FACES)
+    for number in BITS:
+        assert number_of(*brick_and_face(number)) == number
+    edges = 2 * np.array(bearers()[0].half)
+    for face in FACES:
+        for direction in (face.right, face.up):
+            assert face.printed <= np.abs(np.array(direction) @ edges)
+        out = np.cross(face.right, face.up)
+        assert np.array(face.middle) == pytest.approx(out * edges / 2)
+
+
+def test_the_front_camera_reads_the_marker_on_each_brick_within_a_millimetre(renderer, plant):
+    found = {marker.number: marker for marker in find(renderer.take(plant.data, "front"), "front")}
+    tops = {number_of(n, 0): name for n, name in enumerate(bricks())}
+    assert tops.keys() <= found.keys()
+    for number, name in tops.items():
+        place = plant.place(name)
+        seen = on_level(crossing(found[number].corners), "front", place[2] + 0.0096)
+        off = np.linalg.norm(seen[:2] - place[:2])
+        assert off < 0.001
+        assert found[number].sighting.z == pytest.approx(view("front")[0][2] @ [*place, 1.0], rel=0.07)
+
+
+def test_the_side_camera_reads_a_marker_of_most_bricks_where_it_is(renderer, plant):
+    found = find(renderer.take(plant.data, "side"), "side")
+    assert len({brick_and_face(marker.number)[0] for marker in found}) >= 3
+    for marker in found:
+        brick, face = brick_and_face(marker.number)
+        pose = plant.pose(bricks()[brick])
+        where = pose[:3, :3] @ FACES[face].middle + pose[:3, 3]
+        assert np.abs(crossing(marker.corners) - pixel(where, "side")).max() < 0.7
+
+
+def around(renderer, plant, place, name):
+    """Return the pixels, shape (49, 3), about a point (m)."""
+    x, y = pixel(np.array(place), name).round().astype(int)
+    return renderer.take(plant.data, name)[y - 3 : y + 4, x - 3 : x + 4].reshape(-1, 3).astype(int)
+
+
+@pytest.mark.parametrize("name", ["front", "side"])
+def test_rod_and_threads_are_seen_where_they_are(renderer, plant, name):
+    for along in (-0.09, 0.08):
+        seen = around(renderer, plant, plant.place(rod.ROD) + np.array([along, 0.0, 0.0]), name)
+        assert (np.abs(seen - (204, 120, 166)).max(axis=1) < 40).mean() > 0.4
+    lit = renderer.take(plant.data, name).astype(int).sum(axis=2)
+    for x in rod.THREADS_X:
+        column, row = pixel(np.array([x, 0.30, 0.345]), name).round().astype(int)
+        line = lit[row, column - 6 : column + 7]
+        assert line.min() < 0.75 * np.median(line), "a dark line"
+
+
+def moved(plant, *changes):
+    for name, place in changes:
+        plant.put(name, np.array(place), np.array([1.0, 0.0, 0.0, 0.0]))
+    mujoco.mj_kinematics(plant.model, plant.data)
+
+
+def test_a_mug_and_a_missing_brick_show(renderer, plant):
+    moved(plant, (MUG, (0.52, 0.10, MUG_M[1])), ("c", (-2.2, 0.9, -0.74)))
+    for name in views(DESCRIPTION):
+        red, green, _ = around(renderer, plant, (0.52, 0.10, 0.05), name).T
+        assert (red > 2 * green).mean() > 0.9
+    numbers = {brick_and_face(m.number)[0] for m in find(renderer.take(plant.data, "front"), "front")}
+    assert numbers >= {0, 1, 3}
+    assert 2 not in numbers
+
+
+def test_a_lifted_rod_bends_its_threads(renderer, plant):
+    before = renderer.take(plant.data, "side").astype(int)
+    at = int(plant.model.joint(f"{rod.ROD}_free").qposadr[0])
+    plant.data.qpos[at + 2] += 0.03
+    mujoco.mj_kinematics(plant.model, plant.data)
+    after = renderer.take(plant.data, "side").astype(int)
+    x, y = pixel(np.array([0.42, 0.30, 0.50]), "side").round().astype(int)
+    changed = np.abs(after - before).max(axis=2)[y - 2 : y + 3, x - 40 : x + 41] > 40
+    assert changed.any(), "the thread is elsewhere"
+
+
+def test_each_turn_of_a_brick_is_drawn_with_the_light_of_its_sides(renderer, plant):
+    flat = renderer.take(plant.data, "front")
+    at = int(plant.model.joint("a_free").qposadr[0])
+    plant.data.qpos[at + 3 : at + 7] = [np.cos(0.4), 0.0, 0.0, np.sin(0.4)]
+    mujoco.mj_kinematics(plant.model, plant.data)
+    turned = {m.number: m for m in find(renderer.take(plant.data, "front"), "front")}
+    straight = {m.number: m for m in find(flat, "front")}
+    edges = [one[0].corners[1] - one[0].corners[0] for one in (turned, straight)]
+    angle = np.degrees(np.arctan2(*edges[0][::-1]) - np.arctan2(*edges[1][::-1]))
+    assert 30 < (-angle) % 360 < 62, "0.8 rad, seen at an angle"
+
+
+def test_the_cameras_serve_pictures_of_the_shared_scene_with_noise(tmp_path, plant):
+    shared = SharedScene(tmp_path / "scene.mem", plant.model.nq, begin=True)
+    shared.write(plant.qpos)
+    cameras = Cameras(tmp_path, seed=1, width=320)
+    addresses = cameras.open(tmp_path)
+    assert json.loads((tmp_path / "cameras.json").read_text()) == addresses
+    assert tuple(addresses) == views(DESCRIPTION)
+    assert (tmp_path / "seed").read_text().strip().isdigit(), "the arm's plant has the same errors"
+    for address in addresses.values():
+        with urllib.request.urlopen(f"{address}/snapshot.jpg", timeout=30) as answer:
+            picture = np.asarray(Image.open(io.BytesIO(answer.read())))
+        assert picture.shape == (240, 320, 3)
+        assert 120 < picture.mean() < 230
+    first, second = (cameras.take("front").astype(int) for _ in range(2))
+    assert 0 < np.abs(first - second).max() <= 4

@@ -1,0 +1,152 @@
+"""What is written first to a viewer whose line takes one message at a time."""
+
+import asyncio
+from types import SimpleNamespace
+
+from websockets.frames import Frame, Opcode
+from websockets.streams import StreamReader
+
+from portal.live.viewer import Viewer, Wish
+from portal.live.writer import Writer
+from robots.kit.contract.streams import StreamPacket, pack
+from robots.kit.packets import Notice
+
+THIN = Wish(frozenset({0}), 5.0, compact=True, pieces=True)
+STATE, PATH, PICTURE = b"\xc8state", b"\x06path", b"\x02" + bytes(200)
+DELTAS = [pack(StreamPacket(0, n, 0, n == 1, bytes((n,)))) for n in (1, 2)]
+MAP = pack(StreamPacket(0, 3, 0, True, b"m" * 150))
+
+
+class ThinLine:
+    """A connection that takes one message, until it is emptied."""
+
+    deflates, window = False, 80
+
+    def __init__(self):
+        self.written, self._taken, self._kept, self.bounded = [], True, False, None
+        self.when_free = self.when_ready = lambda call: None
+
+    @property
+    def ready(self):
+        return self._taken and not self._kept
+
+    def free(self):
+        return self._taken
+
+    def is_closing(self):
+        return False
+
+    def bound(self, on):
+        self.bounded = on
+
+    def keep(self, waits):
+        self._kept = waits
+
+    def write(self, frame):
+        self.written.append(frame)
+        self._taken = False
+
+
+def read(frame):
+    """Return what is in a frame: a text, or bytes."""
+    reader = StreamReader()
+    reader.feed_data(frame)
+    parser = Frame.parse(reader.read_exact, mask=False)
+    try:
+        while True:
+            next(parser)
+    except StopIteration as end:
+        found = end.value
+    return bytes(found.data).decode() if found.opcode == Opcode.TEXT else bytes(found.data)
+
+
+async def written(put, most=40):
+    """Let a writer write to a thin line what `put(viewer, number of messages before)` gives it; return the messages."""
+    line, got = ThinLine(), []
+    viewer = Viewer("arm", line)
+    viewer.choose(THIN)
+    assert line.bounded
+    packets = []
+    hub = SimpleNamespace(link=True, video=lambda _: [], watchers=lambda _: 3)
+    hub.news = lambda _: [packets.pop(0) for _ in list(packets)]
+    writer = Writer(viewer, None, asyncio.Event(), hub)
+    task = asyncio.create_task(writer.run())
+    for _ in range(most):
+        packets += put(viewer, len(got)) or []
+        for _ in range(20):
+            await asyncio.sleep(0)
+        if not line.written:
+            break
+        got.append(read(line.written.pop()))
+        assert not line.written, "more than one message at once"
+        line._taken = True
+        writer.freed.set()
+    task.cancel()
+    return got
+
+
+def whole(pieces):
+    return b"".join(piece[2:] for piece in pieces)
+
+
+def test_events_come_first_then_state_path_packets_and_pieces_of_a_picture_in_rounds():
+    def put(viewer, before):
+        if before == 0:
+            viewer.put_picture(0, PICTURE)
+            viewer.put_path(PATH)
+            viewer.put_state(STATE)
+            viewer.put_event(Notice("first"))
+            return list(DELTAS)
+        return None
+
+    got = asyncio.run(written(put))
+    assert "first" in got[0]
+    assert got[1:4] == [STATE, PATH, DELTAS[0]]
+    assert got[4] == DELTAS[1]  # the picture is not begun before
+    pieces = [one for one in got[4:] if one[0] == 7]
+    assert whole(pieces) == PICTURE
+    assert all(len(piece) <= ThinLine.window for piece in pieces)
+
+
+def test_what_is_urgent_overtakes_a_picture_that_has_begun_and_no_state_waits_for_more_than_a_piece():
+    def put(viewer, before):
+        viewer.put_state(STATE + bytes((before,)))
+        if before == 0:
+            viewer.put_picture(0, PICTURE)
+        if before == 4:
+            viewer.put_event(Notice("stopped"))
+
+    got = asyncio.run(written(put, 12))
+    begun = next(n for n, one in enumerate(got) if one[0] == 7)
+    ended = max(n for n, one in enumerate(got) if one[0] == 7)
+    at = next(n for n, one in enumerate(got) if isinstance(one, str))
+    assert begun < at < ended
+    assert at == 4, "it is the next message after it has come"
+    kinds = ["state" if isinstance(one, bytes) and one[0] == 200 else "other" for one in got if isinstance(one, bytes)]
+    assert all("state" in kinds[n : n + 2] for n in range(len(kinds) - 1))
+    assert got[-1][-1] >= len(got) - 2, "it is the newest"
+
+
+def test_packets_of_a_stream_keep_their_order_though_one_comes_in_pieces():
+    later = pack(StreamPacket(0, 4, 0, False, b"later"))
+
+    def put(viewer, before):
+        viewer.wake()
+        return [MAP, later] if before == 0 else None
+
+    got = asyncio.run(written(put))
+    assert whole(got[:-1]) == MAP
+    assert got[-1] == later
+
+
+def test_a_picture_that_nobody_looks_at_any_more_is_not_sent_to_its_end():
+    def put(viewer, before):
+        if before == 0:
+            viewer.put_picture(0, PICTURE)
+        if before == 1:
+            viewer.choose(Wish(frozenset(), compact=True, pieces=True))
+            viewer.put_state(STATE)
+
+    got = asyncio.run(written(put))
+    assert [one[0] for one in got] in ([7, 200], [7, 7, 200])
+    assert not any(one[1] & 2 for one in got if one[0] == 7)

@@ -10,8 +10,8 @@ import { degrees } from "./words.ts";
 
 export const SNAP_M = 0.002;
 export const SNAP_RAD = (2 * Math.PI) / 180;
-const TETHER_M = 0.02; // so far the hand's wish may be ahead of a ghost that is stopped, or the way back would be long
-const TETHER_RAD = 0.2;
+const TETHER_M = 0.005; // so far the hand's wish may be ahead of a ghost that is stopped, or the way back would be long
+const TETHER_RAD = 0.05;
 
 /** What is missing to a goal (m, rad), and whether that is so little that the ghost is put there. */
 export interface Missing {

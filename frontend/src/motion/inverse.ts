@@ -15,8 +15,10 @@ import { fixed, general } from "./words.ts";
 
 const EXACT = 1e-9; // an answer counts if no number of its pose differs by more (m, or of a rotation)
 const SAME_POSE = 2e-6; // m, or of a rotation: the tool is there already, as a pose is told with five decimals of a degree
-const AT_ONCE_S = 1e-6; // an answer no farther than this (s at full speed) is the nearest,
-const NEAR_S = 0.05; // or as good as it
+// An answer no farther than this (s at full speed) is the nearest. Python has less: a ghost that is dragged by less than
+// `SAME_POSE` at a time must move, too, and not enter a box by so much.
+const AT_ONCE_S = 1e-4;
+const NEAR_S = 0.05; // up to this it is as good as the nearest
 const SLACK_RAD = 1e-9;
 const CLOSE_M = 1e-3; // a larger error is not just lost precision at a singular pose
 const BESIDE = 0.01; // see `polished`

@@ -9,7 +9,7 @@ import { dot, minus, norm, plus, times, type Vec3 } from "./vectors.ts";
 const PIECE_M = 0.005; // the way is gone in pieces no longer than this, so that no thin box is passed over,
 const PIECE_RAD = 0.05;
 const PIECES = 24; // and no more of them at once
-const HALVINGS = 7;
+const HALVINGS = 5;
 const RETREAT = 0.05; // of a piece: a surface that bends away is followed by so much
 const AXES: readonly Vec3[] = [
   [1, 0, 0],
@@ -34,9 +34,10 @@ export function slide(here: Rigid, wanted: Rigid, allowed: Allowed, centre: Vec3
       continue;
     }
     stopped = true;
-    const share = farthest(pose, piece, allowed);
-    pose = moved(pose, piece, share);
-    pose = beside(pose, { way: times(piece.way, 1 - share), turn: times(piece.turn, 1 - share) }, allowed, centre);
+    const share = farthest(pose, piece, allowed),
+      here = moved(pose, piece, share);
+    pose = beside(here, { way: times(piece.way, 1 - share), turn: times(piece.turn, 1 - share) }, allowed, centre);
+    if (share === 0 && pose === here) break; // the other pieces are the same
   }
   return { pose, stopped };
 }

@@ -140,34 +140,21 @@ test("a ghost stays where it was when it is refused, says why, and goes on when 
   );
 });
 
-test("a ghost that is dragged against a surface goes down to it and slides along", () => {
-  const fits = (pose: ArrayLike<number>): boolean => table(pose).verdict === "free",
-    ghost = new Ghost(table, undefined, fits);
+test("a ghost that is dragged against a surface goes on along it, and what the hand wants is refused all the same", () => {
+  const along = (_: ArrayLike<number>, to: ArrayLike<number>): Float64Array => {
+    const beside = Float64Array.from({ length: 16 }, (_, i) => to[i]!);
+    beside[11] = 0.02;
+    return beside;
+  };
+  const ghost = new Ghost(table, undefined, along);
   ghost.follow(START);
   ghost.take();
   ghost.drag([0.05, 0.1, -0.5, 0, 0, 0.2]);
-  assert.equal(ghost.refusal, "there the fingers would enter the table", "what the hand wants is refused all the same");
-  const [x, y, z] = [3, 7, 11].map((at) => ghost.pose![at]!);
-  assert.ok(Math.abs(x! - 0.55) < 1e-12 && Math.abs(y! - 0.2) < 1e-12, "beside it goes where the hand goes");
-  assert.ok(z! >= 0.02 && z! < 0.02 + 0.5 / 512, `as near to the table as it fits: ${z}`);
-  for (let n = 0; n < 20; n++) ghost.drag([0.05, 0.1, -0.5 + n / 1000, 0, 0, 0.2]);
-  assert.ok(ghost.pose![11]! < 0.0205, "and nearer while it is held there");
+  assert.equal(ghost.refusal, "there the fingers would enter the table");
+  assert.deepEqual([3, 7, 11].map((at) => ghost.pose![at]!.toFixed(6)), ["0.550000", "0.200000", "0.020000"]); // prettier-ignore
   ghost.drag([0.05, 0.1, -0.1, 0, 0, 0.2]);
   assert.equal(ghost.refusal, "");
-  assert.ok(Math.abs(ghost.pose![11]! - 0.2) < 1e-12, "it does not stick");
-});
-
-test("a ghost never enters what it slides along, wherever a hand pulls it", () => {
-  const inside = (pose: ArrayLike<number>): boolean => pose[3]! > 0.6 && pose[11]! < 0.25,
-    judge = (pose: ArrayLike<number>): Judgement => (inside(pose) ? { ...FREE, verdict: "refused", text: "box" } : table(pose)),
-    ghost = new Ghost(judge, undefined, (pose) => judge(pose).verdict === "free"),
-    next = numbers(3);
-  ghost.follow(START);
-  for (let n = 0; n < 3000; n++) {
-    if (n % 10 === 0) ghost.take();
-    ghost.drag(anyMove(next, 0.6));
-    assert.equal(judge(ghost.pose!).verdict, "free", `${n}`);
-  }
+  assert.ok(Math.abs(ghost.pose![11]! - 0.2) < 1e-9, "it does not stick");
 });
 
 test("a ghost follows the arm until somebody moves it, and again when it is taken home", () => {

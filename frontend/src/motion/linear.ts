@@ -83,6 +83,22 @@ function turn(a: number[], b: number[], t: number): void {
   }
 }
 
+/**
+ * Return ways that together lead to the same places as the given ones, each through as few joints as possible (reduced
+ * row echelon form): at a stretched elbow with a straight wrist, one of the elbow and one of the wrist.
+ */
+export function apart(ways: readonly number[][]): number[][] {
+  const rows = ways.map((way) => [...way]);
+  for (const row of rows) {
+    const pivot = row.reduce((best, value, n) => (Math.abs(value) > Math.abs(row[best]!) ? n : best), 0);
+    for (const other of rows) {
+      const share = other[pivot]! / row[pivot]!;
+      if (other !== row) for (let n = 0; n < row.length; n++) other[n]! -= share * row[n]!;
+    }
+  }
+  return rows.map((row) => row.map((value) => value / Math.hypot(...row)));
+}
+
 /** Return the smallest joint speeds with the tool's velocity `wanted`, without ways whose value is below `least` of the greatest. */
 export function solved({ values, ways, moves }: Singular, wanted: readonly number[], least: number): number[] {
   const speeds = ways.map(() => 0);

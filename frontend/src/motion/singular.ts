@@ -5,7 +5,7 @@
  * along the ways in which the tool does not move.
  */
 import type { Chain, Joints, Pose } from "./chain.ts";
-import { decomposed, leastValue, missing, product, type Singular, solved } from "./linear.ts";
+import { apart, decomposed, leastValue, missing, product, type Singular, solved } from "./linear.ts";
 import { EVEN_S, nearestOf } from "./nearest.ts";
 
 const EXACT = 1e-9; // m and rad
@@ -13,6 +13,7 @@ const SLACK_RAD = 1e-9;
 const TURNS = [-2, -1, 0, 1, 2]; // whole turns that may lie inside the limits of two joints together
 const POLISH = 8; // steps of Gauss and Newton
 const SAME = 1e-7; // tolerance of the pose while joints turn against each other (m and rad)
+const TRIED = 0.01; // rad: so far the tool must stand still along a way that is free
 const SINGULAR = 1e-4; // least singular value of the Jacobian (m and rad),
 const ABOUT = 1e-2; // of an approximate answer
 
@@ -24,17 +25,19 @@ export function aboutSingular(chain: Chain, q: Joints): boolean {
 
 /**
  * Return joints inside the limits that put the tool at `pose`, found from the singular answer `q`: of those between which
- * the joints turn against each other in proportion, the nearest to `near`. Null if none is inside, or `q` is not singular.
+ * the joints turn against each other in proportion, the nearest to `near`. Null if none is inside.
  */
 export function nearestShare(chain: Chain, q: Joints, pose: Pose, near: Joints): number[] | null {
   const begin = polished(chain, q, pose);
   if (!begin) return null;
-  const { values, ways } = decomposed(chain.jacobian(begin));
-  const free = ways.filter((_, k) => values[k]! <= SINGULAR);
-  if (!free.length) return null;
-  const there = chain.forward(begin);
-  const ends = TURNS.map((turn) => moved(chain, begin, free, near, turn));
-  return nearestOf(chain, ends.filter((end) => end !== null && same(chain.forward(end), there)) as number[][], near);
+  const { values, ways } = decomposed(chain.jacobian(begin)),
+    still = ways.filter((_, k) => values[k]! <= SINGULAR),
+    there = chain.forward(begin);
+  // of several, some may be free for a moment only, as a stretched elbow is: it bends, and the tool comes nearer
+  const free = still.length > 1 ? apart(still).filter((way) => same(chain.forward(along(begin, way, TRIED)), there)) : still;
+  const ends = free.length ? TURNS.map((turn) => moved(chain, begin, free, near, turn)) : [];
+  const found = ends.filter((end) => end !== null && same(chain.forward(end), there)) as number[][];
+  return nearestOf(chain, chain.brokenLimit(begin) ? found : [...found, begin], near);
 }
 
 function same(a: Pose, b: Pose): boolean {

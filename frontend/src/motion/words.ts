@@ -22,6 +22,7 @@ function halfToEven(size: number, digits: number): string {
 /** Return `f"{value:.{digits}g}"` of Python. */
 export function general(value: number, digits = 6): string {
   if (!Number.isFinite(value)) return unbounded(value);
+  if (Object.is(value, -0)) return "-0";
   const [mantissa = "", power = "0"] = value.toExponential(digits - 1).split("e");
   const exponent = Number(power);
   if (exponent >= -4 && exponent < digits) return withoutZeros(value.toFixed(digits - 1 - exponent));

@@ -47,7 +47,7 @@ export class Scene implements ArmMode {
   private ghost = new Ghost(
     (pose) => this.judged(pose),
     (pose, from) => this.surroundings?.snap(pose, from) ?? pose,
-    (pose) => this.judge?.fits(pose, this.joints) ?? true,
+    (from, to) => this.judge?.along(from, to, this.joints) ?? Float64Array.from(from),
   );
   private edited = new TargetEdit();
   private hand: Hand;

@@ -12,6 +12,17 @@ export function bytesOf(hex: string): Uint8Array<ArrayBuffer> {
   return Uint8Array.from(Buffer.from(hex, "hex"));
 }
 
+/** Return a source of random numbers between two values that is the same for a seed (mulberry32). */
+export function seededDraw(seed: number): (low: number, high: number) => number {
+  let state = seed;
+  return (low, high) => {
+    state = (state + 0x6d2b79f5) | 0;
+    let t = Math.imul(state ^ (state >>> 15), 1 | state);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return low + (high - low) * (((t ^ (t >>> 14)) >>> 0) / 2 ** 32);
+  };
+}
+
 /** Give the test's modules these globals; import what uses them afterwards. */
 export function stub(values: object): void {
   for (const [name, value] of Object.entries(values))

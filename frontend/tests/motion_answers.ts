@@ -35,18 +35,20 @@ function outcome(planner: Planner, one: Case): Partial<Answers> {
   return plan.ok ? { seconds: plan.seconds, third: [...plan.path.sample(plan.seconds / 3)] } : { text: plan.text, code: plan.code };
 }
 
-export function answers(planner: Planner, one: Case): Answers {
+/** `plans`: whether the motion is planned, too, beside the inverse solution. */
+export function answers(planner: Planner, one: Case, plans = true): Answers {
   const told: Answers = { tool: [...planner.chain.forward(one.start)], distances: [...planner.zones.distances(one.start)] };
   try {
     if (!one.joints) told.reached = planner.reach(poseIn(planner, one), one.start, new Budget());
   } catch (error) {
     if (!(error instanceof Refused)) throw error;
   }
-  return { ...told, ...outcome(planner, one) };
+  return plans ? { ...told, ...outcome(planner, one) } : told;
 }
 
-/** Return the median and the 99th percentile of the processor's time for one call of each (microseconds), after a first round. */
-function times(planner: Planner, cases: Case[]): Record<string, number[]> {
+/** Return, for arms that begin outside all boxes, the median and the 99th percentile of the processor's time for one call of each (microseconds), after a first round. */
+function times(planner: Planner, every: Case[]): Record<string, number[]> {
+  const cases = every.filter(({ start }) => planner.zones.distances(start).every((distance) => distance > 0));
   const poses = cases.map((one) => poseIn(planner, one)),
     found: Record<string, number[]> = {};
   const run = (name: string, call: (one: Case, n: number) => unknown): void => {
@@ -71,8 +73,16 @@ function times(planner: Planner, cases: Case[]): Record<string, number[]> {
   return found;
 }
 
+interface Asked {
+  facts: ArmFacts;
+  cases: Case[];
+  plans: boolean;
+  times: boolean;
+}
+
 if (process.argv[1] === import.meta.filename) {
-  const { facts, cases } = JSON.parse(readFileSync(0, "utf-8")) as { facts: ArmFacts; cases: Case[] };
+  const { facts, cases, plans, times: measured } = JSON.parse(readFileSync(0, "utf-8")) as Asked;
   const planner = new Planner(facts);
-  process.stdout.write(JSON.stringify({ answers: cases.map((one) => answers(planner, one)), us: times(planner, cases) }));
+  const found = { answers: cases.map((one) => answers(planner, one, plans)), us: measured ? times(planner, cases) : {} };
+  process.stdout.write(JSON.stringify(found));
 }

@@ -14,6 +14,7 @@ import { momentOf, unpackSlice } from "../src/replay/slices.ts";
 import { ByteStreams } from "../src/socket/byte_streams.ts";
 import { VideoChain } from "../src/media/video_chain.ts";
 import { FINAL, STAGES } from "../src/socket/stages.ts";
+import { parse as parseTask, print as printTask } from "../src/widgets/task_text.ts";
 import { bytesOf, vectorsOf } from "./helpers.ts";
 
 const near = (found: readonly number[], wanted: readonly number[]): void =>
@@ -64,6 +65,16 @@ test("the museum arm's programs are read as the arm reads them, and refused in t
     if (one.steps) assert.deepEqual(flat(parse(one.text)), one.steps, one.text);
     const why = one.refused ? new RegExp(`^Error: Line ${one.refused}: `) : /^Error: (?!Line)/;
     if (!one.steps) assert.throws(() => parse(one.text), why, JSON.stringify(one.text));
+  }
+});
+
+test("tasks are read as the arm's driver reads them, written alike, and refused with the same sentence", () => {
+  for (const { text, written, refused } of vectorsOf<{ text: string; written?: string; refused?: string }[]>("tasks")) {
+    if (written === undefined) assert.throws(() => parseTask(text), { message: refused }, JSON.stringify(text));
+    else {
+      assert.equal(printTask(parseTask(text)), written, JSON.stringify(text));
+      assert.deepEqual(parseTask(written), parseTask(text));
+    }
   }
 });
 

@@ -33,7 +33,7 @@ def changed(*path, to):
 @pytest.mark.parametrize(
     ("path", "to", "says"),
     [
-        (("object", 0, "name"), "Red!", "object 1 needs a name of small letters"),
+        (("object", 0, "name"), "Red!", "object 1 needs a name of letters"),
         (("object", 0, "name"), "table", "no word of tasks"),
         (("object", 1, "name"), "red", "two objects have the same name"),
         (("object", 0, "shape"), "ball", "object red: shape is box or cylinder"),

@@ -1,5 +1,7 @@
 """Whole tasks on the model of the objects, planned for the museum arm: what is done, and what is refused by its line."""
 
+import copy
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.commands import motion_planner
 from robots.kit.arms.described import posture
-from robots.kit.arms.objects import objects_of, pose_of
+from robots.kit.arms.objects import object_table, objects_of, pose_of, yaw_of
 from robots.kit.arms.solids import overlap
 from robots.kit.arms.tasks.acts import StepImpossible
 from robots.kit.arms.tasks.parsing import parse
@@ -165,3 +167,55 @@ def test_a_job_is_judged_by_the_packets_of_the_objects():
     with pytest.raises(OutOfWorkspace, match="red lies on yellow"):
         check_job(planner(), TABLE, {"text": "grasp yellow"}, packets)
     assert arrangement_of(TABLE, [(b"torn", True)]).places == FIRST.places
+
+
+def bricks(carries=("A", "B"), **rod):
+    """Return other objects on the same table: two long bricks that are pressed on, and a rod that hangs beside them."""
+    made = copy.deepcopy(load("pa10"))
+    made["objects"]["release"] = -0.0005
+    above = {"tool": [0.0, 0.0, 0.013], "rpy_deg": [180.0, 0.0, 90.0], "away": [0.0, 0.0, 0.08]}
+    brick = {
+        "shape": "box",
+        "size": [0.0318, 0.0636, 0.0192],
+        "colour": [1, 0, 0],
+        "turns": 2,
+        "carries": list(carries),
+    }
+    beside = {"tool": [0.0, 0.0, 0.0], "rpy_deg": [0.0, 90.0, 0.0], "away": [-0.09, 0.0, 0.0]}
+    hanging = {"name": "rod", "shape": "cylinder", "size": [0.012, 0.012, 0.24], "colour": [0, 0, 0], "hangs": True}
+    made["object"] = [
+        brick | {"name": "A", "place": [0.45, 0.2, 0.0096], "grasp": [above]},
+        brick | {"name": "B", "place": [0.55, -0.1, 0.0096], "rpy_deg": [0, 0, 30], "grasp": [above]},
+        hanging | {"place": [0.75, 0.0, 0.35], "grasp": [beside], **rod},
+    ]
+    table = object_table(made)
+    return Arrangement(table, table.first())
+
+
+def test_a_long_brick_is_put_with_its_studs_in_line_and_pressed_on():
+    found = acts("put A on B", bricks())
+    pose = pose_of(found[-1].arrangement.places["A"])
+    assert np.degrees(yaw_of(pose)) % 180 == pytest.approx(30.0, abs=1e-6)
+    assert pose[:3, 3] == pytest.approx([0.55, -0.1, 0.0288], abs=1e-9)
+    down = [act.args["z"] for act in found if act.kind == "line"][-2]
+    assert down == pytest.approx(0.0288 + 0.013 - 0.0005, abs=1e-9)
+    across = pose_of(acts("put A on B by 15.9 0 turned 90", bricks())[-1].arrangement.places["A"])
+    assert np.degrees(yaw_of(across)) % 180 == pytest.approx(120.0, abs=1e-6)
+    turned = np.radians(30.0)
+    assert across[:2, 3] == pytest.approx([0.55 + 0.0159 * np.cos(turned), -0.1 + 0.0159 * np.sin(turned)], abs=1e-9)
+
+
+def test_a_rod_that_hangs_is_taken_from_the_side():
+    found = acts("grasp rod\nexpect holding rod", bricks())
+    places = [[act.args[axis] for axis in "xyz"] for act in found if act.kind in ("pose", "line")]
+    assert places[0] == pytest.approx([0.66, 0.0, 0.35], abs=1e-9)
+    assert places[1] == pytest.approx([0.75, 0.0, 0.35], abs=1e-9)
+    assert places[2] == pytest.approx([0.75, 0.0, 0.45], abs=1e-9)
+    assert found[-1].arrangement.held == "rod"
+
+
+def test_nothing_is_put_where_the_rod_hangs_nor_on_what_may_not_carry_it():
+    with pytest.raises(StepImpossible, match="rod is there"):
+        acts("put A at 650 0", bricks(place=[0.65, 0.0, 0.12]))
+    with pytest.raises(StepImpossible, match="A may not be put on B"):
+        acts("put A on B", bricks(carries=("B",)))

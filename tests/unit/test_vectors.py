@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from robots.kit.arms.pose import matrix, numbers
+from robots.kit.arms.tasks.parsing import BadTask
+from robots.kit.arms.tasks.parsing import parse as parse_task
+from robots.kit.arms.tasks.steps import write
 from robots.kit.contract.channels import Scalar
 from robots.kit.contract.compact import Layout
 from robots.kit.contract.errors import OutOfWorkspace
@@ -212,3 +215,11 @@ def test_objects_are_packed_as_the_browser_reads_them():
         assert {str(n): [*p.place, *p.rotation] for n, p in found.items()} == {
             n: pytest.approx(told, abs=1e-8) for n, told in one["read"].items()
         }
+
+
+@pytest.mark.parametrize("one", read("tasks"), ids=lambda one: one["text"][:30])
+def test_a_task_is_read_as_the_page_reads_it(one):
+    try:
+        assert write(parse_task(one["text"])) == one["written"]
+    except BadTask as error:
+        assert str(error) == one["refused"]

@@ -19,6 +19,7 @@ import { Cameras } from "./cameras.ts";
 import { Joints } from "./joints.ts";
 import { Position } from "./position.ts";
 import { Prediction } from "./prediction.ts";
+import { Tasks } from "./tasks.ts";
 import { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "./types.ts";
 import type { ArmView, ForbiddenBox } from "./view.ts";
 
@@ -32,9 +33,19 @@ const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFac
 const boxes = description.set.boxes ?? []; // of staff
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
+const POSTURES = ["ready", "home"]; // of robot.toml
 const THERE = 0.002; // rad: a target this near needs no ghost
 /** The kind of command of each button, as `whyNot` judges it. */
-const BUTTONS = { open: "gripper", close: "gripper", ready: "ready", "go-joints": "go", "go-pose": "go", "send-ghost": "go", run: "run" };
+const BUTTONS = {
+  open: "gripper",
+  close: "gripper",
+  ready: "ready",
+  "go-joints": "go",
+  "go-pose": "go",
+  "send-ghost": "go",
+  "run-task": "run-task",
+  run: "run",
+};
 /** The kinds of motion that a newer target may replace. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
 
@@ -86,6 +97,7 @@ export class ArmConsole implements Console, Judge {
       ...(this.scene ? { scene: this.scene } : {}),
       joint: { asked: "go", target: () => this.joints.target() },
       position: { asked: "go", target: () => this.position.target(), outside: () => this.position.outside() },
+      ...(document.getElementById("panel-task") ? { task: this.tasks() } : {}),
       ...modes(this),
     };
     page.on("open", () => page.command("gripper", { closed: 0 }));
@@ -133,6 +145,11 @@ export class ArmConsole implements Console, Judge {
       say(byId("model-said"), "The 3D view does not work in this browser; cameras and controls do.");
       console.warn(error);
     }
+  }
+
+  private tasks(): Tasks {
+    const names = (description.objects ?? []).map(({ name }) => name);
+    return new Tasks(this.page, this, names, POSTURES);
   }
 
   watch(): void {
@@ -296,10 +313,10 @@ export class ArmConsole implements Console, Judge {
     if (general) return general;
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
-    if (kind !== "go" && kind !== "run") return "";
+    if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
     const target = this.target();
     if (this.mode?.local) return this.mode.local();
-    if (!target) return kind === "run" ? "The program has no step." : "Fill in every value with a number first.";
+    if (!target) return this.mode?.empty ?? "Fill in every value with a number first.";
     if (this.plan?.key === JSON.stringify(target) && this.plan.text && !this.plan.ok) return this.plan.text;
     return "";
   }

@@ -30,6 +30,8 @@ export interface Judge {
 /** A mode of control: `asked` is the kind of its command, `checked` gets the server's answer instead of the ghost. */
 export interface ArmMode {
   asked: string;
+  /** Why nothing can be sent where there is no target. */
+  empty?: string;
   target(): Target | null;
   /** Return why a value is out of its range, in the words of its field; empty if none is. */
   outside?(): string;

@@ -44,22 +44,30 @@ export class ProgramDesk<Step> {
   private loading = false;
   private asking = false;
   private keeping = 0;
-  private area = byId<HTMLTextAreaElement>("program-text");
-  private list = byId<HTMLSelectElement>("program-list");
-  private name = byId<HTMLInputElement>("program-name");
-  private shared = byId<HTMLInputElement>("program-shared");
+  private area: HTMLTextAreaElement;
+  private list: HTMLSelectElement;
+  private name: HTMLInputElement;
+  private shared: HTMLInputElement;
 
-  /** `noun`: what a program of this robot is called. */
+  /**
+   * `noun`: what a program of this robot is called. Of a robot with several languages, `kind` is the command of this one,
+   * and the elements of its desk have ids and data attributes that begin with it in place of `program`.
+   */
   constructor(
     private page: RobotPage,
     private language: Language<Step>,
     private noun: string,
     private use: ProgramUse<Step>,
+    private kind = "",
   ) {
+    this.area = byId<HTMLTextAreaElement>(this.id("text"));
+    this.list = byId<HTMLSelectElement>(this.id("list"));
+    this.name = byId<HTMLInputElement>(this.id("name"));
+    this.shared = byId<HTMLInputElement>(this.id("shared"));
     this.area.addEventListener("input", () => this.typed());
     this.list.addEventListener("change", () => this.load(Number(this.list.value)));
     const act: Record<string, () => void> = { new: () => this.clear(), save: () => void this.save(), delete: () => void this.remove() };
-    for (const [name, run] of Object.entries(act)) document.querySelector(`[data-program="${name}"]`)?.addEventListener("click", run);
+    for (const [name, run] of Object.entries(act)) this.button(name)?.addEventListener("click", run);
   }
 
   /** Load the list and the blocks, once; called whenever the mode is opened. */
@@ -84,7 +92,7 @@ export class ProgramDesk<Step> {
 
   private async openBlocks(): Promise<void> {
     if (this.blocks || this.loading) return;
-    const box = byId("blocks");
+    const box = byId(this.kind ? this.id("blocks") : "blocks");
     this.loading = true;
     box.replaceChildren();
     try {
@@ -104,6 +112,15 @@ export class ProgramDesk<Step> {
     box.replaceChildren(make("p", { role: "status" }, "The blocks did not come. Lines of text work without them."), again);
   }
 
+  /** Return the id of an element of this desk. */
+  private id(name: string): string {
+    return `${this.kind || "program"}-${name}`;
+  }
+
+  private button(name: string): HTMLElement | null {
+    return document.querySelector<HTMLElement>(`[data-${this.kind || "program"}="${name}"]`);
+  }
+
   text(): string {
     return this.area.value.trim();
   }
@@ -121,7 +138,7 @@ export class ProgramDesk<Step> {
 
   /** Show a text under the program; `kind`: good, bad, warning, or empty. */
   tell(words: string, kind: string): void {
-    const box = byId("program-said");
+    const box = byId(this.id("said"));
     if (box.textContent === words) return;
     box.textContent = words;
     box.className = `program-said ${kind}`;
@@ -132,11 +149,11 @@ export class ProgramDesk<Step> {
     const items = said.map(({ text, at_s, refuses }) =>
       make("li", { class: refuses ? "bad" : "warning" }, `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`),
     );
-    document.getElementById("program-judged")?.replaceChildren(...items);
+    document.getElementById(this.id("judged"))?.replaceChildren(...items);
   }
 
   private async refresh(): Promise<void> {
-    const answer = await request(`/robots/${this.page.slug}/programs/`);
+    const answer = await request(`/robots/${this.page.slug}/programs/?kind=${this.kind}`);
     this.saved = answer.ok ? ((await answer.json()) as { programs: Saved[] }).programs : [];
     const group = (label: string, belongs: (p: Saved) => boolean): HTMLElement[] => {
       const options = this.saved.filter(belongs).map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id)));
@@ -157,7 +174,7 @@ export class ProgramDesk<Step> {
     this.name.value = this.current?.mine ? this.current.name : "";
     this.shared.checked = this.current?.mine ? this.current.shared : false;
     this.area.value = this.current?.text ?? "";
-    byId<HTMLButtonElement>("program-delete").hidden = !this.current?.mine;
+    byId<HTMLButtonElement>(this.id("delete")).hidden = !this.current?.mine;
     this.typed();
   }
 
@@ -200,24 +217,24 @@ export class ProgramDesk<Step> {
   }
 
   private get place(): string {
-    return `program-${this.page.slug}`;
+    return `${this.kind || "program"}-${this.page.slug}`;
   }
 
   /** Enable the buttons that need the server, or disable them with a reason. */
   enable(why: string): void {
-    for (const name of ["save", "delete"]) allow(document.querySelector<HTMLElement>(`[data-program="${name}"]`)!, why);
+    for (const name of ["save", "delete"]) allow(this.button(name)!, why);
   }
 
   private async save(): Promise<void> {
     const id = this.current?.mine ? this.current.id : undefined;
-    const said = await this.ask("POST", { id, name: this.name.value, text: this.text(), shared: this.shared.checked });
+    const said = await this.ask("POST", { id, name: this.name.value, text: this.text(), shared: this.shared.checked, kind: this.kind });
     if (!said) return;
     this.current = said as Saved;
     this.keep();
     const awaited = this.current.shared && !this.current.approved;
     this.tell(awaited ? "Saved. It appears in the gallery after staff have approved it." : "Saved.", "good");
     await this.refresh();
-    byId<HTMLButtonElement>("program-delete").hidden = false;
+    byId<HTMLButtonElement>(this.id("delete")).hidden = false;
   }
 
   private async remove(): Promise<void> {
@@ -232,7 +249,7 @@ export class ProgramDesk<Step> {
   private async ask(method: string, what: object): Promise<object | null> {
     if (this.asking) return null;
     this.asking = true;
-    const token = document.querySelector<HTMLInputElement>("#program-form [name=csrfmiddlewaretoken]")?.value ?? "";
+    const token = document.querySelector<HTMLInputElement>(`#${this.id("form")} [name=csrfmiddlewaretoken]`)?.value ?? "";
     try {
       const answer = await request(`/robots/${this.page.slug}/programs/`, {
         method,

@@ -49,6 +49,16 @@ class StepRefused(Refused):
         self.step, self.at_s, self.why = step, at_s, why
 
 
+def refuse_long(seconds: float, longest_s: float) -> None:
+    """Refuse a motion that takes longer than one may. Raises Refused."""
+    if seconds > longest_s:
+        raise Refused(
+            "range",
+            f"the motion would take {seconds:.0f} s, longer than the {longest_s:g} s that one may take; "
+            "ask for more of full speed, or go less far",
+        )
+
+
 class MotionPlanner:
     """Plans motions and programs of the arm that the files of `driver` describe, among its forbidden boxes.
 
@@ -92,12 +102,7 @@ class MotionPlanner:
         else:
             target = planner.reach(matrix(motion.pose, motion.angles), q, budget)
             plan = planner.joints(target, q, v, scale, budget)
-        if plan.path.seconds > self._longest_s:
-            raise Refused(
-                "range",
-                f"the motion would take {plan.path.seconds:.0f} s, longer than the {self._longest_s:g} s that one may "
-                "take; ask for more of full speed, or go less far",
-            )
+        refuse_long(plan.path.seconds, self._longest_s)
         return plan
 
     def expected(self, motion: Motion, q: Joints, v: Joints) -> Path | None:

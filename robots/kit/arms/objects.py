@@ -19,7 +19,7 @@ from robots.kit.arms.solids import Solid
 from robots.kit.contract.objects import MOST, REACH_M, Box, Placed
 from robots.kit.description import load
 
-NAME = re.compile(r"[a-z][a-z0-9-]{0,29}")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,29}")
 TABLE = "table"  # the surface on which objects are put
 RESERVED = frozenset({TABLE, "on", "at", "by", "turned", "holding", "empty", "tool"})
 SHAPES = ("box", "cylinder")
@@ -209,9 +209,9 @@ def _box(common: Mapping[str, Any]) -> Box:
 
 def _object(number: int, table: Any) -> DescribedObject:
     name = table.get("name") if isinstance(table, Mapping) else None
-    if not isinstance(name, str) or not NAME.fullmatch(name) or name in RESERVED:
+    if not isinstance(name, str) or not NAME.fullmatch(name) or name.lower() in RESERVED:
         raise BadDescription(
-            f"object {number + 1} needs a name of small letters, digits and hyphens that is no word of tasks"
+            f"object {number + 1} needs a name of letters, digits and hyphens that is no word of tasks"
         )
     who, shape = f"object {name}", table.get("shape")
     if shape not in SHAPES:

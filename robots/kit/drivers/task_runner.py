@@ -58,21 +58,24 @@ class TaskRunner:
         """
         task = parsed(text)
         state = self._at_rest(permit)
-        acts = self._planned(task, state)
-        free, stages = until_held(permit, self._holds), _Stages(on_stage)
-        self.runs, self._load = True, self._model.held
-        done, total = 0.0, sum(act.seconds for act in acts) or 1.0
+        free = until_held(permit, self._holds)  # from before it is planned, which takes a moment
+        self.runs = True  # from now on nobody else changes where the objects are
         try:
-            for number, act in enumerate(acts):
-                name = f"line {act.of.line} of {task.lines}"
-                stages.tell(Progress(f"{name}: {words(act.of.action)}", done / total))
-                with self._named(f"{name}, {words(act.of.action)}", begun=number > 0):
-                    self._carry_out(act, free, stages)
-                done += act.seconds
+            self._run(task, self._planned(task, state), free, _Stages(on_stage))
         finally:
             self.runs = False
-        stages.begin()
         return Outcome({"text": text}, self._session.latest())
+
+    def _run(self, task: Task, acts: list[Act], free: Permit, stages: "_Stages") -> None:
+        self._load = self._model.held
+        done, total = 0.0, sum(act.seconds for act in acts) or 1.0
+        for number, act in enumerate(acts):
+            name = f"line {act.of.line} of {task.lines}"
+            stages.tell(Progress(f"{name}: {words(act.of.action)}", done / total))
+            with self._named(f"{name}, {words(act.of.action)}", begun=number > 0):
+                self._carry_out(act, free, stages)
+            done += act.seconds
+        stages.begin()
 
     def _at_rest(self, permit: Permit) -> RobotState:
         state = self._session.state()

@@ -1,5 +1,6 @@
 """Reads the text of a task. Its length is bounded before it is read, its steps before they are expanded. Pure."""
 
+import re
 from collections.abc import Callable
 from math import inf
 
@@ -19,7 +20,7 @@ ALLOWED = {
     "move": "move X Y Z [ROLL PITCH YAW] | move POSTURE", "open": "open", "close": "close", "wait": "wait SECONDS",
     "repeat": "repeat TIMES", "end": "end", "expect": "expect A on B | expect holding A | expect empty",
 }  # fmt: skip
-BLANKS = " \t\r"
+BLANKS, BETWEEN = " \t\r", re.compile(r"[ \t\r]+")  # no others: a page has to read the same words
 
 
 class BadTask(ValueError):
@@ -35,7 +36,7 @@ def parse(text: str) -> Task:
         raise BadTask(f"A task has at most {MOST_LINES} lines.")
     stack: list[tuple[int, int, list[Step | Repeat]]] = [(1, 0, [])]  # times, line, body
     for number, line in enumerate(lines, 1):
-        if parts := line.split("#")[0].strip(BLANKS).split():
+        if (said := line.split("#")[0].strip(BLANKS)) and (parts := BETWEEN.split(said)):
             try:
                 if len(line) > LONGEST_LINE:
                     raise BadTask(f"a line has at most {LONGEST_LINE} characters")

@@ -25,7 +25,7 @@ from robots.kit.description import load
 
 LONGEST_S = 300.0  # of a whole task
 WORK = MOST  # of the budget, for a whole task: as for a program
-STEP, AGAIN = 50, 5  # of it: a step's own checks; a step that was planned from here before
+STEP, AGAIN = 80, 5  # of it: a step's own checks; a step that was planned from here before
 SAME_M = 0.005  # of where the tool leaves an object, and where it came from
 EXACT = 6  # decimals (m, rad) to which a step from here is the same as one before
 
@@ -141,11 +141,17 @@ class _Planning:
                     self.arrangement.check_fingers(tool, name)
                     found = list(self._grasp_by(name, tool, away))
                 except (Refused, NotPossible) as error:
+                    self._go_on_after(error)
                     refusal, self._ways.q = refusal or str(error), begun
                 else:
                     yield from found
                     return
         raise NotPossible(refusal)
+
+    def _go_on_after(self, error: Refused | NotPossible) -> None:
+        """Raise the refusal of one way to do a step again where nothing more may be planned."""
+        if self._budget.remaining < 0:
+            raise error
 
     def _grasp_by(self, name: str, tool: Matrix, away: Matrix) -> Iterator[Act]:
         """Yield the acts of one way to take an object; nothing is changed but the arm's place. Raises as `acts`."""
@@ -176,6 +182,7 @@ class _Planning:
                 self.arrangement.with_place(name, pose).check_fingers(tool, name)
                 found = list(self._put_by(name, pose, tool))
             except (Refused, NotPossible) as error:
+                self._go_on_after(error)
                 refusal, self._ways.q = refusal or str(error), begun
             else:
                 yield from found

@@ -1,7 +1,7 @@
 """Ways of the tool among objects: planned with the arm's planner, and kept off everything that lies about. Pure."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from robots.kit.description import load
 
 MARGIN_M = 0.005  # between what is carried and what lies about
 SAMPLES = 32  # postures of a way at which it is checked
-CHECKED = 50  # of the budget: the check of a way
+CHECKED, CLOSE = 60, 8  # of the budget: the check of a way; of one posture beside one object
 SAME_M, SAME = 1e-6, 1e-6  # the tool is there already
 
 
@@ -124,6 +124,8 @@ class Ways:
             try:
                 return [self.go(way) for way in choice(to, arrangement)]
             except Refused as error:
+                if self._budget.remaining < 0:
+                    raise
                 refusals.append(error)
         self.q = begun
         raise refusals[0]
@@ -157,7 +159,8 @@ class Ways:
         with in_words():
             self._budget.spend(CHECKED)
         times = np.linspace(0.0, way.path.seconds, SAMPLES)
-        touched = touches(self.tool_at(way.path.sample(times)), arrangement)
+        with in_words():
+            touched = touches(self.tool_at(way.path.sample(times)), arrangement, self._budget)
         if touched:
             raise Refused("box", f"on the way there it would touch {touched}")
         return way
@@ -184,10 +187,11 @@ def room_bottom(solid: Solid, tool: Matrix) -> float:
     return float((solid.corners @ tool[:3, :3].T)[:, 2].min())
 
 
-def touches(tools: Matrix, arrangement: Arrangement) -> str:
-    """Return the first object that the moving tool would touch in any of its poses (m, 4, 4), empty if none.
+def touches(tools: Matrix, arrangement: Arrangement, budget: Budget) -> str:
+    """Return an object that the moving tool would touch in one of its poses (m, 4, 4), empty if none.
 
-    What moves counts as an upright cylinder around its middle, what lies as one around its own: simple and safe.
+    Cylinders around what moves and what lies are compared in all poses at once; where two meet, the boxes themselves.
+    Raises TooMuch.
     """
     lying = list(arrangement.lying())
     if not lying:
@@ -199,9 +203,10 @@ def touches(tools: Matrix, arrangement: Arrangement) -> str:
         middles = corners.mean(axis=1)[:, :2]
         radius = np.linalg.norm(corners[:, :, :2] - middles[:, None], axis=2).max(axis=1)
         low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-        near = np.linalg.norm(middles[:, None] - at, axis=2) < radius[:, None] + radii
+        near = np.linalg.norm(middles[:, None] - at, axis=2) < radius[:, None] + radii + MARGIN_M
         level = (low[:, None] < tops + MARGIN_M) & (high[:, None] > bottoms - MARGIN_M)
-        touched = np.any(near & level, axis=0)
-        if np.any(touched):
-            return lying[int(np.argmax(touched))][0]
+        for pose, which in zip(*np.nonzero(near & level), strict=True):
+            budget.spend(CLOSE)
+            if overlap(replace(moving, pose=tools[pose] @ moving.pose), lying[which][1], -MARGIN_M):
+                return str(lying[which][0])
     return ""

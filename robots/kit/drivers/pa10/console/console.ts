@@ -19,6 +19,7 @@ page.begin(
     return {
       program: {
         asked: "run",
+        empty: "The program has no step.",
         target: () => (programs.text() ? { kind: "program", args: { text: programs.text() } } : null),
         open: () => void programs.open(),
         state: (packet) => programs.state(packet),

@@ -1,0 +1,58 @@
+/** Task mode: steps with the objects around the arm, tried on the ghost, run, saved, shared. */
+import type { RobotPage } from "../page/robot_page.ts";
+import type { PlanAnswer } from "../socket/messages.ts";
+import { minutes, ProgramDesk } from "../widgets/program_desk.ts";
+import { parse, print, type TaskStep } from "../widgets/task_text.ts";
+import type { ArmMode, Judge, Target } from "./types.ts";
+
+interface Arm extends Judge {
+  refuse(why: string): void;
+  play(answer: PlanAnswer): void;
+}
+
+export class Tasks implements ArmMode {
+  readonly asked = "run-task";
+  readonly empty = "The task has no step.";
+  private desk: ProgramDesk<TaskStep>;
+
+  constructor(
+    page: RobotPage,
+    private arm: Arm,
+    names: readonly string[],
+    postures: readonly string[],
+  ) {
+    const use = {
+      blocks: async (box: HTMLElement, changed: (steps: TaskStep[]) => void) =>
+        new (await import("../widgets/task_desk.ts")).TaskBlocks(box, names, postures, changed),
+      changed: () => arm.ask(),
+      refused: (why: string) => arm.refuse(why),
+    };
+    this.desk = new ProgramDesk<TaskStep>(page, { parse, print }, "task", use, "task");
+    page.on("try-task", () => arm.ask());
+    page.on("run-task", () => {
+      if (page.command("task", { text: this.text() }, "run-task")) this.desk.tell("The task runs; its present line is shown.", "");
+    });
+  }
+
+  open(): void {
+    void this.desk.open();
+  }
+
+  text(): string {
+    return this.desk.text();
+  }
+
+  target(): Target | null {
+    const text = this.text();
+    return text ? { kind: "task", args: { text } } : null;
+  }
+
+  /** Show the server's answer to the task: it has checked it, or refuses it. */
+  checked(answer: PlanAnswer): void {
+    const said = answer.judgements ?? [];
+    this.desk.judge(said);
+    if (answer.ok) this.desk.tell(`Checked with the objects as the arm knows them: ${minutes(answer.seconds ?? 0)}.`, "good");
+    else this.desk.tell(said.length ? "" : answer.text, "bad");
+    if (answer.ok) this.arm.play(answer);
+  }
+}

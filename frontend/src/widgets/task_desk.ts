@@ -1,0 +1,140 @@
+/** The blocks of tasks (Blockly), for every arm with objects; loaded by `import()` when its mode is opened. */
+import { type Blockly, type BlockState, choiceField, defineStep, numberField, StepWorkspace } from "./blockly.ts";
+import { print, type TaskStep } from "./task_text.ts";
+
+const TABLE = "table";
+const CATEGORIES = [
+  { name: "Objects", colour: "25", types: ["task-grasp", "task-on", "task-at"] },
+  { name: "Move", colour: "195", types: ["task-move", "task-posture", "task-hand"] },
+  { name: "Wait", colour: "60", types: ["task-wait"] },
+  { name: "Expect", colour: "290", types: ["task-lies", "task-holds", "task-empty"] },
+  { name: "Repeat", colour: "130", types: ["task-repeat"] },
+];
+
+/** Define the blocks for these objects and named postures. */
+function define(names: readonly string[], postures: readonly string[]): void {
+  const choice = (field: string, of: readonly string[]): object =>
+    choiceField(
+      field,
+      of.map((name) => [name, name]),
+    );
+  const mm = (field: string, value = 0): object => numberField(field, -3000, 3000, value),
+    degrees = (field: string): object => numberField(field, -360, 360);
+  const thing = choice("name", names);
+  defineStep("task-grasp", 25, "Take an object.", "grasp %1", [thing]);
+  defineStep(
+    "task-on",
+    25,
+    "Put an object on another one; take it first if the gripper is empty.",
+    "put %1 on %2",
+    [thing, choice("on", names)],
+    {
+      message1: "moved by %1 %2 mm, turned %3 °",
+      args1: [mm("dx"), mm("dy"), degrees("turned")],
+    },
+  );
+  defineStep("task-at", 25, "Put an object on the table (mm).", "put %1 at x %2 y %3", [thing, mm("x", 450), mm("y")]);
+  defineStep("task-move", 195, "Move the tool (mm); it keeps its rotation.", "move to x %1 y %2 z %3", [
+    mm("x", 450),
+    mm("y"),
+    mm("z", 250),
+  ]);
+  defineStep("task-posture", 195, "Move the arm to a posture that has a name.", "move to %1", [choice("posture", postures)]);
+  defineStep("task-hand", 195, "Open or close the gripper.", "%1 the gripper", [choice("do", ["open", "close"])]);
+  defineStep("task-wait", 60, "Wait so many seconds.", "wait %1 s", [numberField("seconds", 0, 30, 1)]);
+  defineStep("task-lies", 290, "Go on only if it is so.", "expect %1 on %2", [thing, choice("on", [...names, TABLE])]);
+  defineStep("task-holds", 290, "Go on only if it is so.", "expect to hold %1", [thing]);
+  defineStep("task-empty", 290, "Go on only if it is so.", "expect an empty gripper");
+  const inside = [numberField("times", 1, 100, 2, 1), { type: "input_dummy" }, { type: "input_statement", name: "steps" }];
+  defineStep("task-repeat", 130, "Repeat the steps inside.", "repeat %1 times %2 %3", inside);
+  defineStep("task-line", 290, "A line that has no block of its own.", "line %1", [{ type: "field_input", name: "text", text: "" }]);
+}
+
+export class TaskBlocks extends StepWorkspace<TaskStep> {
+  constructor(
+    box: HTMLElement,
+    private names: readonly string[],
+    private postures: readonly string[],
+    changed: (steps: TaskStep[]) => void,
+  ) {
+    define(names, postures);
+    super(box, CATEGORIES, changed);
+  }
+
+  protected override block(step: TaskStep): BlockState {
+    if (step.do === "repeat") {
+      const inside = this.chain(step.steps);
+      return { type: "task-repeat", fields: { times: step.times }, ...(inside ? { inputs: { steps: { block: inside } } } : {}) };
+    }
+    return this.own(step) ?? { type: "task-line", fields: { text: print([step]) } };
+  }
+
+  /** Return the block of a step; null for one with a name or a value that its block does not have. */
+  private own(step: TaskStep): BlockState | null {
+    const known = (...names: string[]): boolean => names.every((name) => this.names.includes(name));
+    switch (step.do) {
+      case "grasp":
+        return known(step.name) ? { type: "task-grasp", fields: { name: step.name } } : null;
+      case "on": {
+        const [dx = 0, dy = 0] = step.by ?? [];
+        const fields = { name: step.name, on: step.on, dx, dy, turned: step.turned ?? 0 };
+        return known(step.name, step.on) ? { type: "task-on", fields } : null;
+      }
+      case "at":
+        if (step.yaw !== undefined || !known(step.name)) return null;
+        return { type: "task-at", fields: { name: step.name, x: step.at[0], y: step.at[1] } };
+      case "move":
+        if (step.angles) return null;
+        return { type: "task-move", fields: { x: step.place[0], y: step.place[1], z: step.place[2] } };
+      case "posture":
+        return this.postures.includes(step.posture) ? { type: "task-posture", fields: { posture: step.posture } } : null;
+      case "open":
+      case "close":
+        return { type: "task-hand", fields: { do: step.do } };
+      case "wait":
+        return { type: "task-wait", fields: { seconds: step.seconds } };
+      case "lies":
+        if (!known(step.name) || (step.on !== TABLE && !known(step.on))) return null;
+        return { type: "task-lies", fields: { name: step.name, on: step.on } };
+      case "holds":
+        if (step.name === null) return { type: "task-empty" };
+        return known(step.name) ? { type: "task-holds", fields: { name: step.name } } : null;
+      default:
+        return null;
+    }
+  }
+
+  protected override step(block: Blockly.Block): TaskStep {
+    const text = (field: string): string => String(block.getFieldValue(field)),
+      value = (field: string): number => Number(block.getFieldValue(field));
+    switch (block.type) {
+      case "task-grasp":
+        return { do: "grasp", name: text("name") };
+      case "task-on": {
+        const by = [value("dx"), value("dy")],
+          turned = value("turned");
+        return { do: "on", name: text("name"), on: text("on"), ...(by.some(Boolean) ? { by } : {}), ...(turned ? { turned } : {}) };
+      }
+      case "task-at":
+        return { do: "at", name: text("name"), at: [value("x"), value("y")] };
+      case "task-move":
+        return { do: "move", place: [value("x"), value("y"), value("z")] };
+      case "task-posture":
+        return { do: "posture", posture: text("posture") };
+      case "task-hand":
+        return { do: text("do") === "close" ? "close" : "open" };
+      case "task-wait":
+        return { do: "wait", seconds: value("seconds") };
+      case "task-lies":
+        return { do: "lies", name: text("name"), on: text("on") };
+      case "task-holds":
+        return { do: "holds", name: text("name") };
+      case "task-empty":
+        return { do: "holds", name: null };
+      case "task-repeat":
+        return { do: "repeat", times: value("times"), steps: this.stepsFrom(block.getInputTargetBlock("steps")) };
+      default:
+        return { do: "line", text: text("text") };
+    }
+  }
+}

@@ -108,7 +108,7 @@ def test_by_mouse_the_ghost_is_put_somewhere_and_the_arm_follows_once_it_is_sent
     assert tool(portal)[:3] == pytest.approx(before[:3], abs=1e-3), "nothing moves before it is sent"
     # taken again at another point of its handles it does not leap
     told = page.inner_text("#ghost-list")
-    x, y = grip(page)
+    grip(page)
     page.mouse.down()
     page.mouse.up()
     page.wait_for_timeout(1200)

@@ -40,7 +40,7 @@ ALLOWED = {
     "portal/keep/seeding.py": {"mercury", "pa10", "irat", "puma"},  # the demo's robots
 }
 PAGES = ("templates", "frontend/src")
-OF_AN_ARM = ("frontend/src/arm/", "frontend/src/motion/", "frontend/src/admin/editors/boxes.ts")
+OF_AN_ARM = ("frontend/src/arm/", "frontend/src/motion/", "frontend/src/scene/", "frontend/src/admin/editors/boxes.ts")
 IN_PAGES = re.compile(r"\b(residual_mm|residual|theta|stability_\w+|exposure_\w+|boxes)\b")
 EXPOSURE = re.compile(r"\b1 / 150\b")
 

@@ -1,16 +1,15 @@
 /** The ghost of the tool: it is at the arm until somebody moves it, and stays where the arm could rest. */
 import type { Pose } from "../motion/chain.ts";
-import { missing } from "../motion/linear.ts";
 import type { Judgement } from "./judge.ts";
-import { distance, type Move, moved, shareOf } from "./moves.ts";
+import { distance, type Move, moved } from "./moves.ts";
 
 const HERE_M = 0.0002,
   HERE_RAD = 0.0005; // so near it is at the arm
-const FINEST = 1 / 1024; // of the way to a pose that is refused
-const SURFACES = [11, 3, 7]; // where z, x and y stand in a pose: tables are the most usual
 
 /** Returns the pose to which one snaps, or itself. `from`: where a step begins; one that leaves does not snap back. */
 type Snap = (pose: Float64Array, from: Pose | null) => Float64Array;
+/** Returns how far one comes from a pose to one that is refused. */
+type Along = (from: Pose, to: Pose) => Float64Array;
 
 export class Ghost {
   private own: Float64Array | null = null; // where somebody has put it; null: at the arm
@@ -21,11 +20,11 @@ export class Ghost {
   refusal = "";
   private readonly judge: (pose: Pose) => Judgement;
   private readonly snap: Snap;
-  private readonly fits: ((pose: Pose) => boolean) | null;
+  private readonly along: Along | null;
 
-  /** `fits`: whether the arm could rest at a pose; with it a ghost that is dragged against a surface slides along it. */
-  constructor(judge: (pose: Pose) => Judgement, snap: Snap = (pose) => pose, fits: ((pose: Pose) => boolean) | null = null) {
-    [this.judge, this.snap, this.fits] = [judge, snap, fits];
+  /** `along`: how a ghost that is dragged against a surface slides on; without it it stays where it is. */
+  constructor(judge: (pose: Pose) => Judgement, snap: Snap = (pose) => pose, along: Along | null = null) {
+    [this.judge, this.snap, this.along] = [judge, snap, along];
   }
 
   /** Where it is; null while the arm's place is not known. */
@@ -68,20 +67,11 @@ export class Ghost {
     if (!this.put(this.snap(wanted, null))) this.slide(wanted);
   }
 
-  /**
-   * Go as near to a refused pose as surfaces allow: straight as far as it fits, then along one surface. Boxes have their
-   * sides along the base's axes, so along a surface two of the three coordinates are those that are wanted.
-   */
+  /** Go as near to a refused pose as surfaces allow. */
   private slide(wanted: Float64Array): void {
-    const { pose, fits, refusal } = this;
-    if (!pose || !fits) return;
-    const touching = farthest(pose, wanted, fits);
-    const along = SURFACES.map((at) => {
-      const beside = wanted.slice();
-      beside[at] = touching[at]!;
-      return beside;
-    });
-    this.put(along.find(fits) ?? touching);
+    const { pose, refusal } = this;
+    if (!pose || !this.along) return;
+    this.put(this.along(pose, wanted));
     this.refusal = refusal; // of what the hand wants, though the ghost has moved
   }
 
@@ -116,12 +106,4 @@ export class Ghost {
     this.own = this.standing = this.hand = null;
     this.refusal = "";
   }
-}
-
-/** Return the pose nearest to `to` on the straight way from `from` that still fits. */
-function farthest(from: Pose, to: Pose, fits: (pose: Pose) => boolean): Float64Array {
-  const way = missing(from, to) as unknown as Move;
-  let share = 0;
-  for (let part = 0.5; part >= FINEST; part /= 2) if (fits(moved(from, shareOf(way, share + part)))) share += part;
-  return moved(from, shareOf(way, share));
 }

@@ -1,8 +1,11 @@
 /** Judges where the ghost is, in the page: where the arm could rest, and by which way it would come there. */
 import { Budget, Refused } from "../motion/budget.ts";
-import type { Joints, Pose } from "../motion/chain.ts";
+import { FRAME, type Joints, type Pose } from "../motion/chain.ts";
 import type { ArmFacts, BoxFacts } from "../motion/facts.ts";
 import { Planner } from "../motion/planner.ts";
+import { between, poseOf, type Rigid, rigidOf } from "../motion/rigid.ts";
+import { slide } from "../motion/slide.ts";
+import { norm } from "../motion/vectors.ts";
 
 /**
  * What would happen at a pose. `free`: the arm comes there; `way`: it could rest there, but a box is in the way;
@@ -22,6 +25,8 @@ export interface Wish {
 }
 
 const POINTS = 24; // of a path that is drawn
+const ROUNDS = 3, // of sliding: one goes no farther than a few hundred millimetres
+  LEAST_M = 0.001;
 
 export class PoseJudge {
   readonly planner: Planner;
@@ -36,9 +41,21 @@ export class PoseJudge {
     return this.planner.chain.forward(joints);
   }
 
-  /** Return whether the arm could rest with its tool at that pose. */
-  fits(pose: Pose, present: Joints): boolean {
-    return typeof this.rest(pose, present) !== "string";
+  /** Return how far the tool comes on its way to a pose at which it cannot be: to a surface, and along it. */
+  along(from: Pose, to: Pose, present: Joints): Float64Array {
+    const { chain } = this.planner,
+      shoulder = chain.frames(present).subarray(FRAME, 2 * FRAME),
+      centre = [shoulder[3]!, shoulder[7]!, shoulder[11]!] as const,
+      wanted = rigidOf(to);
+    const allowed = (pose: Rigid): boolean => typeof this.rest(poseOf(pose), present) !== "string";
+    let here = rigidOf(from);
+    for (let round = 0; round < ROUNDS; round++) {
+      const { pose } = slide(here, wanted, allowed, centre),
+        gone = norm(between(here, pose).way);
+      here = pose;
+      if (gone < LEAST_M) break;
+    }
+    return poseOf(here);
   }
 
   /** Return what would happen at that pose, from these joints at rest. A straight way is judged by the server alone. */

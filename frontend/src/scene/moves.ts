@@ -1,7 +1,7 @@
 /** Moves of the ghost: lengths along, and turns about, the axes of the arm's base; and the same in words. */
-import { missing, quaternionOf } from "../motion/linear.ts";
 import type { Pose } from "../motion/chain.ts";
-import { turned, type Vec3 } from "../motion/vectors.ts";
+import { missing } from "../motion/linear.ts";
+import { moved as movedRigid, poseOf, rigidOf } from "../motion/rigid.ts";
 
 /** Lengths along x, y, z (m), then a turn as axis times angle (rad). The tool turns about its own point. */
 export type Move = readonly [number, number, number, number, number, number];
@@ -26,18 +26,8 @@ const LEAST_MM = 0.5,
   LEAST_DEG = 0.5; // smaller ones are none, in words
 
 /** Return `pose` (4 x 4, row by row) moved. */
-export function moved(pose: Pose, [x, y, z, ...way]: Move): Float64Array {
-  const after = Float64Array.from({ length: 16 }, (_, i) => pose[i] ?? 0),
-    angle = Math.hypot(...way);
-  if (angle > 0) {
-    const axis: Vec3 = [way[0] / angle, way[1] / angle, way[2] / angle];
-    for (const column of [0, 1, 2]) {
-      const v = turned(axis, angle, [after[column]!, after[column + 4]!, after[column + 8]!]);
-      for (const row of [0, 1, 2]) after[column + 4 * row] = v[row]!;
-    }
-  }
-  [x, y, z].forEach((length, row) => (after[4 * row + 3]! += length));
-  return after;
+export function moved(pose: Pose, [x, y, z, ...turn]: Move): Float64Array {
+  return poseOf(movedRigid(rigidOf(pose), { way: [x, y, z], turn }));
 }
 
 /** Return x, y, z (m) and roll, pitch, yaw (rad) of a pose, as commands have them (robots/kit/arms/pose.py). */
@@ -73,11 +63,6 @@ export function wayInWords(from: Pose, to: Pose): string {
     return Math.abs(degrees) < LEAST_DEG ? "" : `${degrees.toFixed(0)}° about ${axis}`;
   });
   return [...lengths, ...turns].filter(Boolean).join(", ");
-}
-
-/** Return the rotation of a pose as a quaternion (x, y, z, w). */
-export function rotationOf(pose: Pose): number[] {
-  return quaternionOf((row, column) => pose[4 * row + column]!);
 }
 
 type Way = readonly [number, number, number];

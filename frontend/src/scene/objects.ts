@@ -1,5 +1,6 @@
 /** The objects around an arm, from the robot's streams, and where the ghost would be to grasp one or to put it down. */
 import type { Pose } from "../motion/chain.ts";
+import { SNAP_M, SNAP_RAD } from "../motion/ghost.ts";
 import { type Box, objectsAfter, type Placed } from "../socket/objects.ts";
 import type { StreamPacket } from "../socket/packets.ts";
 import { distance, wayInWords } from "./moves.ts";
@@ -31,8 +32,6 @@ export interface Goal {
   what: string;
 }
 
-export const SNAP_M = 0.002,
-  SNAP_RAD = (2 * Math.PI) / 180;
 const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const ALONE_M = 0.005; // an object stands on another one if no more than this is between them
 const UPRIGHT = 0.999; // the cosine of how far an object that carries others may lean

@@ -1,5 +1,6 @@
 /** Poses as 16 numbers, 4 x 4 row by row: products, inverses, and from a place with a quaternion. */
 import { multiply, type Pose } from "../motion/chain.ts";
+import { poseOf } from "../motion/rigid.ts";
 
 /** Return the product of two poses. */
 export function product(a: Pose, b: Pose): Float64Array {
@@ -22,12 +23,7 @@ export function inverse(a: Pose): Float64Array {
 
 /** Return the pose at a place (m), turned by a quaternion (x, y, z, w; of unit length). */
 export function poseAt([x = 0, y = 0, z = 0]: readonly number[], [a = 0, b = 0, c = 0, d = 1]: readonly number[]): Float64Array {
-  return Float64Array.of(
-    1 - 2 * (b * b + c * c), 2 * (a * b - c * d), 2 * (a * c + b * d), x,
-    2 * (a * b + c * d), 1 - 2 * (a * a + c * c), 2 * (b * c - a * d), y,
-    2 * (a * c - b * d), 2 * (b * c + a * d), 1 - 2 * (a * a + b * b), z,
-    0, 0, 0, 1,
-  ); // prettier-ignore
+  return poseOf({ at: [x, y, z], turn: [a, b, c, d] });
 }
 
 /** Return a place (m), turned about the vertical by an angle (rad). */

@@ -36,6 +36,7 @@ export interface SceneUse {
 
 const TELL_MS = 1000; // between two sentences that a screen reader reads
 const MOVED_RAD = 0.002; // of a joint: then the way is judged again
+const DRAWN_RAD = 1e-5; // then the view is drawn again
 const NAMES = ["x", "y", "z", "roll", "pitch", "yaw"];
 const FREE: Judgement = { verdict: "free", text: "", joints: null, path: [], seconds: NaN };
 
@@ -47,7 +48,7 @@ export class Scene implements ArmMode {
   private ghost = new Ghost(
     (pose) => this.judged(pose),
     (pose, from) => this.surroundings?.snap(pose, from) ?? pose,
-    (pose) => this.judge?.fits(pose, this.joints) ?? true,
+    (from, to) => this.judge?.along(from, to, this.joints) ?? Float64Array.from(from),
   );
   private edited = new TargetEdit();
   private hand: Hand;
@@ -62,6 +63,7 @@ export class Scene implements ArmMode {
   private toldAt = -Infinity;
   private telling = 0;
   private judgedFrom: readonly number[] = [];
+  private drawnFor: readonly number[] = [];
 
   constructor(
     private page: RobotPage,
@@ -156,8 +158,12 @@ export class Scene implements ArmMode {
     this.follow();
     if (!this.shown) return;
     this.surroundings?.age();
-    if (this.ghost.away && this.joints.some((q, i) => Math.abs(q - (this.judgedFrom[i] ?? Infinity)) > MOVED_RAD)) this.again();
-    else this.draw();
+    if (this.ghost.away && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
+    else if (this.hasMoved(this.drawnFor, DRAWN_RAD)) this.draw();
+  }
+
+  private hasMoved(since: readonly number[], rad: number): boolean {
+    return this.joints.some((q, i) => Math.abs(q - (since[i] ?? Infinity)) > rad);
   }
 
   /** Let the ghost follow the arm again after that motion, unless somebody has moved it since. */
@@ -269,6 +275,7 @@ export class Scene implements ArmMode {
   private draw(): void {
     if (!this.shown) return;
     const { pose, judgement, refusal } = this.ghost;
+    this.drawnFor = this.joints;
     this.view?.ghostAt(pose, this.ghost.away ? judgement : null, refusal);
     this.tell(this.words());
     this.fillList();

@@ -178,7 +178,7 @@ def test_what_the_server_refuses_leaves_the_ghost_where_it_is(transactional_db, 
     for _ in range(6):
         page.keyboard.press("ArrowLeft")
     expect(page.locator("#model-said")).to_contain_text("s on the way")
-    told = page.inner_text("#ghost-list")
+    told = page.inner_text("#ghost-list").split("\n")[:2]
     # meanwhile staff have put something there, which this page does not know
     place = tool(portal)
     low, high = [place[0] - 0.1, 0.1, 0.0], [place[0] + 0.1, 0.3, 1.2]
@@ -187,9 +187,8 @@ def test_what_the_server_refuses_leaves_the_ghost_where_it_is(transactional_db, 
     page.keyboard.press("Enter")
     text = ada.ladder("rejected")
     assert "the new vase" in text
-    expect(page.locator("#notice")).to_contain_text("the new vase")
-    page.wait_for_timeout(1200)
-    assert page.inner_text("#ghost-list") == told
+    expect(page.locator("#model-said")).to_contain_text("the new vase")
+    assert page.inner_text("#ghost-list").split("\n")[:2] == told
     assert tool(portal)[:3] == pytest.approx(place[:3], abs=1e-3)
 
 

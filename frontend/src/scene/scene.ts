@@ -38,6 +38,7 @@ const TELL_MS = 1000; // between two sentences that a screen reader reads
 const MOVED_RAD = 0.002; // of a joint: then the way is judged again
 const DRAWN_RAD = 1e-5; // then the view is drawn again
 const NAMES = ["x", "y", "z", "roll", "pitch", "yaw"];
+const REFUSED = new Set(["rejected", "failed", "expired"]); // stages of a command that are said in the view, too
 const FREE: Judgement = { verdict: "free", text: "", joints: null, path: [], seconds: NaN };
 
 export class Scene implements ArmMode {
@@ -267,9 +268,16 @@ export class Scene implements ArmMode {
   }
 
   private send(): void {
-    const target = this.target();
-    if (target) this.page.command(target.kind, target.args, "go");
-    else this.page.refuse(() => this.local());
+    const target = this.target(),
+      { pose } = this.ghost;
+    if (!target) return this.page.refuse(() => this.local());
+    const seq = this.page.command(target.kind, target.args, "go");
+    if (!seq) return;
+    this.page.ladder.whenEnded(this.page.grant, seq, ({ state, reason }) => {
+      if (!REFUSED.has(state) || this.ghost.pose !== pose) return; // it was moved since
+      this.note = reason;
+      this.draw();
+    });
   }
 
   private draw(): void {

@@ -24,7 +24,8 @@ class Measured:
 class Plant:
     """The scene `spec` around the arm of `driver` with torque-driven axes and a gripper; `step` is 2 ms.
 
-    It begins at `qpos`, the position of a whole scene, if its length fits, otherwise with the arm at `q` (rad).
+    It begins at `qpos`, the position of a whole scene, if its length fits, otherwise with the arm at `q` (rad). With
+    `travel_s` in the table `gripper` the fingers take that time from open to closed.
     """
 
     def __init__(self, driver: str, spec: mujoco.MjSpec, q: Joints | None = None, qpos: Joints | None = None) -> None:
@@ -36,7 +37,7 @@ class Plant:
         self._effort = arm.effort
         gripper = load(driver)["gripper"]
         self._open = float(gripper["open"])
-        seconds = gripper.get("seconds")
+        seconds = gripper.get("travel_s")
         self._way = self._open / seconds * STEP_S if seconds else np.inf  # m that a finger moves in a step
         # MuJoCo's own memory, looked up once: each look costs as much as a sum
         self._q, self._fingers = self.data.qpos[at], self.data.qpos[fingers]

@@ -1,10 +1,9 @@
 /** The objects in an arm's scene: read from packets, what the ghost snaps to, what is missing in words. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { SNAP_M } from "../src/motion/ghost.ts";
 import { Ghost } from "../src/scene/ghost.ts";
 import { distance, moved } from "../src/scene/moves.ts";
-import { missingInWords, type ObjectFacts, SceneObjects, snapped, snappedStep } from "../src/scene/objects.ts";
+import { missingInWords, type ObjectFacts, SceneObjects, SNAP_M, snapped, snappedStep } from "../src/scene/objects.ts";
 import { inverse, poseAt, product, uprightAt } from "../src/scene/poses.ts";
 import type { Placed } from "../src/socket/objects.ts";
 import { bytesOf, vectorsOf } from "./helpers.ts";

@@ -8,6 +8,11 @@ export interface Rigid {
   at: Vec3;
   turn: Quaternion;
 }
+/** A motion: its way (m) and its turn (axis times angle, rad). */
+export interface Change {
+  way: Vec3;
+  turn: Vec3;
+}
 
 export function product(a: Quaternion, b: Quaternion): Quaternion {
   const u: Vec3 = [a[0], a[1], a[2]],
@@ -19,7 +24,7 @@ export function product(a: Quaternion, b: Quaternion): Quaternion {
 }
 
 /** Return the turn from `a` to `b` as axis times angle (rad), by half a turn at most. */
-export function turnBetween(a: Quaternion, b: Quaternion): Vec3 {
+function turnBetween(a: Quaternion, b: Quaternion): Vec3 {
   const [x = 0, y = 0, z = 0] = turnOf(product(b, [-a[0], -a[1], -a[2], a[3]]));
   return [x, y, z];
 }
@@ -53,8 +58,4 @@ export function poseOf({ at, turn: [x, y, z, w] }: Rigid): Float64Array {
 export function rigidOf(pose: Pose): Rigid {
   const [x = 0, y = 0, z = 0, w = 1] = quaternionOf((row, column) => pose[4 * row + column]!);
   return { at: [pose[3]!, pose[7]!, pose[11]!], turn: [x, y, z, w] };
-}
-
-export function isFinitePose({ at, turn }: Rigid): boolean {
-  return [...at, ...turn].every(Number.isFinite) && Math.abs(Math.hypot(...turn) - 1) < 1e-3;
 }

@@ -2,8 +2,7 @@
  * A ghost that stops at surfaces and slides along them: a god-object (Zilles and Salisbury 1995). The hand's wish goes
  * where it likes; the ghost goes as far as the planner allows, and the rest of the way is projected on what is allowed.
  */
-import type { Change } from "./clutch.ts";
-import { between, moved, type Rigid } from "./rigid.ts";
+import { between, type Change, moved, type Rigid } from "./rigid.ts";
 import { dot, minus, norm, plus, times, type Vec3 } from "./vectors.ts";
 
 const PIECE_M = 0.005; // the way is gone in pieces no longer than this, so that no thin box is passed over,

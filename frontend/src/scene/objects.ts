@@ -1,10 +1,12 @@
 /** The objects around an arm, from the robot's streams, and where the ghost would be to grasp one or to put it down. */
 import type { Pose } from "../motion/chain.ts";
-import { SNAP_M, SNAP_RAD } from "../motion/ghost.ts";
 import { type Box, objectsAfter, type Placed } from "../socket/objects.ts";
 import type { StreamPacket } from "../socket/packets.ts";
 import { distance, wayInWords } from "./moves.ts";
 import { inverse, poseAt, product, uprightAt } from "./poses.ts";
+
+export const SNAP_M = 0.002; // so near its goal the ghost is put there
+const SNAP_RAD = (2 * Math.PI) / 180;
 
 /** An object as `object_facts` of robots/kit/arms/objects.py tells it: its size in m, colour from 0 to 1, poses 4 x 4. */
 export interface ObjectFacts {

@@ -24,7 +24,7 @@ OURS = sorted(file.parent.name for file in (ROOT / "robots/kit/drivers").glob("*
 WITHOUT = {
     "mercury": {"replaced", "policies", "streams", "steered", "time left"},
     "pa10": {"policies", "time left"},
-    "puma": {"replaced", "policies", "lanes", "streams", "time left"},
+    "puma": {"replaced", "policies", "time left"},
     "irat": {"replaced", "policies", "steered", "time left"},
     "srv1": {"replaced", "streams"},
     "so101": {

@@ -51,6 +51,10 @@ def procedure_of_staff(world):
     return verb_of_staff(world, "procedure", 'value="soft_reset"', kind="soft_reset")
 
 
+def setting_of_staff(world):
+    return verb_of_staff(world, "setting", 'value="speed"', kind="speed", speed="0.3")
+
+
 def test_of_connection(world):
     return verb_of_staff(world, "test")
 
@@ -64,4 +68,7 @@ def maintenance(world):
 
 
 NEW_ROWS = (*map(new_row, NEW), *(new_row(model, "?_popup=1") for model in (Group, SurveyQuestion)))
-VERBS_ONCE = {"procedure": procedure_of_staff, "test": test_of_connection, "maintenance": maintenance}
+VERBS_ONCE = {
+    "procedure": procedure_of_staff, "setting": setting_of_staff, "test": test_of_connection,
+    "maintenance": maintenance,
+}  # fmt: skip

@@ -204,5 +204,5 @@ def test_what_stops_or_bars_a_robot_is_carried_out_at_each_press(robot, people, 
     client.force_login(people["kim"])
     html = client.get(f"/admin/robots/robot/{robot.pk}/change/").content.decode()
     forms = {re.search(r"/do/(\w+)/", one)[1]: one for one in re.findall(r"<form[^>]*/do/.*?</form>", html, re.DOTALL)}
-    assert {verb for verb, form in forms.items() if 'name="once"' in form} == {"test", "procedure"}
+    assert {verb for verb, form in forms.items() if 'name="once"' in form} == {"test", "procedure", "setting"}
     assert {"stop", "disable", "lock_out"} <= forms.keys()

@@ -25,12 +25,13 @@ from workers.guard.deadman import SILENT_S
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 SEQ = 3
 HELD = [
-    ("pa10", "jog_joints", {"S1": 1.0}), ("pa10", "jog_tool", {"x": 1.0}), ("mercury", "jog", {"dx": 1.0, "dy": 0.0}),
+    ("pa10", "jog_joints", {"S1": 1.0}), ("pa10", "jog_tool", {"x": 1.0}),
+    ("pa10", "follow", dict.fromkeys(("dx", "dy", "dz", "rx", "ry", "rz"), 0.0)), ("mercury", "jog", {"dx": 1.0, "dy": 0.0}),
     ("irat", "drive", {"forward": 1.0, "turn": 0.0}),
 ]  # fmt: skip
 EACH = pytest.mark.parametrize(("which", "kind", "args"), HELD, indirect=["which"])
 # nobody drives the iRat in turns
-TURNS = pytest.mark.parametrize(("which", "kind", "args"), HELD[:3], indirect=["which"])
+TURNS = pytest.mark.parametrize(("which", "kind", "args"), HELD[:4], indirect=["which"])
 
 
 def test_these_are_all_held_motions():

@@ -28,7 +28,7 @@ def shown(robot, monkeypatch):
     """An iRat of which guests ask; what its map's stream keeps is in the list."""
     QueueRobot.objects.filter(robot=robot).update(offers_turns=False, guests_ask=True)
     found = []
-    monkeypatch.setattr("queueing.jobs.asking.kept_stream", lambda slug, stream: found)
+    monkeypatch.setattr("robots.services.streams.kept_stream", lambda slug, stream: found)
     return found
 
 

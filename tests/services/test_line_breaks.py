@@ -114,7 +114,11 @@ def test_the_cameras_of_a_robot_in_the_admin(robot, client, admin_user):
     assert Robot.objects.get(slug="second").camera == text
 
 
-BY_THE_ROBOT = {"program-text": None, "hall-rules-text": None}  # its language refuses what is too long, in words
+BY_THE_ROBOT = {
+    "program-text": None,
+    "task-text": None,
+    "hall-rules-text": None,
+}  # its language refuses what is too long, in words
 
 
 def test_each_field_of_several_lines_that_has_a_limit_is_tested_above():

@@ -294,9 +294,9 @@ def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
 
     def press(w):
         with suppress(RobotOffline):  # let in, and told that the robot is off
-            verbs.VERBS[verb](
-                w.robot, SimpleNamespace(user=w.user, POST={"note": "cleaning", "checked": "yes", "kind": "soft_reset"})
-            )
+            kind = "speed" if verb == "setting" else "soft_reset"
+            form = {"note": "cleaning", "checked": "yes", "kind": kind, "speed": "0.3"}
+            verbs.VERBS[verb](w.robot, SimpleNamespace(user=w.user, POST=form))
 
     let_in = {role for role in ROLES if allowed(of_role(world, role), press) or sent.clear() or sent}
     assert let_in == ROBOT_STAFF
@@ -306,4 +306,6 @@ def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
 def test_every_verb_of_the_file_is_in_the_table():
     of_queues = set(functions(queue_admin))
     assert of_queues == {"resume_jobs"}
-    assert set(functions(verbs)) - {"staff_only", "add", "after_adding"} | of_queues == set(verbs.VERBS)
+    assert set(functions(verbs)) - {"staff_only", "add", "after_adding", "settings_by_staff"} | of_queues == set(
+        verbs.VERBS
+    )

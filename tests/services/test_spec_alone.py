@@ -49,14 +49,14 @@ def test_a_socket_needs_no_driver(unloadable, robot):
 
     socket = RobotSocket()
     socket.slug, socket.scope = robot.slug, {}
-    _, held, _ = socket.look()
-    assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_tool"}}[robot.driver]
+    _, held, *_ = socket.look()
+    assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_tool", "follow"}}[robot.driver]
 
 
 SPECS = """
 import sys
 from robots.kit.contract.find import spec_of
-for name in ("mercury", "pa10", "so101", "irat"):
+for name in ("mercury", "pa10", "puma", "so101", "irat"):
     print(spec_of(name).name)
 heavy = [m for m in sys.modules if m.split(".")[0] in ("django", "serial", "lerobot", "cv2", "redis")]
 drivers = [m for m in sys.modules if m.endswith((".driver", ".line")) or m == "robots.kit.drivers.lerobot"]
@@ -67,4 +67,4 @@ assert not heavy + drivers, heavy + drivers
 def test_a_spec_is_read_without_driver_wire_or_django():
     done = subprocess.run([PYTHON, "-c", SPECS], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stderr == ""
-    assert done.stdout.splitlines() == ["Mercury", "Museum arm", "SO-101", "iRat"]
+    assert done.stdout.splitlines() == ["Mercury", "Museum arm", "Virtual reality arm", "SO-101", "iRat"]

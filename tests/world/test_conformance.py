@@ -76,7 +76,7 @@ def test_the_puma_conforms_in_virtual_time(tmp_path, seed):
         world.close()
     assert not report.failures, report.text()
     left = {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
-    assert left == {"replaced", "policies", "lanes", "pictures", "streams", "time left"}, report.text()
+    assert left == {"replaced", "policies", "pictures", "time left"}, report.text()
 
 
 @pytest.mark.parametrize("seed", [1, at_length(2)])

@@ -1,7 +1,7 @@
 /** `/static/farhand/v1/arm.js`: widgets for an arm, and its whole console. */
 import "../arm/arm.css";
 
-export { ArmConsole } from "../arm/console.ts";
+export { ArmConsole } from "../scene/arm_console.ts";
 export { Joints } from "../arm/joints.ts";
 export { Prediction } from "../arm/prediction.ts";
 export { Position } from "../arm/position.ts";

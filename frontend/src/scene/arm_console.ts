@@ -10,18 +10,18 @@ import type { Console } from "../page/console.ts";
 import { blocked, type Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import { SceneObjects } from "../scene/objects.ts";
-import { Scene, type SceneFacts } from "../scene/scene.ts";
+import { SceneObjects } from "./objects.ts";
+import { Scene, type SceneFacts } from "./scene.ts";
 import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
 import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
-import { Cameras } from "./cameras.ts";
-import { Joints } from "./joints.ts";
-import { Position } from "./position.ts";
-import { Prediction } from "./prediction.ts";
-import { Tasks } from "./tasks.ts";
-import { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "./types.ts";
-import type { ArmView, ForbiddenBox } from "./view.ts";
+import { Cameras } from "../arm/cameras.ts";
+import { Joints } from "../arm/joints.ts";
+import { Position } from "../arm/position.ts";
+import { Prediction } from "../arm/prediction.ts";
+import { Tasks } from "../arm/tasks.ts";
+import { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "../arm/types.ts";
+import type { ArmView, ForbiddenBox } from "../arm/view.ts";
 
 interface Plan {
   key: string;
@@ -115,7 +115,7 @@ export class ArmConsole implements Console, Judge {
     const { scene } = this;
     if (!scene) return;
     try {
-      const { PoseJudge } = await import("../scene/judge.ts");
+      const { PoseJudge } = await import("./judge.ts");
       scene.plan(new PoseJudge(description, boxes));
     } catch (error) {
       console.warn(error); // the server judges on Send
@@ -124,7 +124,7 @@ export class ArmConsole implements Console, Judge {
 
   private async openView(): Promise<void> {
     try {
-      const [{ SceneView }, answer] = await Promise.all([import("../scene/view.ts"), request(description.model, {}, MODEL_MS)]);
+      const [{ SceneView }, answer] = await Promise.all([import("./view.ts"), request(description.model, {}, MODEL_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...this.axes.map((name) => [name]), ...this.parts.moved];
       const view = new SceneView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...boxes], (x, y) => {

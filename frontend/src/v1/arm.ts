@@ -1,5 +1,6 @@
 /** `/static/farhand/v1/arm.js`: widgets for an arm, and its whole console. */
 import "../arm/arm.css";
+import "../widgets/programs.css"; // of its task mode
 
 export { ArmConsole } from "../scene/arm_console.ts";
 export { Joints } from "../arm/joints.ts";

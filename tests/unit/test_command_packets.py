@@ -1,7 +1,6 @@
 """Commands in bytes: what a page writes is read to half a step, and any other bytes are refused with a sentence."""
 
 import json
-import subprocess
 
 import pytest
 from django.conf import settings
@@ -13,15 +12,8 @@ from portal.live.people import Role
 from portal.live.robot_socket import RobotSocket
 from robots.kit.contract.command_packet import CommandLayout
 from robots.kit.contract.spec import Argument, CommandKind, Spec
-from robots.kit.drivers.irat.spec import spec as irat
-from robots.kit.drivers.mercury.spec import spec as mercury
-from robots.kit.drivers.pa10.spec import spec as pa10
-from robots.kit.drivers.srv1.spec import spec as srv1
-from tests.environment import ROOT
-from tools.setup import FRONTEND, find_node
+from tests.command_vectors import SPECS, VECTORS
 
-VECTORS = json.loads((ROOT / "tests/vectors/command_packets.json").read_text())
-SPECS = {spec().name: spec() for spec in (pa10, mercury, irat, srv1)}
 NOW = 1_764_360_000_000
 MOST = 24  # bytes of a motion of an arm
 
@@ -112,34 +104,3 @@ def test_a_socket_reads_commands_in_bytes_and_json_alike_and_says_what_is_wrong(
         with pytest.raises(NotUnderstood) as refused:
             known.read(None, sent)
         assert refused.value.hopeless
-
-
-PACK = """
-import { packCommand } from "./src/socket/command_packet.ts";
-let text = "";
-for await (const part of process.stdin) text += part;
-const { layouts, commands } = JSON.parse(text);
-const packed = commands.map((one) => packCommand(layouts[one.robot], one.command, one.now_ms));
-console.log(JSON.stringify(packed.map((data) => data && Buffer.from(data).toString("hex"))));
-"""
-
-
-def write() -> None:
-    """Write the vectors again, after a spec has changed: the browser's code packs, ours reads."""
-    layouts = {name: CommandLayout.of(spec).facts() for name, spec in SPECS.items() if name in VECTORS["layouts"]}
-    made = {"layouts": layouts, "commands": VECTORS["commands"]}
-    done = subprocess.run(
-        [find_node() / "node", "--input-type=module", "-e", PACK], cwd=FRONTEND, input=json.dumps(made), text=True,
-        capture_output=True, check=True,
-    )  # fmt: skip
-    for one, packed in zip(made["commands"], json.loads(done.stdout), strict=True):
-        assert (packed is None) == (one["hex"] is None), one["what"]
-        one["hex"] = packed
-        if packed is not None:
-            read = CommandLayout.of(SPECS[one["robot"]]).decode(bytes.fromhex(packed), one["now_ms"])
-            one["read"] = {"kind": read.kind, "seq": read.seq, "args": read.args, "seen_ms": read.seen_ms}
-    (ROOT / "tests/vectors/command_packets.json").write_text(json.dumps(made, indent=1) + "\n")
-
-
-if __name__ == "__main__":
-    write()

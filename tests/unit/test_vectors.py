@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robots.kit.arms.commands import bounded
 from robots.kit.arms.pose import matrix, numbers
 from robots.kit.arms.tasks.parsing import BadTask
 from robots.kit.arms.tasks.parsing import parse as parse_task
@@ -27,7 +28,7 @@ from robots.kit.drivers.mercury import calibration
 from robots.kit.drivers.mercury.checks import check_target
 from robots.kit.drivers.mercury.scara import scara
 from robots.kit.drivers.mercury.spec import spec as mercury
-from robots.kit.drivers.pa10.checks import bounded, request_of
+from robots.kit.drivers.pa10.checks import request_of
 from robots.kit.drivers.pa10.protocol import Malformed, OutOfBounds, parse, program
 from robots.kit.drivers.pa10.spec import spec as pa10
 from robots.kit.packets import picture_packet, read_picture, state_packet, taken_ms
@@ -90,7 +91,7 @@ def test_programs_as_text(one):
 @pytest.mark.parametrize("one", LINES["understood"], ids=lambda one: one["line"])
 def test_a_typed_line_stands_for_the_command_that_sends_it(one):
     asked, args = parse(one["line"]), one["args"]
-    bounded(one["kind"], args)
+    bounded("pa10", one["kind"], args)
     if one["kind"] in ("joints", "pose", "line"):
         sent = request_of(one["kind"], args)
         assert (sent.letter, sent.numbers) == (asked.letter, pytest.approx(asked.numbers, abs=1e-9))

@@ -17,8 +17,9 @@ from robots.kit.arms.pose import Six, matrix
 from robots.kit.arms.zones import Box
 from robots.kit.contract.channels import IN_SPACE
 from robots.kit.contract.errors import OutOfWorkspace
+from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
-from robots.kit.contract.values import number
+from robots.kit.contract.values import known_command, number, within
 from robots.kit.description import load
 
 PLACE = IN_SPACE.coordinates
@@ -46,6 +47,12 @@ def motion_of(driver: str, kind: str, args: dict[str, Any]) -> Motion:
         return Motion(tuple(number(args, name) for name in chain(driver).names), scale=scale)
     target: Joints = posture(load(driver), kind)
     return Motion(tuple(target), scale=scale)
+
+
+def bounded(driver: str, kind: str, args: dict[str, Any]) -> None:
+    """Refuse unknown kinds and values outside their range; the planner names joint limits. Raises BadRequest."""
+    command = known_command(spec_of(driver), kind, args)
+    within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
 
 
 def check_target(planner: MotionPlanner, kind: str, args: dict[str, Any], state: RobotState | None) -> None:

@@ -21,6 +21,7 @@ from robots.kit.clock import TIMER, Limit, Timer, Until
 from robots.kit.contract.errors import (
     ControllerRefused,
     ControllerRestarted,
+    HardwareFault,
     LineBusy,
     LineGone,
     LineSilent,
@@ -180,6 +181,14 @@ class SerialLine(Generic[F, S]):
         self._gone, self._heard_at = None, self._clock.monotonic()
         # raises where the system has no thread left; the port is closed before the next attempt
         self._reader = self._clock.spawn(self._read, "line")
+
+    def reach(self) -> None:
+        """Ask for the state, of whichever start; open the port where no answer comes. Raises as `open`."""
+        try:
+            self.boot = None
+            self.status()
+        except HardwareFault:
+            self.open()
 
     @property
     def _in_order(self) -> bool:

@@ -178,7 +178,7 @@ class Driver(Session):
     def recover(self, permit: Permit) -> RobotState:
         """Soft reset (section 6.7): reset, recalibrate, return to the previous position."""
         permit()
-        self._reopen_if_gone()
+        self.line.reach()
         back = self._rest_pose
         self.line.boot = None
         self.line.instruct(lambda seq: Frame(Instruction.RESET, seq), permit)
@@ -197,13 +197,6 @@ class Driver(Session):
                     raise
                 raise HardwareFault(f"The arm was reset but did not return: {error}") from error
         return self.state()
-
-    def _reopen_if_gone(self) -> None:
-        try:
-            self.line.boot = None
-            self.line.status()
-        except HardwareFault:
-            self.line.open()
 
     def _finish(self, seq: int, limit_s: float) -> None:
         limit = Limit(self.clock, limit_s)

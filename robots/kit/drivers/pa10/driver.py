@@ -8,9 +8,9 @@ import numpy as np
 
 from robots.kit.arms.boxes import added_boxes
 from robots.kit.arms.chain import Joints, Matrix
-from robots.kit.arms.commands import PLACE
 from robots.kit.arms.described import chain, posture
 from robots.kit.arms.follow import Follower
+from robots.kit.arms.jogs import JOG_M_S, JOG_RAD_S, joint_velocity, tool_velocity
 from robots.kit.arms.knots import knots_of
 from robots.kit.arms.pose import numbers
 from robots.kit.clock import TIMER, Limit, Timer
@@ -33,8 +33,6 @@ REST_S = 2.0
 STILL_RAD_S = 0.02  # below this a measured joint counts as at rest
 SETTLED_S = 5.0  # the longest wait for an arm that was pushed
 JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
-JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
-JOG_M_S, JOG_RAD_S = 0.15, 0.6
 GRIP_S = 3.0
 STRAIGHT = "l"  # begins at rest only; the motion that it replaces has left the arm moving
 TAUGHT = 9000  # the number under which a program is stored before it is executed
@@ -123,7 +121,7 @@ class Driver(Session):
             request = self._velocity(kind, args)
             return self._jog(lambda: request, permit, on_stage)
         if kind == "follow":
-            follower = Follower(self._tool(), JOG_M_S, JOG_RAD_S)
+            follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
             return self._jog(lambda: self._towards(follower, args), permit, on_stage)
         if kind == "gripper":
             return self._do(Request("g", (float(number(args, "closed") >= 0.5),)), args, permit, on_stage)
@@ -241,18 +239,17 @@ class Driver(Session):
 
     def _velocity(self, kind: str, args: dict[str, Any]) -> Request:
         if kind == "jog_joints":
-            share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
-            return joint_request("J", tuple(share * self._chain.velocity * JOG_SHARE))
-        share = np.array([number({name: 0.0} | args, name) for name in PLACE])
-        return _twist(np.append(share[:3] * JOG_M_S, share[3:] * JOG_RAD_S))
+            return joint_request("J", tuple(joint_velocity(self._chain, args)))
+        return _twist(tool_velocity(args))
 
     def _towards(self, follower: Follower, args: dict[str, Any]) -> Request:
-        """Return the velocity towards where the hand is now. Raises HandLost."""
-        return _twist(follower.twist(self._tool(), self.steered(args)))
+        """Return the velocity from the newest state towards where the hand is now. Raises HandLost."""
+        assert self._latest is not None, "it was asked for before"
+        return _twist(follower.twist(self._tool(self._latest), self.steered(args)))
 
-    def _tool(self) -> Matrix:
-        """Return the tool's pose (4 x 4) now."""
-        return self._chain.forward(np.array(self.state().joints[: len(self._chain.names)]))
+    def _tool(self, state: RobotState) -> Matrix:
+        """Return the tool's pose (4 x 4)."""
+        return self._chain.forward(np.array(state.joints[: len(self._chain.names)]))
 
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""

@@ -2,15 +2,13 @@
 
 from typing import Any
 
-from robots.kit.arms.commands import TARGETS, check_target, motion_planner
+from robots.kit.arms.commands import TARGETS, bounded, check_target, motion_planner
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.objects import objects_of
 from robots.kit.arms.preview import foresee as foresee_motions
 from robots.kit.arms.tasks.requests import TASK, Packets, check_job, check_request, foresee_task
 from robots.kit.contract.capabilities import Foreseen
-from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import RobotState
-from robots.kit.contract.values import known_command, within
 
 LONGEST_TASK_S = 900.0
 
@@ -27,16 +25,10 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
         BadRequest, OutOfWorkspace.
 
     """
-    bounded(kind, args)
+    bounded("puma", kind, args)
     check_request(objects_of("puma"), kind, args)
     if kind in TARGETS:
         check_target(planner_for(settings), kind, args, state)
-
-
-def bounded(kind: str, args: dict[str, Any]) -> None:
-    """Refuse unknown kinds and values outside their range; the planner names joint limits."""
-    command = known_command(spec_of("puma"), kind, args)
-    within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
 
 
 def check_task_job(kind: str, args: dict[str, Any], packets: Packets) -> None:
@@ -49,7 +41,7 @@ def foresee(
     kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any], packets: Packets = ()
 ) -> Foreseen:
     """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
-    bounded(kind, args)
+    bounded("puma", kind, args)
     if kind == TASK:
         return foresee_task(planner_for(settings), objects_of("puma"), args, joints, packets)
     return foresee_motions(planner_for(settings), kind, args, joints)

@@ -8,9 +8,10 @@ import numpy as np
 
 from robots.kit.arms.boxes import added_boxes
 from robots.kit.arms.chain import Joints, Matrix
-from robots.kit.arms.commands import PLACE, motion_of
+from robots.kit.arms.commands import motion_of
 from robots.kit.arms.described import chain
 from robots.kit.arms.follow import Follower
+from robots.kit.arms.jogs import JOG_M_S, JOG_RAD_S, joint_velocity, tool_velocity
 from robots.kit.arms.knots import knots_of
 from robots.kit.arms.motions import Motion
 from robots.kit.arms.pose import numbers
@@ -32,9 +33,7 @@ LOOK_S = 0.01  # between two looks for rest after a hold
 REST_S = 2.0
 CALIBRATED_S = 20.0
 JOG_S = 0.1  # between two velocities
-JOG_LOOK_S = 0.2  # between two states meanwhile; a slow line has time for no more
-JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
-JOG_M_S, JOG_RAD_S = 0.15, 0.6
+JOG_LOOK_S = 0.2  # between two states of a jog
 OUTSIDE = (Error.OUT_OF_RANGE, Error.IN_BOX)
 LOST = "A joint left its range, or did not follow its reference."
 UNKNOWN_ZEROS = "The arm does not know the zeros of its joints before it is calibrated."
@@ -123,11 +122,12 @@ class Driver(Session):
         if kind in KINDS:
             return self.tasks.execute(kind, args, permit, on_stage)
         if kind.startswith("jog_"):
+            self.state()  # which tells the controller's clock too
             what, velocity = self._velocity(kind, args)
-            return self._jog(what, lambda: velocity, permit, on_stage)
+            return self._jog(what, lambda: velocity, JOG_LOOK_S, permit, on_stage)
         if kind == "follow":
-            follower = Follower(self._tool(), JOG_M_S, JOG_RAD_S)
-            return self._jog(Instruction.JOG_TOOL, lambda: self._towards(follower, args), permit, on_stage)
+            follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
+            return self._jog(Instruction.JOG_TOOL, lambda: self._towards(follower, args), 0.0, permit, on_stage)
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
         return Outcome(dict(args), self._go(motion_of("puma", kind, args), permit, on_stage))
@@ -203,13 +203,17 @@ class Driver(Session):
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
-    def _jog(self, what: Instruction, velocity: Callable[[], Numbers], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Send the velocity of each moment again and again while `permit` allows it."""
+    def _jog(
+        self, what: Instruction, velocity: Callable[[], Numbers], look_s: float, permit: Permit, on_stage: OnStage
+    ) -> Outcome:
+        """Send the velocity of each moment again and again while `permit` allows it.
+
+        The state is asked for so often (s). A jog needs it seldom, and a slow line has time for no more.
+        """
         free = until_held(permit, lambda: self.line.holds)
         sent: Callable[[], None] | None = lambda: on_stage("sent")  # noqa: E731 - for the first one only
         self._rest = None  # a reset after a jog must not return to its start
         looked = Limit(self.clock, 0.0)
-        self.line.status()
         try:
             while True:
                 paced = Limit(self.clock, JOG_S)
@@ -218,7 +222,7 @@ class Driver(Session):
                     on_stage("acknowledged")
                 sent = None
                 if looked.over:
-                    looked = Limit(self.clock, JOG_LOOK_S)
+                    looked = Limit(self.clock, look_s)
                     state = self.state()
                     if state.fault:
                         raise HardwareFault(state.fault)
@@ -228,18 +232,17 @@ class Driver(Session):
 
     def _velocity(self, kind: str, args: dict[str, Any]) -> tuple[Instruction, Numbers]:
         if kind == "jog_joints":
-            share = np.array([number({name: 0.0} | args, name) for name in self._chain.names])
-            return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, share * self._chain.velocity * JOG_SHARE))
-        share = np.array([number({name: 0.0} | args, name) for name in PLACE])
-        return Instruction.JOG_TOOL, _twist(np.append(share[:3] * JOG_M_S, share[3:] * JOG_RAD_S))
+            return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, joint_velocity(self._chain, args)))
+        return Instruction.JOG_TOOL, _twist(tool_velocity(args))
 
     def _towards(self, follower: Follower, args: dict[str, Any]) -> Numbers:
-        """Return the velocity towards where the hand is now. Raises HandLost."""
-        return _twist(follower.twist(self._tool(), self.steered(args)))
+        """Return the velocity from the newest state towards where the hand is now. Raises HandLost."""
+        assert self._latest is not None, "it was asked for before"
+        return _twist(follower.twist(self._tool(self._latest), self.steered(args)))
 
-    def _tool(self) -> Matrix:
-        """Return the tool's pose (4 x 4) now."""
-        return self._chain.forward(np.array(self.state().joints))
+    def _tool(self, state: RobotState) -> Matrix:
+        """Return the tool's pose (4 x 4)."""
+        return self._chain.forward(np.array(state.joints))
 
     def hold(self) -> RobotState:
         """Send HOLD past everything else and wait until the set-point rests."""
@@ -249,7 +252,7 @@ class Driver(Session):
     def recover(self, permit: Permit) -> RobotState:
         """Soft reset: reset the controller, calibrate, return to the previous position."""
         permit()
-        self._reopen_if_gone()
+        self.line.reach()
         back = self._rest
         self.line.boot = None
         self._instruct(Instruction.RESET, (), permit)
@@ -260,15 +263,7 @@ class Driver(Session):
                 self._go(Motion(tuple(back)), permit, lambda _: None)
         return self.state()
 
-    def _reopen_if_gone(self) -> None:
-        try:
-            self.line.boot = None
-            self.line.status()
-        except HardwareFault:
-            self.line.open()
-
     def _calibrate(self, permit: Permit) -> None:
-        self.line.status()
         self._instruct(Instruction.CALIBRATE, (self._latest_clock(),), permit)
         limit = Limit(self.clock, CALIBRATED_S)
         while self.state().moving:

@@ -187,3 +187,17 @@ class TcpLine(Line):
         if not data:
             self._drop()
         return data
+
+
+OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # the last argument is called for each refused client
+
+
+def line_opener(baud: int, tcp: int | None, clock: Timer) -> OpenLine:
+    """Return what opens a terminal, or a serial server at the port `tcp` (0: any port)."""
+
+    def opened(tty: Path, faults: FaultBoard, refused: Callable[[], None]) -> Line:
+        if tcp is None:
+            return Line(tty, faults, baud, clock)
+        return TcpLine(tty, faults, baud, tcp, refused, clock)
+
+    return opened

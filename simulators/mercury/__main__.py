@@ -24,7 +24,7 @@ from simulators.common.journal import Journal
 from simulators.common.microphone import Microphone
 from simulators.common.nonvolatile import BOOTS, keep, restore
 from simulators.common.process import arguments, run
-from simulators.common.serial_line import Line, TcpLine
+from simulators.common.serial_line import OpenLine, line_opener
 from simulators.common.threads import end_with_any, names, record_deaths
 from simulators.mercury.arm import START, Body, Pose
 from simulators.mercury.camera import expose
@@ -33,7 +33,6 @@ from simulators.mercury.sand import SandBed
 from simulators.mercury.sound import ArmSound
 from simulators.mercury.workspace import Workspace
 
-OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # the last argument is called for each refused client
 KEEP_S = 0.02  # between two times that the place of a moving arm is stored
 READOUT_S = 0.030  # the card reads the chip after the exposure
 
@@ -151,11 +150,7 @@ def main() -> None:
     options = parser.parse_args()
     clock = FasterTimer(options.speed)
 
-    def opened(tty: Path, faults: FaultBoard, refused: Callable[[], None]) -> Line:
-        if options.tcp is None:
-            return Line(tty, faults, options.baud, clock)
-        return TcpLine(tty, faults, options.baud, options.tcp, refused, clock)
-
+    opened = line_opener(options.baud, options.tcp, clock)
     simulator = Simulator(options.dir, options.seed, opened, clock)
     camera = simulator.open()
     run(simulator, f"line {(options.dir / 'tty').resolve()} camera port {camera.port}")

@@ -8,16 +8,13 @@ addresses of its cameras), `faults` and `camera_faults` (Unix sockets), `journal
 """
 
 import sys
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from robots.kit.clock import FasterTimer
 from robots.kit.description import load
 from simulators.common.arm.priority import first_in_line
-from simulators.common.faults import FaultBoard
 from simulators.common.process import arguments, run
-from simulators.common.serial_line import Line, TcpLine
+from simulators.common.serial_line import line_opener
 from simulators.common.threads import end_with_any
 from simulators.puma import cameras
 from simulators.puma.planning import Planning
@@ -36,11 +33,7 @@ def main() -> None:
     options = parser.parse_args()
     clock = FasterTimer(options.speed)
 
-    def opened(tty: Path, faults: FaultBoard, refused: Callable[[], None]) -> Line:
-        if options.tcp is None:
-            return Line(tty, faults, options.baud, clock)
-        return TcpLine(tty, faults, options.baud, options.tcp, refused, clock)
-
+    opened = line_opener(options.baud, options.tcp, clock)
     simulator = Simulator(options.dir, partial(Planning, forked=True), opened, options.seed, clock)
     simulator.open(cameras.run)
     sys.setswitchinterval(SWITCH_S)

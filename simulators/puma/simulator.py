@@ -23,7 +23,7 @@ from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
 from simulators.common.journal import Journal, Note
 from simulators.common.nonvolatile import keep, restore
-from simulators.common.serial_line import Arrived, Line
+from simulators.common.serial_line import Arrived, OpenLine
 from simulators.common.threads import names, record_deaths
 from simulators.puma.cell import bricks, things
 from simulators.puma.controller import BOOTS, Controller
@@ -42,7 +42,6 @@ OBJECTS = tuple(things())
 LIMBS = ("upper_arm", "forearm", "lower_forearm", "wrist", "tool", "left_pad", "right_pad")
 BOLTED = {("upper_arm", "the base")}
 Planner = Callable[[Note], Courses]  # makes a planner that writes into the journal what happens to it
-OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # the last argument is called for each refused client
 Cameras = Callable[
     [Path, int], None
 ]  # the process of the cameras of the scene in this folder; the number of its parent

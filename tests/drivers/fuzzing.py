@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from hypothesis import HealthCheck, Phase, settings
+from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 WILD = (
@@ -70,3 +70,22 @@ def pieces(data: bytes, cuts: list[int]) -> list[bytes]:
     """Return the bytes cut at the given places."""
     places = sorted({0, len(data), *(c % (len(data) + 1) for c in cuts)})
     return [data[a:b] for a, b in pairwise(places)]
+
+
+def play_rounds(fuzz, part: int, number: int, a_round: int, every: int, of: st.SearchStrategy) -> None:
+    """Play so many inputs in rounds against one simulator, calibrated anew `every` so many rounds, and judge it.
+
+    Between two calibrations what moves is seldom reset. `part` is the seed, `of` makes a round.
+    """
+
+    @seed(part)
+    @rounds(number // a_round)
+    @given(of, st.lists(st.integers(0, 2000), max_size=3))
+    def play(items, cuts):
+        if fuzz.tried // a_round % every == 0:
+            fuzz.calibrate()
+        fuzz.play(items, cuts)
+
+    play()
+    fuzz.assert_well()
+    assert fuzz.tried >= number * 0.9

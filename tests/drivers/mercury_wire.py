@@ -1,12 +1,9 @@
 """The Mercury arm's line spoken from its README alone: bytes, with nothing of the project's own protocol."""
 
-import os
-import select
 import struct
-import time  # noqa: TID251 - the limit of a wait
-import tty
 import zlib
-from pathlib import Path
+
+from tests.drivers import terminal
 
 MOVE_XYZ, MOVE_THETA, AIR, RESET, CALIBRATE, STATUS, SPEED, HOLD = 1, 2, 0x10, 0x11, 0x12, 0x13, 0x14, 0x15
 ACK, NAK, DONE, HELD, STATE = 0x81, 0x82, 0x83, 0x84, 0x85
@@ -29,26 +26,10 @@ def floats(*values: float) -> bytes:
     return out
 
 
-class Terminal:
-    """One program on the line; `heard` is what came back: (id, number, data)."""
+class Terminal(terminal.Terminal):
+    """The arm's host; `heard` has (id, number, data)."""
 
-    def __init__(self, path: Path) -> None:
-        self.descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        tty.setraw(self.descriptor)
-        self._rest = b""
-        self.heard: list[tuple[int, int, bytes]] = []
-
-    def close(self) -> None:
-        os.close(self.descriptor)
-
-    def write(self, data: bytes) -> None:
-        while data:
-            data = data[os.write(self.descriptor, data) :]
-
-    def hear(self, seconds: float) -> None:
-        """Listen once, at most so long."""
-        if select.select([self.descriptor], [], [], seconds)[0]:
-            self._rest += os.read(self.descriptor, 65536)
+    def _take(self) -> None:
         while (message := self._next()) is not None:
             self.heard.append((message[0], message[2], message[3:]))
 
@@ -61,13 +42,6 @@ class Terminal:
                 self._rest = self._rest[end + 4 :]
                 return body
         return None
-
-    def until(self, met, seconds: float = 5.0):
-        """Listen until `met` of the received messages is true; return its value, or the last one at the end."""
-        end = time.monotonic() + seconds
-        while not (value := met(self.heard)) and time.monotonic() < end:
-            self.hear(0.2)
-        return value
 
     def ask(self, instruction: int, seq: int, data: bytes = b""):
         """Send a frame; return the answer under its number as (id, error)."""

@@ -1,12 +1,10 @@
 """The PUMA 560's line spoken from the description of its protocol alone, with nothing of the project's own."""
 
-import os
 import re
-import select
 import time  # noqa: TID251 - the limit of a wait
-import tty
 from binascii import crc_hqx
-from pathlib import Path
+
+from tests.drivers import terminal
 
 JOINTS, POSE, LINE, JOG_JOINTS, JOG_TOOL, GRIP, CALIBRATE, RESET, STATUS, HOLD, BOX = range(1, 12)
 ACK, NAK, STATE = 21, 22, 23
@@ -23,38 +21,15 @@ def line(code: int, seq: int, *numbers: int) -> bytes:
     return b":" + body + b"*%04X\n" % crc_hqx(body, 0)
 
 
-class Terminal:
-    """One program on the line; `heard` is what came back."""
+class Terminal(terminal.Terminal):
+    """The arm's host; `heard` has replies."""
 
-    def __init__(self, path: Path) -> None:
-        self.descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        tty.setraw(self.descriptor)
-        self._rest = b""
-        self.heard: list[Reply] = []
-
-    def close(self) -> None:
-        os.close(self.descriptor)
-
-    def write(self, data: bytes) -> None:
-        while data:
-            data = data[os.write(self.descriptor, data) :]
-
-    def hear(self, seconds: float) -> None:
-        """Listen once, at most so long."""
-        if select.select([self.descriptor], [], [], seconds)[0]:
-            self._rest += os.read(self.descriptor, 65536)
+    def _take(self) -> None:
         for found in REPLY.finditer(self._rest):
             body, told = found.groups()
             if crc_hqx(body, 0) == int(told, 16):
                 self.heard.append(tuple(map(int, body.split())))
         self._rest = self._rest[self._rest.rfind(b"\n") + 1 :]
-
-    def until(self, met, seconds: float = 5.0):
-        """Listen until `met` of the received replies is true; return its value, or the last one at the end."""
-        end = time.monotonic() + seconds
-        while not (value := met(self.heard)) and time.monotonic() < end:
-            self.hear(0.2)
-        return value
 
     def answer(self, seq: int) -> Reply:
         found = self.until(lambda heard: next((one for one in heard if one[1] == seq), None))

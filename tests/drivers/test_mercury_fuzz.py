@@ -4,11 +4,11 @@ from collections import OrderedDict
 from itertools import combinations
 
 import pytest
-from hypothesis import event, given, seed
+from hypothesis import event
 from hypothesis import strategies as st
 
 from tests.conftest import at_length
-from tests.drivers.fuzzing import Watched, numbers, pieces, rounds, weighted
+from tests.drivers.fuzzing import Watched, numbers, pieces, play_rounds, weighted
 from tests.drivers.mercury_wire import (
     ACK,
     AIR,
@@ -197,19 +197,7 @@ def fuzz(tmp_path):
 @pytest.mark.parametrize("part", [1, *map(at_length, (2, 3, 4))])
 def test_promise_44_a_hostile_wire_client_changes_nothing(fuzz, proof, part):
     number = proof.count("frames and pieces of rubbish", 800, 25_000)
-    every = 30  # rounds; between them what moves is seldom reset
-
-    @seed(part)
-    @rounds(number // A_ROUND)
-    @given(rounds_of_bytes, st.lists(st.integers(0, 2000), max_size=3))
-    def play(items, cuts):
-        if fuzz.tried // A_ROUND % every == 0:
-            fuzz.calibrate()
-        fuzz.play(items, cuts)
-
-    play()
-    fuzz.assert_well()
-    assert fuzz.tried >= number * 0.9
+    play_rounds(fuzz, part, number, A_ROUND, 30, rounds_of_bytes)
     assert fuzz.sim.count("motion") > number / 500, "it moved, so that there was something to spoil"
     proof.holds(
         f"{fuzz.figure()}; {fuzz.sim.count('motion')} motions, {fuzz.sim.count('burst')} bursts, {fuzz.sim.count('hold')} holds"

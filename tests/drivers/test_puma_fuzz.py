@@ -3,11 +3,11 @@
 from collections import OrderedDict
 
 import pytest
-from hypothesis import event, given, seed
+from hypothesis import event
 from hypothesis import strategies as st
 
 from tests.conftest import at_length
-from tests.drivers.fuzzing import Watched, pieces, rounds, weighted
+from tests.drivers.fuzzing import Watched, pieces, play_rounds, weighted
 from tests.drivers.puma_wire import (
     ACK,
     BOX,
@@ -179,18 +179,6 @@ def fuzz(tmp_path):
 @pytest.mark.parametrize("part", [1, *map(at_length, (2, 3, 4))])
 def test_promise_44_a_hostile_wire_client_changes_nothing_of_the_puma(fuzz, proof, part):
     number = proof.count("lines and pieces of rubbish", 900, 25_000)
-    every = 10  # rounds; between them what moves is seldom reset
-
-    @seed(part)
-    @rounds(number // A_ROUND)
-    @given(rounds_of_bytes, st.lists(st.integers(0, 2000), max_size=3))
-    def play(items, cuts):
-        if fuzz.tried // A_ROUND % every == 0:
-            fuzz.calibrate()
-        fuzz.play(items, cuts)
-
-    play()
-    fuzz.assert_well()
-    assert fuzz.tried >= number * 0.9
+    play_rounds(fuzz, part, number, A_ROUND, 10, rounds_of_bytes)
     assert fuzz.sim.count("motion") > number / 200, "it moved, so that there was something to spoil"
     proof.holds(f"{fuzz.figure()}; {fuzz.sim.count('motion')} motions, {fuzz.sim.count('hold')} holds")

@@ -42,58 +42,43 @@ def until_begun(world):
     world.until(lambda: world.monotonic() > begun + 1.0, 10, "all threads of the simulator")
 
 
-@pytest.mark.parametrize("seed", [1, at_length(2)])
-def test_the_mercury_arm_conforms_in_virtual_time(tmp_path, seed):
+def left_out(made, folder, seed, boot, watch_s, **settings):
+    """Let the driver of a rig be tried; return the checks that do not apply. `boot` reads the number of its start."""
     world = World(seed)
-    rig = MercuryRig(world, tmp_path)
+    rig = made(world, folder)
+    name, description = rig.driver, load(rig.driver)
     try:
+        until_begun(world)
         report = conform(
-            lambda: rig.session("mercury", "", {}), spec_of("mercury"), world, description=load("mercury"),
-            faults=lambda: Board(rig, lambda: rig.sim.controller.boot), limits=Limits(watch_s=4.0),
+            lambda: rig.session(name, "", settings), spec_of(name), world, description=description,
+            examples=description.get("conformance", {}), faults=lambda: Board(rig, lambda: boot(rig.sim)),
+            limits=Limits(watch_s=watch_s),
         )  # fmt: skip
     finally:
         rig.close()
         world.close()
     assert not report.failures, report.text()
-    left = {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
-    assert left == {"replaced", "policies", "pictures", "streams", "steered", "time left"}, report.text()
+    return {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
+
+
+def of_controller(sim):
+    return sim.controller.boot
+
+
+@pytest.mark.parametrize("seed", [1, at_length(2)])
+def test_the_mercury_arm_conforms_in_virtual_time(tmp_path, seed):
+    left = left_out(MercuryRig, tmp_path, seed, of_controller, 4.0)
+    assert left == {"replaced", "policies", "pictures", "streams", "steered", "time left"}
 
 
 @pytest.mark.parametrize("seed", [1, at_length(2)])
 def test_the_puma_conforms_in_virtual_time(tmp_path, seed):
-    world = World(seed)
-    rig = PumaRig(world, tmp_path)
-    description = load("puma")
-    try:
-        until_begun(world)
-        report = conform(
-            lambda: rig.session("puma", "", {}), spec_of("puma"), world, description=description,
-            examples=description["conformance"], faults=lambda: Board(rig, lambda: rig.sim.controller.boot),
-            limits=Limits(watch_s=4.0),
-        )  # fmt: skip
-    finally:
-        rig.close()
-        world.close()
-    assert not report.failures, report.text()
-    left = {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
-    assert left == {"replaced", "policies", "pictures", "time left"}, report.text()
+    left = left_out(PumaRig, tmp_path, seed, of_controller, 4.0)
+    assert left == {"replaced", "policies", "pictures", "time left"}
 
 
 @pytest.mark.parametrize("seed", [1, at_length(2)])
 def test_the_hall_rover_conforms_in_virtual_time(tmp_path, seed):
-    world = World(seed)
-    rig = RoverRig(world, tmp_path)
-    description = load("srv1")
-    try:
-        until_begun(world)
-        report = conform(
-            lambda: rig.session("srv1", "", {"epoch": 1}), spec_of("srv1"), world, description=description,
-            examples=description["conformance"], faults=lambda: Board(rig, lambda: rig.sim.firmware.boot),
-            limits=Limits(watch_s=45.0),  # a look around, before which it does not know its place, takes so long,
-        )  # fmt: skip
-    finally:
-        rig.close()
-        world.close()
-    assert not report.failures, report.text()
-    left = {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
-    assert left <= {"replaced", "streams"}, report.text()  # whether it is out of reach for a while is chance
+    # a look around, before which it does not know its place, takes so long
+    left = left_out(RoverRig, tmp_path, seed, lambda sim: sim.firmware.boot, 45.0, epoch=1)
+    assert left <= {"replaced", "streams"}  # whether it is out of reach for a while is chance

@@ -3,7 +3,7 @@
 Pure: no clock, no wire. The same for the check of a task, its preview and its run.
 """
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import replace
 from math import inf, radians, remainder, tau
 
@@ -133,28 +133,34 @@ class _Planning:
     def _grasp(self, name: str) -> Iterator[Act]:
         self.arrangement.check_grasp(name)
         described, pose = self.arrangement.described(name), self.arrangement.pose(name)
-        begun, refusal = self._ways.q, ""
-        for grasp in described.grasps:
-            for turn in _turns(described, 0.0):
-                tool, away = pose @ _turned(turn) @ grasp.tool, pose[:3, :3] @ _turned(turn)[:3, :3] @ grasp.away
-                try:
-                    self.arrangement.check_fingers(tool, name)
-                    found = list(self._grasp_by(name, tool, away))
-                except (Refused, NotPossible) as error:
-                    self._go_on_after(error)
-                    refusal, self._ways.q = refusal or str(error), begun
-                else:
-                    yield from found
-                    return
-        raise NotPossible(refusal)
+        yield from self._first(
+            self._grasp_by(name, pose @ _turned(turn) @ grasp.tool, pose[:3, :3] @ _turned(turn)[:3, :3] @ grasp.away)
+            for grasp in described.grasps
+            for turn in _turns(described, 0.0)
+        )
 
-    def _go_on_after(self, error: Refused | NotPossible) -> None:
-        """Raise the refusal of one way to do a step again where nothing more may be planned."""
-        if self._budget.remaining < 0:
-            raise error
+    def _first(self, ways: Iterable[Iterator[Act]]) -> Iterator[Act]:
+        """Yield the acts of the first way to do a step that can be gone.
+
+        Raises NotPossible for the reason of the first way where none can, and what a way raises once nothing more may
+        be planned.
+        """
+        begun, refusal = self._ways.q, ""
+        for way in ways:
+            try:
+                found = list(way)
+            except (Refused, NotPossible) as error:
+                if self._budget.remaining < 0:
+                    raise
+                refusal, self._ways.q = refusal or str(error), begun
+            else:
+                yield from found
+                return
+        raise NotPossible(refusal)
 
     def _grasp_by(self, name: str, tool: Matrix, away: Matrix) -> Iterator[Act]:
         """Yield the acts of one way to take an object; nothing is changed but the arm's place. Raises as `acts`."""
+        self.arrangement.check_fingers(tool, name)
         before = self.arrangement
         after = before.with_held(name, tool)
         try:
@@ -174,25 +180,16 @@ class _Planning:
             self.arrangement.described(name)
             raise NotPossible(f"the gripper holds {load_now[0] if load_now else 'nothing'}, not {name}")
         described, grip = self.arrangement.described(name), load_now[1]
-        begun, refusal = self._ways.q, ""
-        for pose in self._poses(action, described, grip):
-            tool = pose @ np.linalg.inv(grip)
-            try:
-                self.arrangement.check_place(name, pose)
-                self.arrangement.with_place(name, pose).check_fingers(tool, name)
-                found = list(self._put_by(name, pose, tool))
-            except (Refused, NotPossible) as error:
-                self._go_on_after(error)
-                refusal, self._ways.q = refusal or str(error), begun
-            else:
-                yield from found
-                return
-        raise NotPossible(refusal)
+        yield from self._first(
+            self._put_by(name, pose, pose @ np.linalg.inv(grip)) for pose in self._poses(action, described, grip)
+        )
 
     def _put_by(self, name: str, pose: Matrix, tool: Matrix) -> Iterator[Act]:
         """Yield the acts by which an object is put; as `_grasp_by`."""
+        self.arrangement.check_place(name, pose)
         before, table = self.arrangement, self.arrangement.table
         after = before.with_place(name, pose)
+        after.check_fingers(tool, name)
         opens, above = (_shifted(tool, (0.0, 0.0, up)) for up in (table.release, table.lift))
         leaves = _shifted(opens, self._away(name, pose, tool))
         if np.abs(leaves - above).max() < SAME_M:  # back by the way that it came, which needs no plan

@@ -21,7 +21,6 @@ from math import degrees, radians
 from typing import Literal, Self
 
 BAUDS = (9600, 38400)
-BITS_A_BYTE = 10  # 8 data bits, start and stop bit
 LONGEST = 140  # bytes of a line, with colon and line feed
 MOST_NUMBERS = 16
 SEQUENCES = 256

@@ -1,6 +1,7 @@
 """The path of an arm in a few knots, as viewers are told it (`robots.kit.contract.joint_path`)."""
 
 import numpy as np
+import scipy.interpolate  # noqa: F401 - a path needs it, and no motion waits until it is loaded
 
 from robots.kit.arms.path import Cubic, Path
 from robots.kit.contract.joint_path import MOST_KNOTS, JointPath

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from robots.kit.contract.bits import BitReader
 from robots.kit.contract.spec import Argument, CommandKind, Spec
 
 TYPE = 8
@@ -111,15 +112,8 @@ class CommandLayout:
             raise ValueError("this is no command")
         if data[1] != self.mark:
             raise ValueError("the robot's commands have changed")
-        number, left = int.from_bytes(data, "big"), 8 * len(data) - 16
-
-        def take(count: int) -> int:
-            nonlocal left
-            left -= count
-            if left < 0:
-                raise ValueError("the end is missing")
-            return number >> left & (1 << count) - 1
-
+        reader = BitReader(data, 16)
+        take = reader.take
         index, seq, seen_ms = take(7), take(16), 0
         if index >= len(self.kinds) or not seq:
             raise ValueError("there is no such command")
@@ -132,6 +126,6 @@ class CommandLayout:
                 if not field.bits:
                     raise ValueError(f"{field.name} cannot be packed")
                 args[field.name] = field.number(take(field.bits))
-        if left >= 8 or number & (1 << left) - 1:
+        if reader.left >= 8 or reader.rest:
             raise ValueError("something follows its end")
         return PackedCommand(kind, seq, args, max(0, seen_ms))

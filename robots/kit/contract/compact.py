@@ -13,6 +13,7 @@ from functools import cached_property
 from math import isfinite, nan
 from typing import Any
 
+from robots.kit.contract.bits import BitReader
 from robots.kit.contract.channels import Scale
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
@@ -93,13 +94,7 @@ class Layout:
         """
         if len(data) < self.size or data[0] != self.mark:
             raise ValueError("not a compact state of this layout")
-        bits, left = int.from_bytes(data[: self.size], "big"), 8 * self.size - 8
-
-        def take(count: int) -> int:
-            nonlocal left
-            left -= count
-            return bits >> left & (1 << count) - 1
-
+        take = BitReader(data[: self.size], 8).take
         stamp, moving, stopped, known = take(16), take(1), take(1), take(self.mode_bits)
         numbers = [scale.number(take(scale.bits)) for scale in self.scales]
         behind = (near_ms - stamp + CLOCK // 2) % CLOCK - CLOCK // 2

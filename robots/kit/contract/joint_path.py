@@ -1,7 +1,9 @@
 """The path of a joint motion in a few knots: where the joints will be at each moment, before any state tells it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import isfinite
+from typing import Any
 
 MOST_JOINTS = 16
 MOST_KNOTS = 5
@@ -34,33 +36,13 @@ class JointPath:
 
     def at(self, t: float) -> Row:
         """Return the joints (rad, m) at `t` s after the beginning; before it and after the end they rest."""
-        pieces = len(self.knots) - 1
-        step = self.seconds / pieces
-        t = min(max(t, 0.0), self.seconds)
-        first = min(int(t / step), pieces - 1)
-        s = t / step - first
-        speeds = self._speeds(step)
-        before, after = self.knots[first], self.knots[first + 1]
-        return tuple(
-            (2 * s**3 - 3 * s**2 + 1) * p + (s**3 - 2 * s**2 + s) * step * v
-            + (3 * s**2 - 2 * s**3) * q + (s**3 - s**2) * step * w
-            for p, q, v, w in zip(before, after, speeds[first], speeds[first + 1], strict=True)
-        )  # fmt: skip
+        return tuple(self._spline(min(max(t, 0.0), self.seconds)).tolist())
 
-    def _speeds(self, step: float) -> list[Row]:
-        """Return the velocities at the knots, by which also the acceleration is continuous (Thomas' algorithm)."""
+    @cached_property
+    def _spline(self) -> Any:
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - pages import the contract, and need no arrays
+
         rest = (0.0,) * len(self.knots[0])
-        begin, inner = self.velocity or rest, len(self.knots) - 2
-        factors: list[float] = []
-        rows: list[Row] = [begin]
-        for n in range(1, inner + 1):
-            pivot = 4.0 - (factors[-1] if factors else 0.0)
-            factors.append(1.0 / pivot)
-            ways = zip(self.knots[n - 1], self.knots[n + 1], rows[-1], strict=True)
-            rows.append(tuple((3 * (q - p) / step - known) / pivot for p, q, known in ways))
-        after: Row = rest
-        found = [rest]
-        for factor, row in zip(reversed(factors), reversed(rows[1:]), strict=True):
-            after = tuple(known - factor * next_one for known, next_one in zip(row, after, strict=True))
-            found.append(after)
-        return [begin, *reversed(found)]
+        pieces = len(self.knots) - 1
+        times = [self.seconds * n / pieces for n in range(len(self.knots))]
+        return CubicSpline(times, self.knots, bc_type=((1, self.velocity or rest), (1, rest)))

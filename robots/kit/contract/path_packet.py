@@ -10,6 +10,7 @@ holds packets that Python and TypeScript read alike.
 
 from dataclasses import dataclass
 
+from robots.kit.contract.bits import BitReader
 from robots.kit.contract.channels import Scale
 from robots.kit.contract.compact import Layout
 from robots.kit.contract.joint_path import MOST_JOINTS, JointPath
@@ -104,16 +105,11 @@ def decode_path(layout: Layout, data: bytes, near_ms: int) -> BegunPath:
     _head(data)
     if data[1] != layout.mark:
         raise ValueError("not a path of this layout")
-    number, left = int.from_bytes(data, "big"), 8 * len(data) - 16
-
-    def take(count: int) -> int:
-        nonlocal left
-        left -= count
-        return number >> left & (1 << count) - 1
-
+    reader = BitReader(data, 16)
+    take = reader.take
     command, stamp, ms, joints, knots, moving = take(32), take(24), take(20), take(4) + 1, take(2) + 2, take(1)
     bits, rows = bits_of(knots + moving, joints), knots + moving
-    if joints > min(MOST_JOINTS, len(layout.joints)) or bits < FEWEST_BITS or left // (rows * joints) < bits:
+    if joints > min(MOST_JOINTS, len(layout.joints)) or bits < FEWEST_BITS or reader.left // (rows * joints) < bits:
         raise ValueError("not a path of this layout")
     scales, most, half = layout.joints[:joints], (1 << bits) - 1, (1 << bits - 1) - 1
     found = tuple(tuple(s.low + take(bits) / most * _span(s) for s in scales) for _ in range(knots))

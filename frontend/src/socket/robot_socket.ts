@@ -7,7 +7,7 @@ import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
 import { PIECE, Pieces } from "./pieces.ts";
 import { RoundTrip } from "./round_trip.ts";
-import { SHORT, ShortHeads } from "./short_heads.ts";
+import { isShort, ShortHeads } from "./short_heads.ts";
 
 export interface Handlers {
   message(message: Message): void;
@@ -236,7 +236,7 @@ export class RobotSocket {
       this.probeAfter = PROBE_MS;
       const whole = firstByte(data) === PIECE ? this.pieces.take(data) : data;
       if (whole === null) return;
-      const packet = this.heads.note(firstByte(whole) === SHORT ? this.heads.take(whole) : decode(whole, this.layout, this.now()));
+      const packet = this.heads.note(isShort(firstByte(whole)) ? this.heads.take(whole) : decode(whole, this.layout, this.now()));
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("coded" in packet) this.handlers.video?.(packet);

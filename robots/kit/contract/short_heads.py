@@ -1,9 +1,9 @@
-"""Deltas of byte streams with a head of 4 bytes instead of 16, on a socket over a thin line.
+"""Deltas of byte streams with a head of 3 bytes instead of 16, on a socket over a thin line.
 
 A socket delivers in order, so what a delta follows is known there: the packet of its stream that came last over the
-same socket. A short delta is u8 9, u8 the stream (the high 3 bits) and the low 5 bits of its number, u16
-(little-endian) ms after the packet before, then its bytes. Key packets, and deltas of another packet or later than a
-u16 holds, keep the whole head. `docs/reference/channels.md` says it; `tests/vectors/short_heads.json` holds packets
+same socket. A short delta is u8 16 plus the stream, u16 (little-endian) the low 4 bits of its number above the 12 of
+the ms after the packet before, then its bytes. Key packets, and deltas of another packet or later than 12 bits hold,
+keep the whole head. `docs/reference/channels.md` says it; `tests/vectors/short_heads.json` holds packets
 that Python and TypeScript read alike.
 """
 
@@ -11,9 +11,14 @@ import struct
 
 from robots.kit.contract.streams import HEAD, MOST, StreamPacket, pack, unpack
 
-SHORT = struct.Struct("<BBH")
-TYPE = 9
-NUMBERS, LATEST_MS = 1 << 5, (1 << 16) - 1
+SHORT = struct.Struct("<BH")
+FIRST = 16  # the first byte, of stream 0
+NUMBERS, LATER_MS = 1 << 4, 1 << 12
+
+
+def is_short(data: bytes) -> bool:
+    """Return whether a message of a socket is a delta with a short head."""
+    return bool(data) and FIRST <= data[0] < FIRST + MOST
 
 
 class ShortHeads:
@@ -30,29 +35,29 @@ class ShortHeads:
         if packet.stream >= MOST or before is None or not _follows(packet, before):
             return data
         later_ms = packet.at_ms - before.at_ms
-        if not 0 <= later_ms <= LATEST_MS:
+        if not 0 <= later_ms < LATER_MS:
             return data
-        return SHORT.pack(TYPE, packet.stream << 5 | packet.number % NUMBERS, later_ms) + data[HEAD.size :]
+        both = packet.number % NUMBERS * LATER_MS + later_ms
+        return SHORT.pack(FIRST + packet.stream, both) + data[HEAD.size :]
 
     def restore(self, data: bytes) -> bytes | None:
         """Return the whole packet that was read next from the socket; None if what it follows did not come.
 
         Raises ValueError for what is neither a packet nor a short delta.
         """
-        if data[:1] != bytes((TYPE,)):
+        if not is_short(data):
             self._note(unpack(data))
             return data
         if len(data) < SHORT.size:
-            raise ValueError("a delta with a short head has at least 4 bytes")
-        _, both, later_ms = SHORT.unpack_from(data)
-        before = self._newest.get(both >> 5)
-        if before is None or (before.number + 1) % NUMBERS != both % NUMBERS:
-            self._newest.pop(both >> 5, None)
+            raise ValueError(f"a delta with a short head has at least {SHORT.size} bytes")
+        first, both = SHORT.unpack_from(data)
+        stream, (low, later_ms) = first - FIRST, divmod(both, LATER_MS)
+        before = self._newest.get(stream)
+        if before is None or (before.number + 1) % NUMBERS != low:
+            self._newest.pop(stream, None)
             return None
         number = (before.number + 1) & 0xFFFFFFFF
-        packet = StreamPacket(
-            before.stream, number, before.at_ms + later_ms, False, data[SHORT.size :], before.run
-        )  # fmt: skip
+        packet = StreamPacket(stream, number, before.at_ms + later_ms, False, data[SHORT.size :], before.run)
         self._note(packet)
         return pack(packet)
 

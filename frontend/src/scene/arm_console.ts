@@ -335,6 +335,7 @@ export class ArmConsole implements Console, Judge {
     const why = this.whyNot("jog", f);
     this.joints.enable(why);
     this.position.enable(why);
+    this.scene?.enable(why);
   }
 
   /** Show the newest state in the table of readings. */

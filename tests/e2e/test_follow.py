@@ -26,14 +26,14 @@ def operator(visitor):
     def make(level=2, **options):
         person = visitor(**options)
         person.page.context.add_init_script(GAMEPAD)
-        person.page.context.add_init_script(FLAT)  # drawn without a graphics card the page stalls for longer than a hand may
+        person.page.context.add_init_script(
+            FLAT
+        )  # drawn without a graphics card the page stalls for longer than a hand may
         person.allowed = ("WebGL",)
         person.wire = Wire(person.page)
         person.cleared("ada", None)
         if level > 1:
-            Clearance.objects.create(
-                user=person.user, robot=person.portal.robot, level=level, granted_at=SYSTEM.now()
-            )
+            Clearance.objects.create(user=person.user, robot=person.portal.robot, level=level, granted_at=SYSTEM.now())
         person.page.goto(f"/robots/{person.portal.robot.slug}/")
         person.take_turn()
         expect(person.page.locator("#ghost-list")).to_contain_text("The ghost is at the arm", timeout=20_000)
@@ -115,6 +115,9 @@ def test_it_follows_while_the_button_is_held_and_rests_when_it_is_released(trans
     page.wait_for_function("document.fullscreenElement === null")
     assert ada.wire.closed == 0, "full screen, there and back, drops no socket"
     expect(page.locator(HOLD)).to_have_class(re.compile("held"))
+    grips = portal.sim.count("gripper")
+    page.keyboard.press("c")
+    assert by(lambda: portal.sim.count("gripper") == grips + 1, ada), "the gripper closes while the arm follows"
     moved = tool(portal)
     assert moved[1] - before[1] == pytest.approx(0.02, abs=0.005)
     at = time.monotonic()
@@ -123,11 +126,11 @@ def test_it_follows_while_the_button_is_held_and_rests_when_it_is_released(trans
     assert (newest().kind, newest().result["ended"]) == ("follow", "released")
     expect(page.locator("#ghost-list")).to_contain_text("The ghost is at the arm")
     motions = portal.sim.count("motion")
+    page.keyboard.press("o")
     page.wait_for_timeout(1500)
+    assert portal.sim.count("gripper") == grips + 1, "and does nothing while it does not"
     assert portal.sim.count("motion") == motions, "it holds, and returns nowhere by itself"
     ada.axe("the scene of who may let the arm follow")
-
-
 
 
 @pytest.mark.parametrize("cause", ["blur", "hidden page", "gamepad unplugged", "stood still", "key released"])

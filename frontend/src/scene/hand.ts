@@ -8,6 +8,8 @@ export interface HandUse {
   step(by: Move): void;
   home(): void;
   send(): void;
+  /** Close (1) or open (0) the gripper of an arm that follows. */
+  grip(closed: number): void;
 }
 
 const WAYS: readonly (readonly [string, string, Move])[] = [
@@ -65,6 +67,7 @@ export class Hand {
     if (move) return () => this.use.step(stepMove(move, this.step));
     if (key === "+" || key === "-") return () => this.resize(key === "+" ? 1 : -1);
     if (key.toLowerCase() === "g") return () => this.use.home();
+    if (key.toLowerCase() === "c" || key.toLowerCase() === "o") return () => this.use.grip(key.toLowerCase() === "c" ? 1 : 0);
     if (key === "Enter" && target === this.handle) return () => !event.repeat && this.use.send();
     return null;
   }

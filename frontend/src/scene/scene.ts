@@ -73,6 +73,7 @@ export class Scene implements ArmMode {
       step: (by) => this.step(by),
       home: () => this.home(),
       send: () => this.send(),
+      grip: (closed) => this.grip(closed),
     });
     this.handling = new Handling({
       page,
@@ -178,7 +179,7 @@ export class Scene implements ArmMode {
     this.follow();
     if (!this.shown) return;
     this.surroundings?.age();
-    if (this.ghost.away && !this.handling.follows && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
+    if (this.ghost.away && !this.follows && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
     else if (this.hasMoved(this.drawnFor, DRAWN_RAD)) this.draw();
   }
 
@@ -204,6 +205,16 @@ export class Scene implements ArmMode {
     this.ghost.home();
     this.follow();
     this.draw();
+  }
+
+  /** Whether the arm follows a hand now. */
+  get follows(): boolean {
+    return this.handling.follows;
+  }
+
+  /** Close (1) or open (0) the gripper of an arm that follows. */
+  grip(closed: number): void {
+    this.handling.grip(closed ? "close" : "open");
   }
 
   /** Enable what lets the arm follow, or disable it with a reason. */

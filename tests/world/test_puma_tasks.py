@@ -1,9 +1,17 @@
 """Tasks of the PUMA 560 in virtual time, judged by the simulator's own positions of its bricks and its rod."""
 
+import json
+
+import numpy as np
 import pytest
 
+from robots import services
 from robots.kit.arms.beliefs import How
+from robots.kit.arms.goals import goals_of, missing
+from robots.kit.arms.objects import objects_of
 from robots.kit.description import programs_of
+from robots.models import Finding
+from robots.services.streams import packets_of
 from tests.world.seeds import hunts
 from tests.world.test_tasks import begin, beliefs, blocks, run
 
@@ -45,3 +53,48 @@ def test_a_stop_in_mid_task_rests_the_arm_and_nothing_goes_on(portal):
     portal.world.sleep(30)
     assert portal.rig.count("motion") == moved
     assert not portal.rig.moving
+
+
+def figure(portal):
+    """Return how far (m, rad) each brick of the figure is from where it belongs, by the simulator."""
+    goal = next(one for one in goals_of("puma") if one.name == "figure")
+    plant, table = portal.rig.sim.plant, objects_of("puma")
+    found = {}
+    for name, pose in goal.parts.items():
+        body, true = plant.data.body(name), np.eye(4)
+        true[:3, :3], true[:3, 3] = body.xmat.reshape(3, 3), body.xpos
+        found[name] = missing(table.objects[name], true, pose)
+    return found
+
+
+def told(portal, goal):
+    """Return what pages are told of a goal."""
+    *_, (data, _) = packets_of(portal.robot, "beliefs")
+    return json.loads(data)["goals"][goal]
+
+
+def amend(portal):
+    """Correct where the bricks are, as staff do who look: nothing else has seen them yet."""
+    for name, (x, y, z) in blocks(portal).items():
+        if name in "abcde":
+            one = portal.rig.sim.plant.data.body(name).xmat
+            there = {"object": "abcde".index(name), "x": x, "y": y, "z": z, "yaw": float(np.arctan2(one[3], one[0]))}
+            assert (
+                portal.final(services.configure(portal.row, portal.people["kim"], "amend", there)).state == "completed"
+            )
+
+
+@hunts(1, 5, 20)
+def test_the_figure_of_five_bricks_is_built_by_its_task_and_won_once(portal):
+    portal.ready()
+    amend(portal)
+    assert told(portal, "figure") == {"there": [], "won_ms": None}
+    command = run(portal, GALLERY["The figure of five bricks"])
+    assert (command.state, command.reason) == ("completed", "")
+    for name, (metres, angle) in figure(portal).items():
+        assert metres < 0.002 and angle < 0.02, f"{name}: {metres * 1000:.2f} mm, {angle:.3f} rad"
+    assert portal.rig.sim.plant.clutch.held() >= {("a", "plate"), ("b", "plate"), ("c", "a"), ("c", "b"), ("d", "c")}
+    assert sorted(told(portal, "figure")["there"]) == [*"abcde"]
+    assert told(portal, "figure")["won_ms"] is not None
+    findings = [one.text for one in Finding.objects.filter(command=command)]
+    assert findings == ["won: The figure of five bricks"]

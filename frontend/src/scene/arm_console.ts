@@ -100,8 +100,8 @@ export class ArmConsole implements Console, Judge {
       ...(document.getElementById("panel-task") ? { task: this.tasks() } : {}),
       ...modes(this),
     };
-    page.on("open", () => page.command("gripper", { closed: 0 }));
-    page.on("close", () => page.command("gripper", { closed: 1 }));
+    page.on("open", () => this.grip(0));
+    page.on("close", () => this.grip(1));
     page.on("ready", () => page.command("ready"));
     page.on("go-joints", () => this.go(this.joints.target()));
     page.on("go-pose", () => this.go(this.position.target()));
@@ -149,7 +149,7 @@ export class ArmConsole implements Console, Judge {
 
   private tasks(): Tasks {
     const names = (description.objects ?? []).map(({ name }) => name);
-    return new Tasks(this.page, this, names, POSTURES);
+    return new Tasks(this.page, this, names, POSTURES, description.plate !== undefined);
   }
 
   watch(): void {
@@ -303,6 +303,12 @@ export class ArmConsole implements Console, Judge {
     this.page.draw();
   }
 
+  /** Close (1) or open (0) the gripper; of an arm that follows a hand the motion that is held does it. */
+  private grip(closed: number): void {
+    if (this.scene?.follows) this.scene.grip(closed);
+    else this.page.command("gripper", { closed });
+  }
+
   private go(target: Target | null): void {
     if (target) this.page.command(target.kind, target.args, "go");
     else this.page.refuse(() => this.whyNot("go", this.page.facts()));
@@ -310,7 +316,7 @@ export class ArmConsole implements Console, Judge {
 
   whyNot(kind: string, f: Facts): string {
     const general = blocked(f);
-    if (general) return general;
+    if (general || (kind === "gripper" && this.scene?.follows)) return general;
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
@@ -335,6 +341,7 @@ export class ArmConsole implements Console, Judge {
     const why = this.whyNot("jog", f);
     this.joints.enable(why);
     this.position.enable(why);
+    this.scene?.enable(why);
   }
 
   /** Show the newest state in the table of readings. */

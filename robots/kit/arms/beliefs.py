@@ -83,6 +83,11 @@ class ObjectModel:
         """Return the name of the object in the gripper, or None."""
         return next((name for name, one in self._now.beliefs.items() if one.held), None)
 
+    @property
+    def snapshot(self) -> Snapshot:
+        """Return the beliefs of now."""
+        return self._now
+
     def belief(self, name: str) -> Belief:
         """Return what is known of an object. Raises KeyError."""
         return self._now.beliefs[name]

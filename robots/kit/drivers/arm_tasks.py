@@ -1,17 +1,21 @@
 """The objects and tasks of a driver: the same few lines for every arm with `pose`, `line`, `gripper` and objects.
 
 A driver makes one `ArmTasks`, gives it each state (`observe`), calls `begin` when it has connected, and hands over the
-commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`.
+commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`. After each
+command it calls `report`, which stores with the command what has been won by it.
 """
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from robots.kit.arms.beliefs import How, ObjectModel
+from robots.kit.arms.beliefs import How, ObjectModel, Snapshot
 from robots.kit.arms.chain import Matrix
+from robots.kit.arms.goals import goals_of
 from robots.kit.arms.hand import Hand
+from robots.kit.arms.judging import GoalJudge
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
 from robots.kit.arms.objects import objects_of, placed_of
@@ -19,7 +23,7 @@ from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
-from robots.kit.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
+from robots.kit.contract.session import JSON, Observation, OnStage, Outcome, Permit, RobotState, Session
 from robots.kit.description import load
 from robots.kit.drivers.task_runner import TaskRunner
 
@@ -38,7 +42,10 @@ class ArmTasks:
         self._streams = ObjectStreams(table, lambda name, data, key: session.stream(name, data, key))
         self.hand = Hand(load(driver), spec_of(driver).joints)
         file = Path(folder) / FILE if folder else None
-        self.model = ObjectModel(table, file, lambda: ms_of(SYSTEM.now()), self._streams.tell)
+        self._judge = GoalJudge(table, goals_of(driver), _now_ms)
+        self._tool_now: Matrix | None = None
+        self._judging = threading.Lock()
+        self.model = ObjectModel(table, file, _now_ms, self._tell)
         self._runner = TaskRunner(session, self.model, self.hand, planner, holds)
 
     def begin(self) -> None:
@@ -56,6 +63,19 @@ class ArmTasks:
         self.model.place(*amendment(self.model.table, args), How.STAFF)
         return Outcome(dict(args), self._session.latest())
 
+    def report(self, on_stage: OnStage) -> None:
+        """Store with the command that runs, with a picture, what has been won since the last one."""
+        with self._judging:
+            news = self._judge.news()
+        for goal in news:
+            on_stage(Observation(f"won: {goal.title}", photograph=True))
+
+    def _tell(self, now: Snapshot) -> None:
+        with self._judging:
+            self._judge.look(now, self._tool_now)
+            told = self._judge.facts()
+        self._streams.tell(now, told)
+
     def measured(self, name: str, pose: Matrix) -> None:
         """Take over where an object was measured to be (4 x 4), as by a camera; not while a task runs.
 
@@ -69,6 +89,12 @@ class ArmTasks:
 
         That is by hand, or in a program of the arm's own: a task knows what it does.
         """
+        if self._judge.lifts(self.model.held):
+            self._tool_now = self._tool(state)
+            with self._judging:
+                changed = self._judge.look(self.model.snapshot, self._tool_now)
+            if changed:
+                self.model.repeat()
         if self._runner.runs or not self.hand.tells:
             return state
         rests, holds, held = self.hand.rests(state), self.hand.holds(state), self.model.held
@@ -100,3 +126,7 @@ class ArmTasks:
     def _tool(self, state: RobotState) -> Matrix:
         chain = self._planner().planner.chain
         return chain.forward(np.array(state.joints[: len(chain.joints)]))
+
+
+def _now_ms() -> int:
+    return ms_of(SYSTEM.now())

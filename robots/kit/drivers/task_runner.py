@@ -25,7 +25,7 @@ from robots.kit.contract.errors import (
     OutOfWorkspace,
     RobotError,
 )
-from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session
+from robots.kit.contract.session import Observation, OnStage, Outcome, Permit, Progress, RobotState, Session
 from robots.kit.drivers.permits import until_held
 
 LOOK_S = 0.05  # between two looks while it waits
@@ -179,7 +179,9 @@ class _Stages:
             self._progress = progress
 
     def pass_on(self, stage: object) -> None:
-        """Take a stage of an act."""
+        """Take a stage of an act, and what was observed in it."""
+        if isinstance(stage, Observation):
+            self._on_stage(stage)
         if self._begun or stage not in ("sent", "acknowledged"):
             return
         assert isinstance(stage, str)

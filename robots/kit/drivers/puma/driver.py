@@ -88,13 +88,14 @@ class Driver(Session):
         mode = MODES[arm.mode]
         if arm.mode == Mode.IDLE and not calibrated:
             mode = NOT_CALIBRATED
-        return self.keep(
+        state = self.keep(
             RobotState(
                 self.clock.monotonic(), arm.joints, numbers(self._chain.forward(np.array(arm.joints))),
                 arm.mode != Mode.IDLE, calibrated and not lost, LOST if lost else "", mode=FAULT if lost else mode,
                 values={VALVE: float(Flag.CLOSED in arm.flags)},
             )
         )  # fmt: skip
+        return self.tasks.observe(state)
 
     def _instruct(
         self, what: Instruction, values: Numbers, permit: Permit | None = None,
@@ -116,6 +117,12 @@ class Driver(Session):
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
         check(kind, args, self.settings, self._latest)
+        try:
+            return self._carry_out(kind, args, permit, on_stage)
+        finally:
+            self.tasks.report(on_stage)
+
+    def _carry_out(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
@@ -127,7 +134,9 @@ class Driver(Session):
             return self._jog(what, lambda: velocity, JOG_LOOK_S, permit, on_stage)
         if kind == "follow":
             follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
-            return self._jog(Instruction.JOG_TOOL, lambda: self._towards(follower, args), 0.0, permit, on_stage)
+            free = until_held(permit, lambda: self.line.holds)
+            towards = lambda: self._towards(follower, self.steered(args), free)  # noqa: E731 - one line of its call
+            return self._jog(Instruction.JOG_TOOL, towards, 0.0, permit, on_stage)
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
         return Outcome(dict(args), self._go(motion_of("puma", kind, args), permit, on_stage))
@@ -235,10 +244,14 @@ class Driver(Session):
             return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, joint_velocity(self._chain, args)))
         return Instruction.JOG_TOOL, _twist(tool_velocity(args))
 
-    def _towards(self, follower: Follower, args: dict[str, Any]) -> Numbers:
-        """Return the velocity from the newest state towards where the hand is now. Raises HandLost."""
+    def _towards(self, follower: Follower, hand: dict[str, Any], permit: Permit) -> Numbers:
+        """Return the velocity from the newest state towards the hand; it may move the gripper. Raises HandLost."""
         assert self._latest is not None, "it was asked for before"
-        return _twist(follower.twist(self._tool(self._latest), self.steered(args)))
+        twist = follower.twist(self._tool(self._latest), hand)
+        if (closed := follower.grip(hand)) is not None:
+            self._instruct(Instruction.GRIP, (self._latest_clock(), int(closed)), permit)
+            self.tasks.gripped(closed, self._latest)
+        return _twist(twist)
 
     def _tool(self, state: RobotState) -> Matrix:
         """Return the tool's pose (4 x 4)."""

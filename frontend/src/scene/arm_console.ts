@@ -67,6 +67,7 @@ export class ArmConsole implements Console, Judge {
   private joints: Joints;
   private position: Position;
   private scene: Scene | null = null; // null where the template has no tab for it
+  private task: Tasks | null = null; // likewise
   private modes: Record<string, ArmMode>;
 
   /** `modes` makes the robot's own modes, by the names of their tabs. */
@@ -85,19 +86,26 @@ export class ArmConsole implements Console, Judge {
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
     const { objects, objects_box, release_m = 0 } = description;
+    if (document.getElementById("panel-task")) this.task = this.tasks();
     if (document.getElementById("panel-scene"))
       this.scene = new Scene(page, {
         share,
         axes: this.axes.length,
         tell: (text) => this.tell(text),
         cameras: description.view ?? [],
-        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m) : null,
+        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null,
+        task: this.task && {
+          fresh: () => this.task?.fresh(),
+          add: (...steps) => this.task?.add(...steps),
+          takeBack: (...steps) => this.task?.takeBack(...steps),
+          show: () => this.tabs.choose("task"),
+        },
       });
     this.modes = {
       ...(this.scene ? { scene: this.scene } : {}),
       joint: { asked: "go", target: () => this.joints.target() },
       position: { asked: "go", target: () => this.position.target(), outside: () => this.position.outside() },
-      ...(document.getElementById("panel-task") ? { task: this.tasks() } : {}),
+      ...(this.task ? { task: this.task } : {}),
       ...modes(this),
     };
     page.on("open", () => this.grip(0));

@@ -1,6 +1,6 @@
 /** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
 import { TargetEdit, type ArmMode, type Target, deg } from "../arm/types.ts";
-import { byId, make, say, set } from "../kit/dom.ts";
+import { byId, make, sayLines, set } from "../kit/dom.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Box } from "../socket/objects.ts";
@@ -11,7 +11,10 @@ import { Handling } from "./handling.ts";
 import type { Judgement, PoseJudge } from "./judge.ts";
 import { type Move, numbersOfPose, pointingDown, wayInWords } from "./moves.ts";
 import type { GoalFacts } from "./goals.ts";
-import type { ObjectFacts, PlateFacts, SceneObjects } from "./objects.ts";
+import type { ObjectFacts, PlateFacts } from "./known.ts";
+import type { SceneObjects } from "./objects.ts";
+import { RecordPanel, type TaskText } from "./record_panel.ts";
+import { Recorder } from "./recorder.ts";
 import { Surroundings } from "./surroundings.ts";
 import type { CameraPlace, SceneView } from "./view.ts";
 
@@ -22,6 +25,7 @@ export interface SceneFacts {
   objects_box?: Box;
   plate?: PlateFacts;
   goals?: GoalFacts[];
+  table_m?: number;
   release_m?: number; // so far above a surface an object is let go
 }
 /** The parts of the console that the scene needs. */
@@ -35,6 +39,8 @@ export interface SceneUse {
   cameras: readonly CameraPlace[];
   /** The objects around the arm, where it tells any. */
   objects: SceneObjects | null;
+  /** The text of the task mode, where the robot has one. */
+  task: TaskText | null;
 }
 
 const TELL_MS = 1000; // between two sentences that a screen reader reads
@@ -93,6 +99,16 @@ export class Scene implements ArmMode {
     byId("ghost-home").addEventListener("click", () => this.home());
     byId("ghost-down").addEventListener("click", () => this.put((pose) => pointingDown(pose)));
     page.on("send-ghost", () => this.send());
+    if (use.objects && use.task)
+      new RecordPanel(new Recorder(use.objects), use.task, {
+        pose: () => this.ghost.pose,
+        put: (pose) => this.put(() => pose),
+        changed: () => {
+          this.surroundings?.draw();
+          this.draw();
+        },
+        play: (poses) => this.play(poses),
+      });
   }
 
   /** Install what judges poses; without it only the server judges, on Send. */
@@ -188,6 +204,14 @@ export class Scene implements ArmMode {
 
   private hasMoved(since: readonly number[], rad: number): boolean {
     return this.joints.some((q, i) => Math.abs(q - (since[i] ?? Infinity)) > rad);
+  }
+
+  /** Move the ghost through poses of the tool, from where the arm is. Returns why it cannot; empty if it can. */
+  private play(poses: readonly Float64Array[]): string {
+    const way = this.judge?.through(poses, this.joints, this.use.share()) ?? "The page cannot plan here; try it in task mode.";
+    if (typeof way === "string") return way;
+    this.view?.play(way.joints.map((q) => [...q, ...(this.page.state?.joints.slice(q.length) ?? [])]), way.tool, () => undefined); // prettier-ignore
+    return "";
   }
 
   /** Let the ghost follow the arm again after that motion, unless somebody has moved it since. */
@@ -322,8 +346,7 @@ export class Scene implements ArmMode {
           ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
           ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
-    while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
-    words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
+    sayLines(this.list, words);
   }
 
   /** Tell a sentence, at most one a second; the newest counts. */

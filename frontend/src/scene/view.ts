@@ -20,8 +20,8 @@ import type { Pose } from "../motion/chain.ts";
 import { turnOf } from "../motion/linear.ts";
 import type { Judgement } from "./judge.ts";
 import type { Move } from "./moves.ts";
-import { ObjectShapes } from "./object_shapes.ts";
-import type { KnownObject } from "./objects.ts";
+import { ObjectShapes, plateOf } from "./object_shapes.ts";
+import type { KnownObject, PlateFacts } from "./known.ts";
 
 /** What a pointer does with the handles. `dragged`: how far since they were taken. */
 export interface Handles {
@@ -180,6 +180,17 @@ export class SceneView extends ArmView {
   /** Show where the objects are; `isOld`: whether one's place was last known long ago. */
   objects(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean): void {
     this.shapes.show(objects, isOld);
+    this.ask();
+  }
+
+  /** Show parts of a figure, half transparent, where they belong. */
+  goal(parts: readonly KnownObject[]): void {
+    this.shapes.goal(parts);
+    this.ask();
+  }
+
+  plate(facts: PlateFacts): void {
+    this.world.add(plateOf(facts));
     this.ask();
   }
 

@@ -12,6 +12,8 @@ from robots.models import Command
 from tests.conftest import wait_for
 from tests.e2e.test_held import FLAT, GAMEPAD, INJECTED, rest
 from tests.e2e.test_scene import Wire, tool
+from tests.faults.proxy import Proxy
+from tests.rig import free_port
 
 # ruff: noqa: TID251 - its tests are timed
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
@@ -170,3 +172,71 @@ def test_each_lost_hand_rests_within_half_a_second(transactional_db, portal, ope
     assert Command.objects.count() == commands
     assert tool(portal)[:3] == pytest.approx(where[:3], abs=1e-4), "it holds, and does not lurch"
     wait_for(lambda: newest().final, 20, "the end of the command")
+
+
+def test_after_a_lost_line_the_arm_holds_and_follows_again_without_a_reload(transactional_db, portal, operator):
+    ada = operator()
+    ada.allowed += ("WebSocket", "ERR_", "Failed to load")
+    page, line = ada.page, Proxy(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
+    try:
+        page.goto(f"http://localhost:{line.at[1]}/robots/{portal.robot.slug}/")
+        page.wait_for_selector(".operating")
+        expect(page.locator("#ghost-list")).to_contain_text("The ghost is at the arm", timeout=20_000)
+        page.evaluate("window.sameDocument = true")
+        page.check(ARMED)
+        follow(ada, portal)
+        at = time.monotonic()
+        line.set("stall")
+        assert rest(portal, at) <= RESTS_S
+        where = tool(portal)
+        page.wait_for_timeout(3000)
+        page.mouse.up()
+        assert tool(portal)[:3] == pytest.approx(where[:3], abs=1e-4), "it holds where it was"
+        line.set("cut")
+        line.set("pass")
+        follow(ada, portal)
+        page.mouse.up()
+        wait_for(lambda: newest().final, 20, "the end of the command")
+        assert page.evaluate("window.sameDocument")
+    finally:
+        line.close()
+
+
+FEELS = """() => {
+  [window.felt, window.tones] = [0, 0];
+  Object.assign(pad, { mapping: "standard", axes: [0, 0, 0, 0] });
+  pad.vibrationActuator = { playEffect: () => { felt++; return Promise.resolve("complete"); } };
+  const make = AudioContext.prototype.createOscillator;
+  AudioContext.prototype.createOscillator = function () { tones++; return make.call(this); };
+}"""
+
+
+def test_depth_is_felt_by_a_gamepad_and_heard_by_who_asked_for_less_motion(transactional_db, portal, operator):
+    page = operator(level=1).page
+    page.evaluate(FEELS)
+
+    def touch():
+        """Lower the ghost to the table by the gamepad; return what was felt and heard by that."""
+        page.focus("#ghost-handle")
+        page.keyboard.press("g")
+        page.wait_for_timeout(200)  # the gamepad is seen at rest
+        before = page.evaluate("[felt, tones]")
+        page.evaluate("() => { pad.axes = [0, 0, 0, 1]; }")
+        expect(page.locator("#ghost-list")).to_contain_text("would enter the table", timeout=30_000)
+        page.evaluate("() => { pad.axes = [0, 0, 0, 0]; }")
+        return [after - one for after, one in zip(page.evaluate("[felt, tones]"), before, strict=True)]
+
+    felt, tones = touch()
+    assert felt >= 1
+    assert tones == 0, "nobody has switched the sound on"
+    page.emulate_media(reduced_motion="reduce")
+    assert touch() == [0, 0]
+    page.locator(".more-input summary").click()
+    page.check("#feel-sound")
+    felt, tones = touch()
+    assert felt == 0
+    assert tones >= 1
+    page.emulate_media(reduced_motion="no-preference")
+    page.uncheck("#feel-on")
+    assert touch()[0] == 0
+    assert not Command.objects.exists(), "a ghost leaves the wire silent"

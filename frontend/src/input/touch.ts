@@ -120,8 +120,9 @@ export class TouchSource implements Source {
   }
 
   private hand(): Rigid {
-    const { now } = this.tilt,
-      tilted = this.turned && now ? turnSince(this.turned, now) : LEVEL;
+    const { now } = this.tilt;
+    this.turned ??= now; // a phone may tell it for the first time while a finger is down
+    const tilted = this.turned && now ? turnSince(this.turned, now) : LEVEL;
     return handOf(this.begin, [...this.fingers.values()], tilted);
   }
 

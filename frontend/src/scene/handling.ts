@@ -7,7 +7,7 @@ import { HandleSource, HoldSource } from "../input/pointer.ts";
 import { type Hid, SixAxis } from "../input/six_axis.ts";
 import { changeOf, HOME, type Move, type Source, STILL } from "../input/source.ts";
 import { Tilt, TouchSource } from "../input/touch.ts";
-import { byId, say } from "../kit/dom.ts";
+import { byId, say, set } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import type { Pose } from "../motion/chain.ts";
 import { missing, turnOf } from "../motion/linear.ts";
@@ -105,6 +105,8 @@ export class Handling implements LoopUse {
     document.addEventListener("visibilitychange", () => document.hidden && this.drop());
     addEventListener("gamepaddisconnected", () => this.tick());
     byId("six-axis").addEventListener("click", () => void this.six.connect().then((words) => say(byId("six-axis-said"), words)));
+    addEventListener("hashchange", layOut);
+    layOut();
     const tilts = byId<HTMLInputElement>("tilt-on");
     tilts.addEventListener("change", () => {
       void tilt.use(tilts.checked).then((why) => {
@@ -225,4 +227,13 @@ export class Handling implements LoopUse {
     const isFinger = this.by === this.touch || (this.by === this.handle && this.coarse.matches);
     this.feel.tell(touch, this.by === this.pads ? "gamepad" : isFinger ? "finger" : "other");
   }
+}
+
+/** Lay the page out as a controller where its address says so: it is the same page, for the same signed-in person. */
+function layOut(): void {
+  const isController = location.hash === "#controller",
+    link = byId("controller-link");
+  document.documentElement.toggleAttribute("data-controller", isController);
+  say(link, isController ? "The whole page" : "This page as a controller");
+  set(link, { href: isController ? "#scene" : "#controller" });
 }

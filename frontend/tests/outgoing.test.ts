@@ -125,6 +125,17 @@ test("over a line that is not thin everything is written at once", () => {
   assert.ok(line.bytes > 8000);
 });
 
+test("a line that becomes thin, or was stopped often, carries what is sent after that", () => {
+  const line = new Line(1000);
+  line.thin = false;
+  line.send(program);
+  line.thin = true;
+  for (let n = 0; n < 20; n += 1) line.send({ t: "stop" });
+  line.send({ t: "command", seq: 2 });
+  line.pass(20_000);
+  assert.deepEqual(line.whole.at(-1), '{"t":"command","seq":2}');
+});
+
 test("of keep-alives that cannot be sent the newest alone waits, and a release takes its place", () => {
   const line = new Line(0);
   for (let n = 0; n < 100; n += 1) line.send({ t: "keep", seq: 4, args: { x: n } });

@@ -59,7 +59,11 @@ export class Outgoing {
   /** Send a message, whose content is `data`. */
   send(message: { t?: string; seq?: number }, data: Data): void {
     const { t = "", seq = 0 } = message;
-    if (t === "stop" || t === "ping" || !(this.line.thin() || this.waiting.length)) {
+    if (!this.line.thin() && !this.waiting.length) {
+      this.line.write(data); // it is not counted, because nothing measures when it arrives
+      return;
+    }
+    if (t === "stop" || t === "ping") {
       this.write(data);
       return;
     }
@@ -95,11 +99,12 @@ export class Outgoing {
       this.write(this.next());
       this.measure();
     }
+    if (this.waiting.length && !this.pings.length) this.measure(true); // else nothing would ever be written again
   }
 
   /** Let a ping follow what was written, several in a window. */
-  private measure(): void {
-    if (this.written - this.pinged < Math.max(SHORTEST, this.size / 3)) return;
+  private measure(always = false): void {
+    if (!always && this.written - this.pinged < Math.max(SHORTEST, this.size / 3)) return;
     const at = performance.now(),
       n = this.line.ping();
     this.pinged = this.written;

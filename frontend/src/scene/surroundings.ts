@@ -53,6 +53,7 @@ export class Surroundings {
       now = this.now();
     this.view?.objects(all, (one) => now - one.atMs > OLD_MS);
     const words = all.map((one) => `${one.facts.name}: ${one.held ? "in the gripper" : how(one, now)}`);
+    words.push(...this.objects.lost.map(({ name, how }) => `${name}: ${how}; where it is now is not known`));
     while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
     words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
   }

@@ -33,6 +33,7 @@ class How(StrEnum):
     STAFF = "set by staff"
     DROPPED = "dropped by the gripper"
     MISSED = "not found by the gripper"
+    UNSEEN = "not seen where it was"
 
 
 class Belief(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -94,18 +95,26 @@ class ObjectModel:
 
     def place(self, name: str, placed: Placed | None, how: How) -> None:
         """Take over where an object is, None: nobody knows. Raises KeyError where there is no such object."""
-        if name not in self.table.objects:
-            raise KeyError(name)
-        with self._lock:
-            self._change({name: self._belief(placed, how)})
+        self.place_all({name: placed}, how)
 
-    def take(self, after: Arrangement, how: How) -> None:
-        """Take over what has changed by an act of the arm; an object that it has lost is told as dropped."""
+    def place_all(self, places: Mapping[str, Placed | None], how: How) -> None:
+        """Take over where several objects are, as `place`."""
+        if strange := places.keys() - self.table.objects.keys():
+            raise KeyError(*strange)
+        if places:
+            with self._lock:
+                self._change({name: self._belief(placed, how) for name, placed in places.items()})
+
+    def take(self, after: Arrangement, how: How, before: Arrangement | None = None) -> None:
+        """Take over what has changed by an act of the arm; an object that it has lost is told as dropped.
+
+        `before`: how the objects were by the plan of which the act is part; without it, as they are believed to be.
+        """
         with self._lock:
-            before, changes = self.arrangement.places, {}
+            known, changes = (before or self.arrangement).places, {}
             for name in self.table.objects:
                 placed = after.places.get(name)
-                if placed != before.get(name):
+                if placed != known.get(name):
                     changes[name] = self._belief(placed, how if placed is not None else How.DROPPED)
             if changes:
                 self._change(changes)

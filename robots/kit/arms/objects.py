@@ -74,7 +74,8 @@ class ObjectTable:
     `box`: where objects may be, for their packets. `area`: two corners (x, y) of the table's free part, `height` its
     surface. `fingers`: two corners in the tool's frame of the room that the open gripper takes. `release`: how far
     above a surface it opens; below zero where objects are pressed on. `lift`: how far it lifts, straight up. `slow`:
-    the share of full speed of straight ways to and from objects; None: as other motions. All in m.
+    the share of full speed of straight ways to and from objects; None: as other motions. `hand`: boxes (two corners) in
+    the tool's frame behind which a camera does not see what it holds. All in m.
     """
 
     objects: Mapping[str, DescribedObject]
@@ -85,6 +86,7 @@ class ObjectTable:
     release: float
     lift: float
     slow: float | None
+    hand: tuple[tuple[Three, Three], ...] = ()
 
     def named(self, name: str) -> DescribedObject | None:
         """Return the object of that name, or None."""
@@ -179,6 +181,7 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
     if not all(a < b for a, b in zip(*fingers, strict=True)):
         raise BadDescription("objects: fingers_low lies below fingers_high")
     slow = _number("objects", common, "slow") if "slow" in common else None
+    hand = [tuple(_three("objects", {"hand": corner}, "hand") for corner in one) for one in common.get("hand", ())]
     objects = [_object(number, one) for number, one in enumerate(listed)]
     if len({one.name for one in objects}) != len(objects):
         raise BadDescription("two objects have the same name")
@@ -190,7 +193,7 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
     return ObjectTable(
         known, box, ((low[0], low[1]), (high[0], high[1])), _number("objects", common, "height"),
         (fingers[0], fingers[1]), _number("objects", common, "release", 0.001), _number("objects", common, "lift", 0.1),
-        slow,
+        slow, tuple((low, high) for low, high in hand),
     )  # fmt: skip
 
 

@@ -1,10 +1,11 @@
 """The objects and tasks of a driver: the same few lines for every arm with `pose`, `line`, `gripper` and objects.
 
 A driver makes one `ArmTasks`, gives it each state (`observe`), calls `begin` when it has connected, and hands over the
-commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`.
+commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`. An arm
+with eyes (`arm_eyes.py`) calls `look` after each motion at whose end it rests.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,16 @@ from robots.kit.arms.chain import Matrix
 from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
-from robots.kit.arms.objects import objects_of, placed_of
+from robots.kit.arms.objects import objects_of
 from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
 from robots.kit.description import load
+from robots.kit.drivers.arm_eyes import Sight, eyes_of
+from robots.kit.drivers.sights import accept
+from robots.kit.drivers.step_judge import StepJudge
 from robots.kit.drivers.task_runner import TaskRunner
 
 __all__ = ["KINDS", "ArmTasks"]
@@ -39,7 +43,9 @@ class ArmTasks:
         self.hand = Hand(load(driver), spec_of(driver).joints)
         file = Path(folder) / FILE if folder else None
         self.model = ObjectModel(table, file, lambda: ms_of(SYSTEM.now()), self._streams.tell)
-        self._runner = TaskRunner(session, self.model, self.hand, planner, holds)
+        self._eyes = eyes_of(session, driver)
+        judge = StepJudge(self.model, self._look, lambda: self._tool(session.state()))
+        self._runner = TaskRunner(session, self.model, self.hand, planner, holds, judge)
 
     def begin(self) -> None:
         """Tell where the objects are; whoever listened to an earlier connection is gone."""
@@ -49,20 +55,27 @@ class ArmTasks:
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run a command of `KINDS`, whose values were checked. Raises as `Session.execute`."""
         if kind != AMEND:
-            return self._runner.run(str(args["text"]), permit, on_stage)
+            return self._runner.run(str(args["text"]), permit, on_stage, self.look)
         permit()
         if self._runner.runs:
             raise BadRequest("A task runs with the objects now; stop it first, or wait until it has ended.")
         self.model.place(*amendment(self.model.table, args), How.STAFF)
         return Outcome(dict(args), self._session.latest())
 
-    def measured(self, name: str, pose: Matrix) -> None:
-        """Take over where an object was measured to be (4 x 4), as by a camera; not while a task runs.
-
-        Raises KeyError where there is no such object.
-        """
+    def look(self) -> None:
+        """Measure the objects in fresh pictures, where the arm rests and has eyes; in a task its own steps look."""
         if not self._runner.runs:
-            self.model.place(name, placed_of(pose), How.MEASURED)
+            self._look(False, {})
+
+    def _look(self, insists: bool, or_at: Mapping[str, Matrix]) -> Sight | None:
+        """Look as `ArmEyes.look`, and take over what is seen; None where the arm has no eyes, or moves."""
+        state = self._session.latest()
+        if self._eyes is None or state is None or state.moving:
+            return None
+        joints = np.array(state.joints[: len(self._planner().planner.chain.joints)])
+        sight = self._eyes.look(self.model.arrangement, joints, insists, or_at)
+        accept(self.model, sight, self._tool(state), ms_of(SYSTEM.now()))
+        return sight
 
     def observe(self, state: RobotState) -> RobotState:
         """Take over what a gripper that tells its opening says of the model, and return the state.

@@ -8,13 +8,13 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
-from robots.kit.arms.arrangement import NotPossible
+from robots.kit.arms.arrangement import Arrangement, NotPossible
 from robots.kit.arms.beliefs import How, ObjectModel
 from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import Act, StepImpossible
-from robots.kit.arms.tasks.planning import check_expected, plan
+from robots.kit.arms.tasks.planning import plan
 from robots.kit.arms.tasks.requests import parsed
 from robots.kit.arms.tasks.steps import Task, words
 from robots.kit.contract.errors import (
@@ -25,8 +25,9 @@ from robots.kit.contract.errors import (
     OutOfWorkspace,
     RobotError,
 )
-from robots.kit.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session
+from robots.kit.contract.session import Observation, OnStage, Outcome, Permit, Progress, RobotState, Session
 from robots.kit.drivers.permits import until_held
+from robots.kit.drivers.step_judge import StepJudge
 
 LOOK_S = 0.05  # between two looks while it waits
 UNKNOWN_LOAD = "The gripper holds something that is none of the known objects; open it first."
@@ -37,19 +38,22 @@ class GripLost(GaveUp):
 
 
 class TaskRunner:
-    """Runs one task at a time. `holds` counts the session's holds: one of them ends a task for good."""
+    """Runs one task at a time. `holds` counts the session's holds: one of them ends a task for good.
+
+    `judge` looks at what each step has done.
+    """
 
     def __init__(
         self, session: Session, model: ObjectModel, hand: Hand, planner: Callable[[], MotionPlanner],
-        holds: Callable[[], int],
+        holds: Callable[[], int], judge: StepJudge,
     ) -> None:  # fmt: skip
-        self._session, self._model, self._hand = session, model, hand
+        self._session, self._model, self._hand, self._judge = session, model, hand, judge
         self._planner, self._holds = planner, holds
         self._load: str | None = None  # the object that the gripper has to hold now
         self.runs = False
 
-    def run(self, text: str, permit: Permit, on_stage: OnStage) -> Outcome:
-        """Run a task to its end; where it cannot go on, hold the arm.
+    def run(self, text: str, permit: Permit, on_stage: OnStage, look: Callable[[], None]) -> Outcome:
+        """Run a task to its end; where it cannot go on, hold the arm. `look` measures the objects before it is planned.
 
         Raises:
             BadRequest, OutOfWorkspace: the text is no task, or it cannot be done; nothing has moved.
@@ -59,6 +63,7 @@ class TaskRunner:
         task = parsed(text)
         state = self._at_rest(permit)
         free = until_held(permit, self._holds)  # from before it is planned, which takes a moment
+        look()
         self.runs = True  # from now on nobody else changes where the objects are
         try:
             self._run(task, self._planned(task, state), free, _Stages(on_stage))
@@ -67,14 +72,21 @@ class TaskRunner:
         return Outcome({"text": text}, self._session.latest())
 
     def _run(self, task: Task, acts: list[Act], free: Permit, stages: "_Stages") -> None:
-        self._load = self._model.held
+        self._load, planned = self._model.held, self._model.arrangement
         done, total = 0.0, sum(act.seconds for act in acts) or 1.0
+        self._judge.begin()
         for number, act in enumerate(acts):
             name = f"line {act.of.line} of {task.lines}"
+            begins = number == 0 or acts[number - 1].step != act.step
+            ends = number + 1 == len(acts) or acts[number + 1].step != act.step
             stages.tell(Progress(f"{name}: {words(act.of.action)}", done / total))
             with self._named(f"{name}, {words(act.of.action)}", begun=number > 0):
-                self._carry_out(act, free, stages)
-            done += act.seconds
+                if begins:
+                    self._judge.before(act, planned)
+                self._carry_out(act, planned, free, stages)
+                if ends:
+                    self._judge.after(act, stages.note)
+            planned, done = act.arrangement, done + act.seconds
         stages.begin()
 
     def _at_rest(self, permit: Permit) -> RobotState:
@@ -113,7 +125,7 @@ class TaskRunner:
                 self._session.hold()
             raise
 
-    def _carry_out(self, act: Act, free: Permit, stages: "_Stages") -> None:
+    def _carry_out(self, act: Act, planned: Arrangement, free: Permit, stages: "_Stages") -> None:
         def permit() -> None:
             free()
             self._check_grip(self._session.latest())
@@ -121,15 +133,15 @@ class TaskRunner:
         if act.kind in ("wait", "expect"):
             permit()
             stages.begin()
-            self._look_on(act, permit)
+            self._look_on(act, permit, stages)
         elif act.kind == "gripper":
-            self._grip(act, free, stages)
+            self._grip(act, planned, free, stages)
         else:
             self._session.execute(act.kind, act.args, permit, stages.pass_on)
             self._check_grip(self._session.latest())
 
-    def _look_on(self, act: Act, permit: Permit) -> None:
-        """Wait, or compare what is expected with the model and with what the gripper tells."""
+    def _look_on(self, act: Act, permit: Permit, stages: "_Stages") -> None:
+        """Wait, or compare what is expected with pictures, with the model and with what the gripper tells."""
         clock = self._session.clock
         until = clock.monotonic() + act.args.get("seconds", 0.0)
         while (left := until - clock.monotonic()) > 0:
@@ -138,11 +150,11 @@ class TaskRunner:
             permit()
         if act.kind == "expect":
             action = act.of.action
-            check_expected(action, self._model.arrangement)
+            self._judge.expected(action, stages.note)
             if action == steps.ExpectHeld(None) and self._hand.holds(self._session.state()):
                 raise NotPossible("the gripper holds something")
 
-    def _grip(self, act: Act, free: Permit, stages: "_Stages") -> None:
+    def _grip(self, act: Act, planned: Arrangement, free: Permit, stages: "_Stages") -> None:
         closes, load = bool(act.args["closed"]), act.arrangement.held
         self._load = None
         self._session.execute(act.kind, act.args, free, stages.pass_on)
@@ -152,7 +164,7 @@ class TaskRunner:
             raise GripLost(f"The gripper is empty: {load} was not there")
         if not closes and self._hand.holds(state):
             raise GripLost("The gripper does not open")
-        self._model.take(act.arrangement, How.ARM)
+        self._model.take(act.arrangement, How.ARM, planned)
         self._load = load
 
     def _check_grip(self, state: RobotState | None) -> None:
@@ -177,6 +189,11 @@ class _Stages:
             self._on_stage(progress)
         else:
             self._progress = progress
+
+    def note(self, text: str) -> None:
+        """Tell a result of the task on its way, in words."""
+        self.begin()
+        self._on_stage(Observation(text))
 
     def pass_on(self, stage: object) -> None:
         """Take a stage of an act."""

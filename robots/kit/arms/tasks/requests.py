@@ -14,7 +14,7 @@ from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.described import posture
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import OBJECTS
-from robots.kit.arms.objects import TABLE, ObjectTable, pose_of, upright
+from robots.kit.arms.objects import ObjectTable, pose_of, upright
 from robots.kit.arms.preview import Trail, start_of
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import StepImpossible
@@ -66,22 +66,10 @@ def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
     """Refuse a text that is no task, and names of objects that are not there. Raises BadRequest."""
     steps_of = parsed(args["text"]).steps() if kind == TASK else ()
     for step in steps_of:
-        for name in _names(step.action):
+        for name in steps.names(step.action):
             if table.named(name) is None:
                 known = ", ".join(table.objects)
                 raise BadRequest(f"Line {step.line}: there is no object {name}; there are {known}.")
-
-
-def _names(action: steps.Action) -> tuple[str, ...]:
-    match action:
-        case steps.PutOn(name, on) | steps.ExpectOn(name, on):
-            return (name,) if on == TABLE else (name, on)
-        case steps.Grasp(name) | steps.PutAt(name):
-            return (name,)
-        case steps.ExpectHeld(name) if name is not None:
-            return (name,)
-        case _:
-            return ()
 
 
 def amendment(table: ObjectTable, args: dict[str, Any]) -> tuple[str, Placed]:

@@ -112,7 +112,7 @@ lock:
 	  --no-header --no-annotate requirements/lerobot.in -o requirements/lerobot.lock
 	.venv/bin/uv pip compile -q --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	  --no-header --no-annotate requirements/octoprint.in -o requirements/octoprint.lock
-	for name in base test bench node uv fuzzy; do .venv/bin/uv pip compile -q --universal --python-version 3.11 \
+	for name in base test bench node uv fuzzy foxglove; do .venv/bin/uv pip compile -q --universal --python-version 3.11 \
 	  --override requirements/overrides.txt --generate-hashes --no-emit-index-url --no-header --no-annotate requirements/$$name.in \
 	  -o requirements/$$name.lock || exit 1; done
 

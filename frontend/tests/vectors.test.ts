@@ -12,6 +12,7 @@ import { decode } from "../src/socket/decoder.ts";
 import type { PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "../src/socket/packets.ts";
 import { momentOf, unpackSlice } from "../src/replay/slices.ts";
 import { ByteStreams } from "../src/socket/byte_streams.ts";
+import { isShort, ShortHeads } from "../src/socket/short_heads.ts";
 import { VideoChain } from "../src/media/video_chain.ts";
 import { FINAL, STAGES } from "../src/socket/stages.ts";
 import { parseTask, printTask } from "../src/widgets/task_text.ts";
@@ -241,6 +242,28 @@ test("packets of byte streams are read as Python packs them, and deltas follow t
       const chain = streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data));
       assert.deepEqual(chain, shown, one.what);
     }
+  }
+});
+
+test("deltas with short heads are whole again, after what they follow alone", () => {
+  const hex = (data: Uint8Array): string => Buffer.from(data).toString("hex");
+  for (const one of vectorsOf<{ what: string; packets: (Streamed["packets"][0] & { sent: string })[] }[]>("short_heads")) {
+    const heads = new ShortHeads(),
+      late = new ShortHeads();
+    for (const { sent, ...packet } of one.packets) {
+      const { buffer } = bytesOf(sent),
+        short = isShort(bytesOf(sent)[0]);
+      const found = heads.note(short ? heads.take(buffer) : decode(buffer)) as StreamPacket;
+      assert.deepEqual(
+        [found.stream, found.run, found.number, found.atMs, found.key, hex(found.data)],
+        [packet.stream, packet.run, packet.number, packet.at_ms, packet.key, packet.data],
+        one.what,
+      );
+      if (short) assert.equal(late.take(buffer), null, "what it follows did not come");
+      assert.equal(late.take(buffer.slice(0, 2)), null, "cut off");
+    }
+    heads.clear();
+    for (const { sent } of one.packets) if (isShort(bytesOf(sent)[0])) assert.equal(heads.take(bytesOf(sent).buffer), null);
   }
 });
 

@@ -11,6 +11,7 @@ from portal.live.hub import Hub
 from portal.live.pieces import Pieces
 from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
+from robots.kit.contract.short_heads import ShortHeads
 from robots.kit.packets import Changed
 
 LARGEST = 1 << 30  # bytes of a piece once the line is thin no longer: all that is left
@@ -33,6 +34,7 @@ class Writer:
         self._one_by_one = asyncio.Lock()
         self._waiting: deque[bytes] = deque()  # packets of byte streams, in their order
         self._pieces, self._ordered = Pieces(), False  # of a long message; whether packets must not come before its end
+        self._heads = ShortHeads()
         self._counts = False  # the number of watchers is to be sent
 
     async def run(self) -> None:
@@ -103,6 +105,7 @@ class Writer:
             if long and self._pieces.left:
                 break  # a picture is in pieces
             data, found = self._waiting.popleft(), True
+            data = self._heads.shorten(data) if viewer.piece else data
             if long:
                 self._begin(data, ordered=True)
             else:

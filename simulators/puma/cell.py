@@ -94,7 +94,7 @@ def _grid(x: int, y: int, pitch: float) -> Floats:
 @cache
 def bearers() -> tuple[Bearer, ...]:
     """Return everything that has studs: the bricks in their order, then the plate."""
-    plate, pitch = load(DRIVER)["plate"], float(load(DRIVER)["clutch"]["pitch_m"])
+    plate, pitch = load(DRIVER)["plate"], float(load(DRIVER)["plate"]["pitch_m"])
     found = []
     for name in bricks():
         x, y, z = (edge / 2 for edge in things()[name].size)

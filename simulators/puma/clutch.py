@@ -170,7 +170,7 @@ class Clutch:
         ]
 
     def _off(self, upper: Bearer, lower: Bearer, place: Floats, turn: Floats) -> Off:
-        pitch, within = self._settings["pitch_m"], np.radians(self._settings["within_deg"])
+        pitch, within = load(DRIVER)["plate"]["pitch_m"], np.radians(self._settings["within_deg"])
         yaw = float(np.arctan2(turn[1, 0], turn[0, 0]))
         quarters = round(yaw / (np.pi / 2))
         level = pitch * np.round(place[:2] / pitch)

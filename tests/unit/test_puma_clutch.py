@@ -11,7 +11,7 @@ from simulators.puma.plant import Plant
 from tests.puma_operator import Operator
 
 CLUTCH = load("puma")["clutch"]
-PITCH, STUD, HIGH = CLUTCH["pitch_m"], CLUTCH["stud_m"], 0.0192
+PITCH, STUD, HIGH = load("puma")["plate"]["pitch_m"], CLUTCH["stud_m"], 0.0192
 WORK_J = 15.0 * 2 * STUD  # of 15 N on the way through the studs; a step of 2 ms rounds it up
 
 

@@ -10,10 +10,14 @@ from robots.kit.arms.tasks.steps import Repeat, Step, Task, write
 
 NAMES = st.sampled_from(("a", "red", "brick-1", "x9", "on-top", "table"))
 MM = st.integers(-3_000_000, 3_000_000).map(lambda n: n / 1000)
+STUDS = st.integers(1, 99)
 DEGREES = st.integers(-360_000, 360_000).map(lambda n: n / 1000)
 ACTIONS = st.one_of(
     st.builds(steps.Grasp, NAMES),
     st.builds(steps.PutOn, NAMES, NAMES, st.none() | st.tuples(MM, MM), st.none() | DEGREES),
+    st.builds(
+        steps.PutOn, NAMES, st.just("plate"), st.none(), st.none() | DEGREES, st.tuples(STUDS, STUDS)
+    ),
     st.builds(steps.PutAt, NAMES, st.tuples(MM, MM), st.none() | DEGREES),
     st.builds(steps.MoveTo, st.tuples(MM, MM, MM), st.none() | st.tuples(DEGREES, DEGREES, DEGREES)),
     st.builds(steps.MovePosture, NAMES),
@@ -91,8 +95,16 @@ def test_repetitions_are_expanded_in_order_and_keep_their_lines():
             "Line 2: 'lift' is no step; allowed: grasp, put, move, open, close, wait, repeat, end, expect.",
         ),
         ("grasp", "Line 1: allowed: grasp A."),
-        ("put red beside blue", "Line 1: allowed: put A on B [by DX DY] [turned DEG] | put A at X Y [YAW]."),
+        (
+            "put red beside blue",
+            "Line 1: allowed: put A on B [by DX DY] [turned DEG] | put A on plate at COLUMN ROW [turned DEG] | "
+            "put A at X Y [YAW].",
+        ),
         ("put red at 1", "Line 1: allowed: put A on B"),
+        ("put red on yellow at 1 2", "Line 1: allowed: put A on B"),
+        ("put red on plate at 1", "Line 1: allowed: put A on B"),
+        ("put red on plate at 0 2", "Line 1: '0' must be a whole number from 1 to 99, a column or row of studs."),
+        ("put red on plate at 1 2.5", "Line 1: '2.5' must be a whole number"),
         ("put red at x 2", "Line 1: 'x' must be a number from -3000 to 3000."),
         ("put red at nan 2", "Line 1: 'nan' must be a number"),
         ("put red at 1e9 2", "Line 1: '1e9' must be a number"),

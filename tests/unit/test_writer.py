@@ -8,6 +8,7 @@ from websockets.streams import StreamReader
 
 from portal.live.viewer import Viewer, Wish
 from portal.live.writer import Writer
+from robots.kit.contract.short_heads import FIRST, ShortHeads
 from robots.kit.contract.streams import StreamPacket, pack
 from robots.kit.packets import Notice
 
@@ -102,7 +103,7 @@ def test_events_come_first_then_state_path_packets_and_pieces_of_a_picture_in_ro
     got = asyncio.run(written(put))
     assert "first" in got[0]
     assert got[1:4] == [STATE, PATH, DELTAS[0]]
-    assert got[4] == DELTAS[1]  # the picture is not begun before
+    assert got[4] == bytes((FIRST, 0, 2 << 4, 2)), "the delta, with a short head; the picture is not begun before"
     pieces = [one for one in got[4:] if one[0] == 7]
     assert whole(pieces) == PICTURE
     assert all(len(piece) <= ThinLine.window for piece in pieces)
@@ -136,7 +137,7 @@ def test_packets_of_a_stream_keep_their_order_though_one_comes_in_pieces():
 
     got = asyncio.run(written(put))
     assert whole(got[:-1]) == MAP
-    assert got[-1] == later
+    assert got[-1] == bytes((FIRST, 0, 4 << 4)) + b"later"
 
 
 def test_a_picture_that_nobody_looks_at_any_more_is_not_sent_to_its_end():
@@ -150,3 +151,24 @@ def test_a_picture_that_nobody_looks_at_any_more_is_not_sent_to_its_end():
     got = asyncio.run(written(put))
     assert [one[0] for one in got] in ([7, 200], [7, 7, 200])
     assert not any(one[1] & 2 for one in got if one[0] == 7)
+
+
+def test_deltas_that_follow_have_short_heads_also_where_they_come_in_pieces():
+    long = pack(StreamPacket(0, 5, 90, False, b"l" * 150))
+    packets = [MAP, pack(StreamPacket(0, 4, 40, False, b"later")), long]
+
+    def put(viewer, before):
+        viewer.wake()
+        return packets if before == 0 else None
+
+    got = asyncio.run(written(put))
+    pieces = [one for one in got if one[0] == 7]
+    ended = [n for n, one in enumerate(pieces) if one[1] & 2]
+    assert len(ended) == 2
+    reader = ShortHeads()
+    assert reader.restore(whole(pieces[: ended[0] + 1])) == MAP
+    (short,) = [one for one in got if one[0] == FIRST]
+    assert len(short) == 3 + len(b"later")
+    assert reader.restore(short) == packets[1]
+    assert reader.restore(whole(pieces[ended[0] + 1 :])) == long
+    assert len(whole(pieces[ended[0] + 1 :])) == 3 + 150

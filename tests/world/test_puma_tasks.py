@@ -1,13 +1,20 @@
 """Tasks of the PUMA 560 in virtual time, judged by the simulator's own positions of its bricks and its rod."""
 
+import json
+
+import numpy as np
 import pytest
 
 from robots.kit.arms.beliefs import How
+from robots.kit.arms.goals import goals_of, missing
+from robots.kit.arms.objects import objects_of
 from robots.kit.description import programs_of
+from robots.models import Finding
+from robots.services.streams import packets_of
 from tests.world.seeds import hunts
 from tests.world.test_tasks import begin, beliefs, blocks, run
 
-pytestmark = pytest.mark.parametrize("which", ["puma"], indirect=True)
+pytestmark = [pytest.mark.parametrize("which", ["puma"], indirect=True), pytest.mark.usefixtures("sharp")]
 GALLERY = dict(programs_of("puma", "task"))
 BRICK_M, NEAR_M = 0.0192, 0.001
 
@@ -22,7 +29,7 @@ def test_bricks_that_are_put_on_each_other_clutch_to_a_tower(portal):
     a, b, c = (there[name] for name in "abc")
     assert b == pytest.approx([*a[:2], a[2] + BRICK_M], abs=NEAR_M)
     assert c == pytest.approx([*a[:2], a[2] + 2 * BRICK_M], abs=NEAR_M)
-    assert beliefs(portal)["c"]["how"] == How.ARM
+    assert beliefs(portal)["c"]["how"] == How.MEASURED
 
 
 @hunts(1, 5, 20)
@@ -45,3 +52,38 @@ def test_a_stop_in_mid_task_rests_the_arm_and_nothing_goes_on(portal):
     portal.world.sleep(30)
     assert portal.rig.count("motion") == moved
     assert not portal.rig.moving
+
+
+def figure(portal):
+    """Return how far (m, rad) each brick of the figure is from where it belongs, by the simulator."""
+    goal = next(one for one in goals_of("puma") if one.name == "figure")
+    plant, table = portal.rig.sim.plant, objects_of("puma")
+    found = {}
+    for name, pose in goal.parts.items():
+        body, true = plant.data.body(name), np.eye(4)
+        true[:3, :3], true[:3, 3] = body.xmat.reshape(3, 3), body.xpos
+        found[name] = missing(table.objects[name], true, pose)
+    return found
+
+
+def told(portal, goal):
+    """Return what pages are told of a goal."""
+    *_, (data, _) = packets_of(portal.robot, "beliefs")
+    return json.loads(data)["goals"][goal]
+
+
+@hunts(1, 5, 20)
+def test_the_figure_of_five_bricks_is_built_by_its_task_and_won_once(portal):
+    """Nobody corrects where the bricks are: they are measured."""
+    portal.ready()
+    assert told(portal, "figure") == {"there": [], "won_ms": None}
+    command = run(portal, GALLERY["The figure of five bricks"])
+    assert command.reason == ""
+    assert (command.state, command.reason) == ("completed", "")
+    for name, (metres, angle) in figure(portal).items():
+        assert metres < 0.002 and angle < 0.02, f"{name}: {metres * 1000:.2f} mm, {angle:.3f} rad"
+    assert portal.rig.sim.plant.clutch.held() >= {("a", "plate"), ("b", "plate"), ("c", "a"), ("c", "b"), ("d", "c")}
+    assert sorted(told(portal, "figure")["there"]) == [*"abcde"]
+    assert told(portal, "figure")["won_ms"] is not None
+    findings = [one.text for one in Finding.objects.filter(command=command)]
+    assert findings == ["won: The figure of five bricks"]

@@ -20,10 +20,11 @@ export class Tasks implements ArmMode {
     private arm: Arm,
     names: readonly string[],
     postures: readonly string[],
+    hasPlate: boolean,
   ) {
     const use = {
       blocks: async (box: HTMLElement, changed: (steps: TaskStep[]) => void) =>
-        new (await import("../widgets/task_desk.ts")).TaskBlocks(box, names, postures, changed),
+        new (await import("../widgets/task_desk.ts")).TaskBlocks(box, names, postures, hasPlate, changed),
       changed: () => arm.ask(),
       refused: (why: string) => arm.refuse(why),
     };

@@ -149,7 +149,7 @@ export class ArmConsole implements Console, Judge {
 
   private tasks(): Tasks {
     const names = (description.objects ?? []).map(({ name }) => name);
-    return new Tasks(this.page, this, names, POSTURES);
+    return new Tasks(this.page, this, names, POSTURES, description.plate !== undefined);
   }
 
   watch(): void {

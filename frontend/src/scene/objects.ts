@@ -20,6 +20,13 @@ export interface ObjectFacts {
   first?: number[]; // its pose in the beginning
   grasps?: number[][]; // poses of the tool in its frame
 }
+/** A plate with studs: the middle of its underside (m), columns along x and rows along y. */
+export interface PlateFacts {
+  place: [number, number, number];
+  studs: [number, number];
+  pitch: number; // m between two studs
+  thick: number;
+}
 /** What is known of an object. `pose` is in the frame of the base, or of the tool that holds it. */
 export interface KnownObject {
   facts: ObjectFacts;

@@ -9,7 +9,8 @@ import { Ghost } from "./ghost.ts";
 import { Hand } from "./hand.ts";
 import type { Judgement, PoseJudge } from "./judge.ts";
 import { type Move, numbersOfPose, pointingDown, shareOf, wayInWords } from "./moves.ts";
-import type { ObjectFacts, SceneObjects } from "./objects.ts";
+import type { GoalFacts } from "./goals.ts";
+import type { ObjectFacts, PlateFacts, SceneObjects } from "./objects.ts";
 import { Standstill } from "./standstill.ts";
 import { Surroundings } from "./surroundings.ts";
 import type { CameraPlace, SceneView } from "./view.ts";
@@ -19,6 +20,8 @@ export interface SceneFacts {
   view?: CameraPlace[];
   objects?: ObjectFacts[];
   objects_box?: Box;
+  plate?: PlateFacts;
+  goals?: GoalFacts[];
   release_m?: number; // so far above a surface an object is let go
 }
 /** The parts of the console that the scene needs. */

@@ -7,6 +7,7 @@ import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
 import { PIECE, Pieces } from "./pieces.ts";
 import { RoundTrip } from "./round_trip.ts";
+import { isShort, ShortHeads } from "./short_heads.ts";
 
 export interface Handlers {
   message(message: Message): void;
@@ -35,6 +36,10 @@ const DRAIN_MS = 3000; // how long the socket before is read for answers to earl
 const ANSWER = '{"t": "answer"';
 const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
 
+function firstByte(data: ArrayBuffer): number | undefined {
+  return new Uint8Array(data)[0];
+}
+
 export class RobotSocket {
   up = false;
   /** The number of sockets opened so far; it tells into which one a message went. */
@@ -51,6 +56,7 @@ export class RobotSocket {
   private full = false; // too many viewers: the next attempt keeps its pause
   private readonly roundTrip = new RoundTrip();
   private readonly pieces = new Pieces();
+  private readonly heads = new ShortHeads();
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
@@ -163,6 +169,7 @@ export class RobotSocket {
     this.socket = socket;
     this.known = this.full = false;
     this.pieces.clear();
+    this.heads.clear();
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -227,8 +234,9 @@ export class RobotSocket {
     this.handlers.took?.(typeof data === "string" ? data.length : data.byteLength);
     if (typeof data !== "string") {
       this.probeAfter = PROBE_MS;
-      const whole = new Uint8Array(data, 0, Math.min(1, data.byteLength))[0] === PIECE ? this.pieces.take(data) : data;
-      const packet = whole && decode(whole, this.layout, this.now());
+      const whole = firstByte(data) === PIECE ? this.pieces.take(data) : data;
+      if (whole === null) return;
+      const packet = this.heads.note(isShort(firstByte(whole)) ? this.heads.take(whole) : decode(whole, this.layout, this.now()));
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("coded" in packet) this.handlers.video?.(packet);

@@ -1,10 +1,10 @@
 /** The blocks of tasks (Blockly), for every arm with objects; loaded by `import()` when its mode is opened. */
 import { type Blockly, type BlockState, choiceField, defineStep, numberField, StepWorkspace } from "./blockly.ts";
-import { printTask, type TaskStep } from "./task_text.ts";
+import { PLATE, printTask, type TaskStep } from "./task_text.ts";
 
 const TABLE = "table";
 const CATEGORIES = [
-  { name: "Objects", colour: "25", types: ["task-grasp", "task-on", "task-at"] },
+  { name: "Objects", colour: "25", types: ["task-grasp", "task-on", "task-at", "task-stud"] },
   { name: "Move", colour: "195", types: ["task-move", "task-posture", "task-hand"] },
   { name: "Wait", colour: "60", types: ["task-wait"] },
   { name: "Expect", colour: "290", types: ["task-lies", "task-holds", "task-empty"] },
@@ -12,7 +12,7 @@ const CATEGORIES = [
 ];
 
 /** Define the blocks for these objects and named postures. */
-function define(names: readonly string[], postures: readonly string[]): void {
+function define(names: readonly string[], postures: readonly string[], surfaces: readonly string[]): void {
   const choice = (field: string, of: readonly string[]): object =>
     choiceField(
       field,
@@ -27,13 +27,21 @@ function define(names: readonly string[], postures: readonly string[]): void {
     25,
     "Put an object on another one; take it first if the gripper is empty.",
     "put %1 on %2",
-    [thing, choice("on", names)],
+    [thing, choice("on", [...names, ...surfaces])],
     {
       message1: "moved by %1 %2 mm, turned %3 °",
       args1: [mm("dx"), mm("dy"), degrees("turned")],
     },
   );
   defineStep("task-at", 25, "Put an object on the table (mm).", "put %1 at x %2 y %3", [thing, mm("x", 450), mm("y")]);
+  const stud = (field: string): object => numberField(field, 1, 99, 1, 1);
+  defineStep(
+    "task-stud",
+    25,
+    "Press an object onto the plate, with its corner on a stud.",
+    "put %1 on plate at column %2 row %3 turned %4 °",
+    [thing, stud("column"), stud("row"), degrees("turned")],
+  );
   defineStep("task-move", 195, "Move the tool (mm); it keeps its rotation.", "move to x %1 y %2 z %3", [
     mm("x", 450),
     mm("y"),
@@ -42,7 +50,7 @@ function define(names: readonly string[], postures: readonly string[]): void {
   defineStep("task-posture", 195, "Move the arm to a posture that has a name.", "move to %1", [choice("posture", postures)]);
   defineStep("task-hand", 195, "Open or close the gripper.", "%1 the gripper", [choice("do", ["open", "close"])]);
   defineStep("task-wait", 60, "Wait so many seconds.", "wait %1 s", [numberField("seconds", 0, 30, 1)]);
-  defineStep("task-lies", 290, "Go on only if it is so.", "expect %1 on %2", [thing, choice("on", [...names, TABLE])]);
+  defineStep("task-lies", 290, "Go on only if it is so.", "expect %1 on %2", [thing, choice("on", [...names, TABLE, ...surfaces])]);
   defineStep("task-holds", 290, "Go on only if it is so.", "expect to hold %1", [thing]);
   defineStep("task-empty", 290, "Go on only if it is so.", "expect an empty gripper");
   const inside = [numberField("times", 1, 100, 2, 1), { type: "input_dummy" }, { type: "input_statement", name: "steps" }];
@@ -55,10 +63,15 @@ export class TaskBlocks extends StepWorkspace<TaskStep> {
     box: HTMLElement,
     private names: readonly string[],
     private postures: readonly string[],
+    private hasPlate: boolean,
     changed: (steps: TaskStep[]) => void,
   ) {
-    define(names, postures);
-    super(box, CATEGORIES, changed);
+    define(names, postures, hasPlate ? [PLATE] : []);
+    super(
+      box,
+      hasPlate ? CATEGORIES : CATEGORIES.map((one) => ({ ...one, types: one.types.filter((type) => type !== "task-stud") })),
+      changed,
+    );
   }
 
   protected override block(step: TaskStep): BlockState {
@@ -76,9 +89,13 @@ export class TaskBlocks extends StepWorkspace<TaskStep> {
       case "grasp":
         return known(step.name) ? { type: "task-grasp", fields: { name: step.name } } : null;
       case "on": {
-        const [dx = 0, dy = 0] = step.by ?? [];
+        const [dx = 0, dy = 0] = step.by ?? [],
+          [column, row] = step.stud ?? [];
+        if (step.stud && this.hasPlate && known(step.name))
+          return { type: "task-stud", fields: { name: step.name, column, row, turned: step.turned ?? 0 } };
+        if (step.stud) return null;
         const fields = { name: step.name, on: step.on, dx, dy, turned: step.turned ?? 0 };
-        return known(step.name, step.on) ? { type: "task-on", fields } : null;
+        return known(step.name) && this.bears(step.on) ? { type: "task-on", fields } : null;
       }
       case "at":
         if (step.yaw !== undefined || !known(step.name)) return null;
@@ -94,7 +111,7 @@ export class TaskBlocks extends StepWorkspace<TaskStep> {
       case "wait":
         return { type: "task-wait", fields: { seconds: step.seconds } };
       case "lies":
-        if (!known(step.name) || (step.on !== TABLE && !known(step.on))) return null;
+        if (!known(step.name) || (step.on !== TABLE && !this.bears(step.on))) return null;
         return { type: "task-lies", fields: { name: step.name, on: step.on } };
       case "holds":
         if (step.name === null) return { type: "task-empty" };
@@ -102,6 +119,10 @@ export class TaskBlocks extends StepWorkspace<TaskStep> {
       default:
         return null;
     }
+  }
+
+  private bears(name: string): boolean {
+    return this.names.includes(name) || (this.hasPlate && name === PLATE);
   }
 
   protected override step(block: Blockly.Block): TaskStep {
@@ -114,6 +135,10 @@ export class TaskBlocks extends StepWorkspace<TaskStep> {
         const by = [value("dx"), value("dy")],
           turned = value("turned");
         return { do: "on", name: text("name"), on: text("on"), ...(by.some(Boolean) ? { by } : {}), ...(turned ? { turned } : {}) };
+      }
+      case "task-stud": {
+        const turned = value("turned");
+        return { do: "on", name: text("name"), on: PLATE, stud: [value("column"), value("row")], ...(turned ? { turned } : {}) };
       }
       case "task-at":
         return { do: "at", name: text("name"), at: [value("x"), value("y")] };

@@ -2,7 +2,7 @@
 
 export type TaskStep =
   | { do: "grasp"; name: string }
-  | { do: "on"; name: string; on: string; by?: number[]; turned?: number }
+  | { do: "on"; name: string; on: string; by?: number[]; stud?: number[]; turned?: number }
   | { do: "at"; name: string; at: number[]; yaw?: number }
   | { do: "move"; place: number[]; angles?: number[] }
   | { do: "posture"; posture: string }
@@ -22,10 +22,12 @@ const LONGEST_TEXT = 6000,
   DEEPEST = 4,
   LONGEST_WAIT = 30,
   FARTHEST = 3000,
-  MOST_DEGREES = 360;
+  MOST_DEGREES = 360,
+  MOST_STUDS = 99;
+export const PLATE = "plate"; // with studs, on which objects are put
 const ALLOWED: Readonly<Record<string, string>> = {
   grasp: "grasp A",
-  put: "put A on B [by DX DY] [turned DEG] | put A at X Y [YAW]",
+  put: "put A on B [by DX DY] [turned DEG] | put A on plate at COLUMN ROW [turned DEG] | put A at X Y [YAW]",
   move: "move X Y Z [ROLL PITCH YAW] | move POSTURE",
   open: "open",
   close: "close",
@@ -124,8 +126,11 @@ function put(rest: readonly string[]): TaskStep {
   }
   if (rest.length >= 3 && rest[1] === "on") {
     let more = rest.slice(3);
-    const extra: { by?: number[]; turned?: number } = {};
-    if (more[0] === "by" && (more.length === 3 || more.length === 5)) {
+    const extra: { by?: number[]; stud?: number[]; turned?: number } = {};
+    if (rest[2] === PLATE && more[0] === "at" && (more.length === 3 || more.length === 5)) {
+      extra.stud = [stud(more[1]), stud(more[2])];
+      more = more.slice(3);
+    } else if (more[0] === "by" && (more.length === 3 || more.length === 5)) {
       extra.by = [real(more[1], FARTHEST), real(more[2], FARTHEST)];
       more = more.slice(3);
     }
@@ -146,6 +151,14 @@ function only(word: string, rest: readonly string[], ...counts: number[]): reado
 function named(text = ""): string {
   if (!NAME.test(text)) throw new Error(`'${[...text].slice(0, 12).join("")}' is no name: letters, digits and hyphens, at most 30`);
   return text;
+}
+
+/** Return the number of a column or a row of studs. */
+function stud(text = ""): number {
+  const value = /^[0-9]{1,2}$/.test(text) ? Number(text) : 0;
+  if (value < 1 || value > MOST_STUDS)
+    throw new Error(`'${[...text].slice(0, 12).join("")}' must be a whole number from 1 to ${MOST_STUDS}, a column or row of studs`);
+  return value;
 }
 
 /** Return a number, rounded to the three decimals that tasks have. */
@@ -179,7 +192,7 @@ function line(one: Exclude<TaskStep, { do: "repeat" }>): string {
         one.name,
         "on",
         one.on,
-        ...(one.by ? ["by", ...one.by] : []),
+        ...(one.stud ? ["at", ...one.stud] : one.by ? ["by", ...one.by] : []),
         ...(one.turned === undefined ? [] : ["turned", one.turned]),
       );
     case "at":

@@ -141,9 +141,10 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
 
         facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
     if spec.capability(Objects) is not None:
-        from robots.kit.arms.objects import object_facts  # noqa: PLC0415 - as above
+        from robots.kit.arms.goals import goal_facts  # noqa: PLC0415 - as above
+        from robots.kit.arms.objects import object_facts  # noqa: PLC0415
 
-        facts |= object_facts(robot.driver)
+        facts |= object_facts(robot.driver) | goal_facts(robot.driver)
     return facts
 
 

@@ -5,14 +5,17 @@ Poses are 4 x 4, in the frame of the base; lengths in m.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from math import pi, remainder
 
 import numpy as np
 
 from robots.kit.arms.chain import Matrix
-from robots.kit.arms.objects import TABLE, DescribedObject, ObjectTable, placed_of, pose_of
+from robots.kit.arms.objects import TABLE, DescribedObject, ObjectTable, placed_of, pose_of, yaw_of
+from robots.kit.arms.plates import PLATE
 from robots.kit.arms.solids import TOUCH_M, Solid, cover, is_over, overlap, rests_on
 from robots.kit.contract.objects import Placed
 
+SQUARE = 1e-4  # rad by which a turn onto studs may differ from quarters
 REACH_M = 0.012  # an object whose middle is no farther from the tool than a grasp says, within this, is between fingers
 
 
@@ -59,8 +62,42 @@ class Arrangement:
         """Return the box around an object that is not held. Raises NotPossible."""
         return self.described(name).solid(self.pose(name))
 
+    def bearing(self, name: str) -> tuple[Matrix, float]:
+        """Return the pose (4 x 4) of an object or of the plate, and how high its top is. Raises NotPossible."""
+        if name == PLATE:
+            if self.table.plate is None:
+                raise NotPossible("there is no plate")
+            return self.table.plate.pose, self.table.plate.top
+        return self.pose(name), self.solid(name).top
+
+    def on_top(
+        self, name: str, rotation: Matrix, on: str, by: tuple[float, float], stud: tuple[int, int] | None = None
+    ) -> Matrix:
+        """Return the pose (4 x 4) of an object, so turned (3 x 3), on another one or on the plate.
+
+        It is moved in the frame of that one (m), or covers a stud of the plate with its corner of lowest column and
+        row. Raises NotPossible.
+        """
+        base, height = self.bearing(on)
+        x, y = (base[:3, 3] + base[:3, :3] @ (*by, 0.0))[:2]
+        pose = self.described(name).standing(rotation, x, y, height)
+        return pose if stud is None else self._on_stud(self.described(name).solid(pose), stud)
+
+    def _on_stud(self, solid: Solid, stud: tuple[int, int]) -> Matrix:
+        plate, pose = self.table.plate, solid.pose
+        assert plate is not None, "it bears the object"
+        if abs(remainder(yaw_of(pose), pi / 2)) > SQUARE:
+            raise NotPossible("onto studs it is turned by 0, 90, 180 or 270 degrees")
+        pose[:2, 3] = plate.middle(stud, solid)
+        if not plate.bears(Solid(pose, solid.half)):
+            columns, rows = plate.studs
+            raise NotPossible(f"there is no room at {stud[0]} {stud[1]}: the plate has {columns} columns, {rows} rows")
+        return pose
+
     def lying(self, *but: str) -> Iterator[tuple[str, Solid]]:
-        """Yield the objects that are known and not held, but some."""
+        """Yield the objects that are known and not held, but some; and the plate, on which they may lie."""
+        if self.table.plate is not None:
+            yield PLATE, self.table.plate.solid
         for name, placed in self.places.items():
             if not placed.held and name not in but:
                 yield name, self.table.objects[name].solid(pose_of(placed))
@@ -114,7 +151,7 @@ class Arrangement:
         """Return the object that a gripper takes that closes with its tool at a pose; None if there is none."""
         here = tool[:3, 3]
         for name, solid in self.lying():
-            for grasp in self.described(name).grasps:
+            for grasp in self.described(name).grasps if name != PLATE else ():
                 inside = np.linalg.norm(np.linalg.inv(grasp.tool)[:3, 3])
                 if np.linalg.norm(solid.pose[:3, 3] - here) <= inside + REACH_M:
                     return name
@@ -147,6 +184,8 @@ class Arrangement:
         x, y = float(pose[0, 3]), float(pose[1, 3])
         lower = [(other, there) for other, there in self.lying(name) if rests_on(solid, there)]
         for other, _ in lower:
+            if other == PLATE:
+                continue
             carries = self.described(other).carries
             if name not in carries and "*" not in carries:
                 raise NotPossible(f"{name} may not be put on {other}")

@@ -84,6 +84,11 @@ class ObjectModel:
         """Return the name of the object in the gripper, or None."""
         return next((name for name, one in self._now.beliefs.items() if one.held), None)
 
+    @property
+    def snapshot(self) -> Snapshot:
+        """Return the beliefs of now."""
+        return self._now
+
     def belief(self, name: str) -> Belief:
         """Return what is known of an object. Raises KeyError."""
         return self._now.beliefs[name]
@@ -105,16 +110,13 @@ class ObjectModel:
             with self._lock:
                 self._change({name: self._belief(placed, how) for name, placed in places.items()})
 
-    def take(self, after: Arrangement, how: How, before: Arrangement | None = None) -> None:
-        """Take over what has changed by an act of the arm; an object that it has lost is told as dropped.
-
-        `before`: how the objects were by the plan of which the act is part; without it, as they are believed to be.
-        """
+    def take(self, after: Arrangement, how: How) -> None:
+        """Take over what has changed by an act of the arm; an object that it has lost is told as dropped."""
         with self._lock:
-            known, changes = (before or self.arrangement).places, {}
+            before, changes = self.arrangement.places, {}
             for name in self.table.objects:
                 placed = after.places.get(name)
-                if placed != known.get(name):
+                if placed != before.get(name):
                     changes[name] = self._belief(placed, how if placed is not None else How.DROPPED)
             if changes:
                 self._change(changes)

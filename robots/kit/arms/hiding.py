@@ -10,7 +10,7 @@ from robots.kit.arms.objects import ObjectTable
 from robots.kit.arms.solids import Solid
 from robots.kit.arms.zones import Limb
 
-NEAR = 0.02  # of the way from a point to the camera, in which its own object begins
+OFF_M = 0.001  # from a point on a surface to where its way to the camera begins
 
 
 class Hiding:
@@ -23,7 +23,8 @@ class Hiding:
 
     def hides(self, q: Joints, others: Iterable[Solid], seat: Matrix, points: Matrix) -> bool:
         """Return whether a camera at `seat` (3,) does not see all of the points (n, 3), the arm's joints being `q`."""
-        ends = points + NEAR * (seat - points)
+        ways = seat - points
+        ends = points + OFF_M * ways / np.linalg.norm(ways, axis=1, keepdims=True)
         frames = self._chain.frames(q)
         tool = self._chain.forward(q)
         boxes = [(frames[joint], low, high) for joint, low, high in self._limbs]

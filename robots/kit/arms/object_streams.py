@@ -1,10 +1,12 @@
 """Two byte streams of a robot's objects: where they are, and how that is known.
 
 `objects` has the packets of `robots.kit.contract.objects`: nothing is sent of an object that rests or is carried.
-`beliefs` is JSON, key packets alone, sent when a belief changes: by name `how` and `at_ms`, and a `note` of them all.
+`beliefs` is JSON, key packets alone, sent when a belief changes: by name `how` and `at_ms`, a `note` of them all, and
+how far the `goals` are, where there are any.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import msgspec
 
@@ -30,7 +32,7 @@ class ObjectStreams:
         """Send everything next: whoever listened before is gone."""
         self._key = True
 
-    def tell(self, now: Snapshot) -> None:
+    def tell(self, now: Snapshot, goals: Mapping[str, Any] | None = None) -> None:
         """Send what has changed since the last snapshot."""
         objects: dict[int, Placed] = {}
         for name, belief in now.beliefs.items():
@@ -40,4 +42,5 @@ class ObjectStreams:
         if data or self._key:
             self._key = self._send(OBJECTS, data, self._key)
         told = {name: {"how": one.how, "at_ms": one.at_ms} for name, one in now.beliefs.items()}
-        self._send(BELIEFS, msgspec.json.encode({"objects": told, "note": now.note}), True)
+        more = {"goals": goals} if goals else {}
+        self._send(BELIEFS, msgspec.json.encode({"objects": told, "note": now.note, **more}), True)

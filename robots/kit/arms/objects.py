@@ -7,28 +7,24 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import isfinite, pi, radians
+from math import pi
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.chain import Matrix
-from robots.kit.arms.pose import Six, matrix
+from robots.kit.arms.plates import PLATE, Plate, plate_in
 from robots.kit.arms.solids import Solid
+from robots.kit.arms.tables import BadDescription, Three, number, numbers, pose, table_of, three, whole
 from robots.kit.contract.objects import MOST, REACH_M, Box, Placed
 from robots.kit.description import load
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,29}")
 TABLE = "table"  # the surface on which objects are put
-RESERVED = frozenset({TABLE, "on", "at", "by", "turned", "holding", "empty", "tool"})
+RESERVED = frozenset({TABLE, PLATE, "on", "at", "by", "turned", "holding", "empty", "tool"})
 SHAPES = ("box", "cylinder")
 LARGEST_M = 2.0
-Three = tuple[float, float, float]
-
-
-class BadDescription(ValueError):
-    """The tables of objects are not valid; the message names the object and what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +62,13 @@ class DescribedObject:
         """Return the box around it at a pose (4 x 4)."""
         return Solid(pose, (self.size[0] / 2, self.size[1] / 2, self.size[2] / 2))
 
+    def standing(self, rotation: Matrix, x: float, y: float, height: float) -> Matrix:
+        """Return the pose (4 x 4) at which it stands at a height, so turned (3 x 3)."""
+        pose = np.eye(4)
+        pose[:3, :3], pose[:2, 3] = rotation, (x, y)
+        pose[2, 3] = height - self.solid(pose).bottom
+        return pose
+
 
 @dataclass(frozen=True, eq=False)
 class ObjectTable:
@@ -74,8 +77,9 @@ class ObjectTable:
     `box`: where objects may be, for their packets. `area`: two corners (x, y) of the table's free part, `height` its
     surface. `fingers`: two corners in the tool's frame of the room that the open gripper takes. `release`: how far
     above a surface it opens; below zero where objects are pressed on. `lift`: how far it lifts, straight up. `slow`:
-    the share of full speed of straight ways to and from objects; None: as other motions. `hand`: boxes (two corners) in
-    the tool's frame behind which a camera does not see what it holds. All in m.
+    the share of full speed of straight ways to and from objects; None: as other motions. `plate`: one with studs, where
+    there is one. `hand`: boxes (two corners) in the tool's frame behind which a camera does not see what it holds. All
+    in m.
     """
 
     objects: Mapping[str, DescribedObject]
@@ -86,6 +90,7 @@ class ObjectTable:
     release: float
     lift: float
     slow: float | None
+    plate: Plate | None = None
     hand: tuple[tuple[Three, Three], ...] = ()
 
     def named(self, name: str) -> DescribedObject | None:
@@ -163,25 +168,29 @@ def object_facts(driver: str) -> dict[str, Any]:
         for o in table.objects.values()
     ]  # fmt: skip
     box = {"low": table.box.low, "size": table.box.size}
-    return {"objects": objects, "objects_box": box, "release_m": table.release}
+    facts = {"objects": objects, "objects_box": box, "release_m": table.release}
+    if (plate := table.plate) is not None:
+        x, y, z = plate.place
+        facts["plate"] = {"place": [x, y, z], "studs": plate.studs, "pitch": plate.pitch, "thick": plate.thick}
+    return facts
 
 
 def object_table(description: Mapping[str, Any]) -> ObjectTable:
     """Return the objects of a description. Raises BadDescription."""
-    common, listed = _table(description, "objects"), description.get("object", ())
+    common, listed = table_of(description, "objects"), description.get("object", ())
     if not isinstance(listed, Sequence) or not 0 < len(listed) <= MOST:
         raise BadDescription(f"1 to {MOST} tables [[object]] are needed")
     box, area = _box(common), common.get("area", ())
     if not isinstance(area, Sequence) or len(area) != 2:
         raise BadDescription("objects: area needs two corners [x, y]")
-    low, high = (_numbers("objects", {"area": corner}, "area", 2) for corner in area)
+    low, high = (numbers("objects", {"area": corner}, "area", 2) for corner in area)
     if not all(a < b for a, b in zip(low, high, strict=True)):
         raise BadDescription("objects: the first corner of area lies below the second")
-    fingers = tuple(_three("objects", common, name) for name in ("fingers_low", "fingers_high"))
+    fingers = tuple(three("objects", common, name) for name in ("fingers_low", "fingers_high"))
     if not all(a < b for a, b in zip(*fingers, strict=True)):
         raise BadDescription("objects: fingers_low lies below fingers_high")
-    slow = _number("objects", common, "slow") if "slow" in common else None
-    hand = [tuple(_three("objects", {"hand": corner}, "hand") for corner in one) for one in common.get("hand", ())]
+    slow = number("objects", common, "slow") if "slow" in common else None
+    hand = [tuple(three("objects", {"hand": corner}, "hand") for corner in one) for one in common.get("hand", ())]
     objects = [_object(number, one) for number, one in enumerate(listed)]
     if len({one.name for one in objects}) != len(objects):
         raise BadDescription("two objects have the same name")
@@ -191,9 +200,9 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
             raise BadDescription(f"object {one.name}: carries names {strange[0]!r}, which is none of the objects")
         _inside(box, one)
     return ObjectTable(
-        known, box, ((low[0], low[1]), (high[0], high[1])), _number("objects", common, "height"),
-        (fingers[0], fingers[1]), _number("objects", common, "release", 0.001), _number("objects", common, "lift", 0.1),
-        slow, tuple((low, high) for low, high in hand),
+        known, box, ((low[0], low[1]), (high[0], high[1])), number("objects", common, "height"),
+        (fingers[0], fingers[1]), number("objects", common, "release", 0.001), number("objects", common, "lift", 0.1),
+        slow, plate_in(description), tuple((low, high) for low, high in hand),
     )  # fmt: skip
 
 
@@ -205,7 +214,7 @@ def _inside(box: Box, one: DescribedObject) -> None:
 
 def _box(common: Mapping[str, Any]) -> Box:
     try:
-        return Box(_three("objects", common, "low"), _three("objects", common, "size"))
+        return Box(three("objects", common, "low"), three("objects", common, "size"))
     except ValueError as error:
         raise BadDescription(f"objects: {error}") from error
 
@@ -219,17 +228,15 @@ def _object(number: int, table: Any) -> DescribedObject:
     who, shape = f"object {name}", table.get("shape")
     if shape not in SHAPES:
         raise BadDescription(f"{who}: shape is {' or '.join(SHAPES)}")
-    size, colour = _three(who, table, "size"), _three(who, table, "colour")
+    size, colour = three(who, table, "size"), three(who, table, "colour")
     if not all(0.0 < edge <= LARGEST_M for edge in size) or (shape == "cylinder" and size[0] != size[1]):
         raise BadDescription(f"{who}: size is three edges up to {LARGEST_M:g} m; of a cylinder diameter twice, length")
     if not all(0.0 <= part <= 1.0 for part in colour):
         raise BadDescription(f"{who}: colour is three numbers from 0 to 1")
-    turns, carries = table.get("turns", 1), table.get("carries", ())
-    if isinstance(turns, bool) or not isinstance(turns, int) or not 1 <= turns <= 36:
-        raise BadDescription(f"{who}: turns is a whole number from 1 to 36")
+    turns, carries = whole(who, table, "turns", 1, 36, 1), table.get("carries", ())
     if not isinstance(carries, Sequence) or isinstance(carries, str) or not all(isinstance(c, str) for c in carries):
         raise BadDescription(f"{who}: carries is a list of names, or of a star")
-    first = placed_of(_pose(who, table, "place", "rpy_deg"))
+    first = placed_of(pose(who, table, "place", "rpy_deg"))
     grasps = tuple(_grasp(who, one) for one in table.get("grasp", ()))
     if not grasps:
         raise BadDescription(f"{who}: it needs at least one [[object.grasp]]")
@@ -241,47 +248,10 @@ def _object(number: int, table: Any) -> DescribedObject:
 def _grasp(who: str, table: Any) -> Grasp:
     if not isinstance(table, Mapping):
         raise BadDescription(f"{who}: a grasp is a table")
-    tool, away = _pose(who, table, "tool", "rpy_deg"), _three(who, table, "away")
+    tool, away = pose(who, table, "tool", "rpy_deg"), three(who, table, "away")
     inverse = np.linalg.inv(tool)
     if not all(abs(at) < REACH_M for at in inverse[:3, 3]):
         raise BadDescription(f"{who}: a grasp holds it within {REACH_M:g} m of the tool")
     if not any(away):
         raise BadDescription(f"{who}: away is the way by which the tool comes, and not zero")
     return Grasp(tool, away)
-
-
-def _pose(who: str, table: Mapping[str, Any], place: str, angles: str) -> Matrix:
-    x, y, z = _three(who, table, place)
-    a, b, c = (radians(v) for v in (_three(who, table, angles) if angles in table else (0.0, 0.0, 0.0)))
-    six: Six = x, y, z, a, b, c
-    return matrix(six)
-
-
-def _table(description: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    found = description.get(name)
-    if not isinstance(found, Mapping):
-        raise BadDescription(f"the table [{name}] is needed")
-    return found
-
-
-def _three(who: str, table: Mapping[str, Any], name: str) -> Three:
-    x, y, z = _numbers(who, table, name, 3)
-    return x, y, z
-
-
-def _numbers(who: str, table: Mapping[str, Any], name: str, count: int) -> list[float]:
-    value = table.get(name)
-    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != count:
-        raise BadDescription(f"{who}: {name} needs {count} numbers")
-    return [_real(who, name, one) for one in value]
-
-
-def _number(who: str, table: Mapping[str, Any], name: str, otherwise: float | None = None) -> float:
-    value = table.get(name, otherwise)
-    return _real(who, name, value)
-
-
-def _real(who: str, name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise BadDescription(f"{who}: {name} needs finite numbers")
-    return float(value)

@@ -6,8 +6,10 @@ whoever wants to know calls `look`, so that an arm at rest costs nothing.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import inf
 
+import cv2
 import numpy as np
 
 from robots.kit.arms.arrangement import Arrangement
@@ -15,19 +17,20 @@ from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.described import chain, limbs
 from robots.kit.arms.hiding import Hiding
 from robots.kit.arms.objects import objects_of, pose_of
-from robots.kit.arms.solids import Solid
+from robots.kit.arms.solids import Solid, is_over
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
 from robots.kit.vision.alignment import Grey
-from robots.kit.vision.measuring import Measurement, Measurer, faced
+from robots.kit.vision.measuring import Heights, Measurement, Measurer, faced
 from robots.kit.vision.prints import FixedCamera, cameras_of, codes_of, prints_of
 from robots.kit.vision.stability import BLACK
 
 PAUSE_S = 30.0  # in which a camera that did not answer is asked only by who insists
-CLEAR_PX = 7.0  # edge of a marker in a picture that is read for certain
+CLEAR_PX = 5.5  # edge of a marker in a picture of which at least a hint is seen
 NO_PICTURE, DARK = "the camera {} gives no picture", "the picture of the camera {} is black"
 FROZEN = "the picture of the camera {} stands still"  # a sensor has noise: two pictures are never the same
+OTHER_SIZE = "the pictures of the camera {} are not as large as described"
 NOTHING = "no marker can be read in the pictures"
 
 
@@ -59,7 +62,7 @@ class ArmEyes:
         self._session, self._measurer, self._table = session, measurer, objects_of(driver)
         arm = chain(driver)
         self._chain, self._hiding = arm, Hiding(arm, limbs(load(driver), arm), self._table)
-        self._asked_again, self._last = dict[str, float](), dict[str, Grey]()
+        self._asked_again: dict[str, float] = {}
 
     def look(
         self, arrangement: Arrangement, q: Joints, insists: bool = False, or_at: Mapping[str, Matrix] | None = None
@@ -74,57 +77,54 @@ class ArmEyes:
         near = {name: [at] for name, at in believed.items()}
         for name, at in (or_at or {}).items():
             near.setdefault(name, []).append(at)
-        first, blind = self._once(near, self._heights(arrangement), insists)
+        first, blind = self._once(near, partial(self._heights, arrangement), insists)
         missing = self._missing(first, believed, arrangement, q)
         if missing:  # one picture is no proof
-            again, _ = self._once(near, self._heights(arrangement), insists)
+            again, _ = self._once(near, partial(self._heights, arrangement), insists)
             missing &= self._missing(again, believed, arrangement, q)
         return Sight(first.poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING)
 
-    def _once(
-        self, near: Mapping[str, Sequence[Matrix]], heights: Mapping[str, Sequence[float]], insists: bool
-    ) -> tuple[Measurement, str]:
+    def _once(self, near: Mapping[str, Sequence[Matrix]], heights: Heights, insists: bool) -> tuple[Measurement, str]:
         """Return what a picture of each camera shows, and why a camera shows nothing."""
         pictures, blind = dict[str, Grey](), []
         for name, camera in self._measurer.cameras.items():
-            picture = self._picture(camera, insists)
-            if (why := self._why_not(picture, self._last.get(name))) or picture is None:
+            picture, why = self._picture(camera, insists)
+            if picture is None:
                 blind.append(why.format(name))
             else:
-                pictures[name] = self._last[name] = picture
+                pictures[name] = picture
         return self._measurer.measure(pictures, near, heights), ", ".join(blind)
 
-    @staticmethod
-    def _why_not(picture: Grey | None, last: Grey | None) -> str:
-        """Return why a picture shows nothing of the present, empty where it does."""
-        if picture is None:
-            return NO_PICTURE
-        if float(picture.mean()) < BLACK:
-            return DARK
-        return FROZEN if last is not None and np.array_equal(picture, last) else ""
-
-    def _picture(self, camera: FixedCamera, insists: bool) -> Grey | None:
+    def _picture(self, camera: FixedCamera, insists: bool) -> tuple[Grey | None, str]:
+        """Return the mean of two pictures, which has less noise, or None and why there is none of the present."""
         now = self._session.clock.monotonic()
         if not insists and now < self._asked_again.get(camera.name, -inf):
-            return None
+            return None, NO_PICTURE
         try:
-            picture = self._session.look(camera.name)
+            first, second = (self._session.look(camera.name) for _ in range(2))
         except CameraFault:
             self._asked_again[camera.name] = now + PAUSE_S
-            return None
+            return None, NO_PICTURE
         self._asked_again.pop(camera.name, None)
-        return picture if picture.shape == camera.size[::-1] else None
+        if first.shape != camera.size[::-1] or second.shape != first.shape:
+            return None, OTHER_SIZE
+        if float(second.mean()) < BLACK:
+            return None, DARK
+        if np.array_equal(first, second):
+            return None, FROZEN
+        return np.asarray(cv2.addWeighted(first, 0.5, second, 0.5, 0.0), np.uint8), ""
 
-    def _heights(self, arrangement: Arrangement) -> dict[str, list[float]]:
-        """Return at which heights (m) the middle of each object may be: on the table, on others, where it was."""
-        tops = [self._table.height, *(solid.top for _, solid in arrangement.lying())]
-        found = {}
-        for name, one in self._table.objects.items():
-            solid = one.solid(pose_of(one.first))
-            lies = [] if one.hangs else [top + (solid.top - solid.bottom) / 2 for top in tops]
-            placed = arrangement.places.get(name)
-            found[name] = lies if placed is None or placed.held else [*lies, placed.place[2]]
-        return found
+    def _heights(self, arrangement: Arrangement, name: str, pose: Matrix) -> list[float]:
+        """Return at which heights (m) the middle of an object may be that lies about a pose, or hangs where it was."""
+        described, placed, plate = self._table.objects[name], arrangement.places.get(name), self._table.plate
+        found = [] if placed is None or placed.held else [placed.place[2]]
+        if described.hangs:
+            return found
+        solid, x, y = described.solid(pose_of(described.first)), float(pose[0, 3]), float(pose[1, 3])
+        tops = [there.top for _, there in arrangement.lying(name) if is_over(there, x, y)]
+        if plate is None or not is_over(plate.solid, x, y):
+            tops.append(self._table.height)
+        return found + [top + (solid.top - solid.bottom) / 2 for top in tops]
 
     def _missing(
         self, looked: Measurement, believed: Mapping[str, Matrix], arrangement: Arrangement, q: Joints

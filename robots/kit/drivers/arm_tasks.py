@@ -1,18 +1,22 @@
 """The objects and tasks of a driver: the same few lines for every arm with `pose`, `line`, `gripper` and objects.
 
 A driver makes one `ArmTasks`, gives it each state (`observe`), calls `begin` when it has connected, and hands over the
-commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`. An arm
-with eyes (`arm_eyes.py`) calls `look` after each motion at whose end it rests.
+commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`. After each
+command it calls `report`, which stores with the command what has been won by it. An arm with eyes (`arm_eyes.py`) calls
+`look` after each motion at whose end it rests.
 """
 
+import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from robots.kit.arms.beliefs import How, ObjectModel
+from robots.kit.arms.beliefs import How, ObjectModel, Snapshot
 from robots.kit.arms.chain import Matrix
+from robots.kit.arms.goals import goals_of
 from robots.kit.arms.hand import Hand
+from robots.kit.arms.judging import GoalJudge
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
 from robots.kit.arms.objects import objects_of
@@ -20,7 +24,7 @@ from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
-from robots.kit.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
+from robots.kit.contract.session import JSON, Observation, OnStage, Outcome, Permit, RobotState, Session
 from robots.kit.description import load
 from robots.kit.drivers.arm_eyes import Sight, eyes_of
 from robots.kit.drivers.sights import accept
@@ -42,7 +46,10 @@ class ArmTasks:
         self._streams = ObjectStreams(table, lambda name, data, key: session.stream(name, data, key))
         self.hand = Hand(load(driver), spec_of(driver).joints)
         file = Path(folder) / FILE if folder else None
-        self.model = ObjectModel(table, file, lambda: ms_of(SYSTEM.now()), self._streams.tell)
+        self._goals = GoalJudge(table, goals_of(driver), _now_ms)
+        self._tool_now: Matrix | None = None
+        self._judging = threading.Lock()
+        self.model = ObjectModel(table, file, _now_ms, self._tell)
         self._eyes = eyes_of(session, driver)
         judge = StepJudge(self.model, self._look, lambda: self._tool(session.state()))
         self._runner = TaskRunner(session, self.model, self.hand, planner, holds, judge)
@@ -62,6 +69,19 @@ class ArmTasks:
         self.model.place(*amendment(self.model.table, args), How.STAFF)
         return Outcome(dict(args), self._session.latest())
 
+    def report(self, on_stage: OnStage) -> None:
+        """Store with the command that runs, with a picture, what has been won since the last one."""
+        with self._judging:
+            news = self._goals.news()
+        for goal in news:
+            on_stage(Observation(f"won: {goal.title}", photograph=True))
+
+    def _tell(self, now: Snapshot) -> None:
+        with self._judging:
+            self._goals.look(now, self._tool_now)
+            told = self._goals.facts()
+        self._streams.tell(now, told)
+
     def look(self) -> None:
         """Measure the objects in fresh pictures, where the arm rests and has eyes; in a task its own steps look."""
         if not self._runner.runs:
@@ -74,7 +94,7 @@ class ArmTasks:
             return None
         joints = np.array(state.joints[: len(self._planner().planner.chain.joints)])
         sight = self._eyes.look(self.model.arrangement, joints, insists, or_at)
-        accept(self.model, sight, self._tool(state), ms_of(SYSTEM.now()))
+        accept(self.model, sight, self._tool(state), _now_ms())
         return sight
 
     def observe(self, state: RobotState) -> RobotState:
@@ -82,6 +102,12 @@ class ArmTasks:
 
         That is by hand, or in a program of the arm's own: a task knows what it does.
         """
+        if self._goals.lifts(self.model.held):
+            self._tool_now = self._tool(state)
+            with self._judging:
+                changed = self._goals.look(self.model.snapshot, self._tool_now)
+            if changed:
+                self.model.repeat()
         if self._runner.runs or not self.hand.tells:
             return state
         rests, holds, held = self.hand.rests(state), self.hand.holds(state), self.model.held
@@ -113,3 +139,7 @@ class ArmTasks:
     def _tool(self, state: RobotState) -> Matrix:
         chain = self._planner().planner.chain
         return chain.forward(np.array(state.joints[: len(chain.joints)]))
+
+
+def _now_ms() -> int:
+    return ms_of(SYSTEM.now())

@@ -107,17 +107,6 @@ def check_put(name: str, sight: Sight, wanted: Matrix, on_other: bool) -> None:
         raise NotPossible(f"{name} does not lie as it was put: the picture shows it {' and '.join(off)}")
 
 
-def check_still(name: str, planned: Arrangement, now: Arrangement) -> None:
-    """Refuse where an object is no longer where it was when the task was planned. Raises NotPossible."""
-    if name not in planned.places or planned.places[name].held:
-        return
-    if name not in now.places:
-        raise NotPossible(f"{name} is no longer where it was when the task was planned")
-    off = apart(planned.pose(name), pose_of(now.places[name]))
-    if off > BESIDE_M:
-        raise NotPossible(f"{name} was moved by {1000 * off:.0f} mm since the task was planned")
-
-
 def place(pose: Matrix) -> str:
     """Return where a pose is as tasks write it (mm)."""
     return f"{1000 * pose[0, 3]:.0f} {1000 * pose[1, 3]:.0f}"

@@ -6,7 +6,7 @@ Pictures that show nothing change nothing: the task goes on by belief, and says 
 from collections.abc import Callable, Mapping
 
 from robots.kit.arms.arrangement import Arrangement, NotPossible
-from robots.kit.arms.beliefs import ObjectModel
+from robots.kit.arms.beliefs import How, ObjectModel
 from robots.kit.arms.chain import Matrix
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import Act
@@ -26,37 +26,38 @@ class StepJudge:
 
     def __init__(self, model: ObjectModel, look: Look, tool: Tool) -> None:
         self._model, self._look, self._tool = model, look, tool
-        self._first: Arrangement = model.arrangement  # by the plan, as the step begins
+        self.sees = False  # whether the newest look has shown something
         self._told = False
 
     def begin(self) -> None:
         """Begin a task."""
         self._told = False
 
-    def before(self, act: Act, planned: Arrangement) -> None:
-        """Begin the step of its first act; refuse one whose objects were moved since. Raises NotPossible."""
-        self._first = planned
-        for name in steps.names(act.of.action):
-            sights.check_still(name, planned, self._model.arrangement)
+    def lifted(self, act: Act, first: Arrangement, tell: Tell) -> bool:
+        """Look at what was lifted by an act, in a step that has begun with the objects `first`.
+
+        Returns whether something was seen. Raises NotPossible where the gripper is seen to be empty.
+        """
+        load = act.arrangement.load()
+        if load is not None:
+            held = self._tool() @ load[1]
+            if (sight := self._seen({load[0]: first.pose(load[0])}, tell)) is not None:
+                sights.check_in_hand(load[0], sight, held)
+        return self.sees
 
     def after(self, act: Act, tell: Tell) -> None:
         """Look at what a step has done, after its last act. Raises NotPossible."""
-        action, planned = act.of.action, act.arrangement
-        if isinstance(action, steps.Wait | steps.ExpectOn | steps.ExpectHeld):
-            return
-        if isinstance(action, steps.Grasp):
-            load = planned.load()
-            assert load is not None, "by the plan it holds what it has grasped"
-            held = self._tool() @ load[1]
-            if (sight := self._seen({action.name: self._first.pose(action.name)}, tell)) is not None:
-                sights.check_in_hand(action.name, sight, held)
-        elif (sight := self._seen({}, tell)) is not None and isinstance(action, steps.PutOn | steps.PutAt):
+        action = act.of.action
+        if isinstance(action, steps.Grasp | steps.ExpectOn | steps.ExpectHeld):
+            return  # it has looked
+        if (sight := self._seen({}, tell)) is not None and isinstance(action, steps.PutOn | steps.PutAt):
             on_other = isinstance(action, steps.PutOn)
-            sights.check_put(action.name, sight, planned.pose(action.name), on_other)
+            sights.check_put(action.name, sight, act.arrangement.pose(action.name), on_other)
 
     def _seen(self, or_at: Mapping[str, Matrix], tell: Tell) -> Sight | None:
-        """Return what is seen; None where there are no eyes, or they see nothing, which is told once."""
+        """Return what is seen; None where there are no eyes. That they see nothing is told once."""
         sight = self._look(False, or_at)
+        self.sees = sight is not None and not sight.blind
         if sight is not None and sight.blind and not self._told:
             self._told = True
             tell(BELIEVED.format(sight.blind))
@@ -67,9 +68,9 @@ class StepJudge:
         sight = self._look(True, {})
         if sight is not None:
             for name in steps.names(action):
-                if name in sight.missing:
+                if self._model.belief(name).how == How.UNSEEN:
                     raise NotPossible(f"the pictures do not show {name} where it was")
-                if sight.blind or name not in sight.poses:
+                if sight.blind or name not in sight.noticed:
                     tell(BELIEVED.format(sight.blind or NOT_SEEN.format(name)))
                     break
         check_expected(action, self._model.arrangement)

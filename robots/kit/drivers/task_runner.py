@@ -3,12 +3,15 @@
 So a hold, a stop, a lost link and the end of the grant act as on any other motion. Nothing goes on by itself.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import groupby
+from operator import attrgetter
 
 import numpy as np
 
-from robots.kit.arms.arrangement import Arrangement, NotPossible
+from robots.kit.arms.arrangement import NotPossible
 from robots.kit.arms.beliefs import How, ObjectModel
 from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
@@ -16,7 +19,7 @@ from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import Act, StepImpossible
 from robots.kit.arms.tasks.planning import plan
 from robots.kit.arms.tasks.requests import parsed
-from robots.kit.arms.tasks.steps import Task, words
+from robots.kit.arms.tasks.steps import Step, Task, words
 from robots.kit.contract.errors import (
     BadRequest,
     ControllerRefused,
@@ -72,22 +75,44 @@ class TaskRunner:
         return Outcome({"text": text}, self._session.latest())
 
     def _run(self, task: Task, acts: list[Act], free: Permit, stages: "_Stages") -> None:
-        self._load, planned = self._model.held, self._model.arrangement
+        self._load = self._model.held
         done, total = 0.0, sum(act.seconds for act in acts) or 1.0
         self._judge.begin()
-        for number, act in enumerate(acts):
-            name = f"line {act.of.line} of {task.lines}"
-            begins = number == 0 or acts[number - 1].step != act.step
-            ends = number + 1 == len(acts) or acts[number + 1].step != act.step
-            stages.tell(Progress(f"{name}: {words(act.of.action)}", done / total))
-            with self._named(f"{name}, {words(act.of.action)}", begun=number > 0):
-                if begins:
-                    self._judge.before(act, planned)
-                self._carry_out(act, planned, free, stages)
-                if ends:
-                    self._judge.after(act, stages.note)
-            planned, done = act.arrangement, done + act.seconds
+        for number, (_, group) in enumerate(groupby(acts, key=attrgetter("step"))):
+            of_step = list(group)
+            line, action = of_step[0].of.line, words(of_step[0].of.action)
+            stages.tell(Progress(f"line {line} of {task.lines}: {action}", done / total))
+            self._step(f"line {line} of {task.lines}, {action}", of_step, number > 0, free, stages)
+            done += sum(act.seconds for act in of_step)
         stages.begin()
+
+    def _step(self, name: str, acts: list[Act], begun: bool, free: Permit, stages: "_Stages") -> None:
+        """Carry out the acts of one step; an arm that has seen more since they were planned plans them again."""
+        of, first = acts[0].of, self._model.arrangement
+        carries = isinstance(of.action, steps.Grasp | steps.PutOn | steps.PutAt)
+        waiting, closed = deque(acts), False
+        with self._named(name, begun):
+            if begun and self._judge.sees and carries:
+                waiting = self._again(of)
+        while waiting:
+            act = waiting.popleft()
+            with self._named(name, begun):
+                self._carry_out(act, free, stages)
+                lifted, closed = closed and carries, act.kind == "gripper" and bool(act.args["closed"])
+                if lifted and self._judge.lifted(act, first, stages.note) and waiting:
+                    waiting = self._again(of)  # how it is held is known better now
+            begun = True
+        with self._named(name, begun):
+            self._judge.after(act, stages.note)
+
+    def _again(self, of: Step) -> deque[Act]:
+        """Return the acts of a step from where arm and objects are now. Raises NotPossible."""
+        planner, state = self._planner(), self._session.state()
+        joints = np.array(state.joints[: len(planner.planner.chain.joints)])
+        try:
+            return deque(plan(planner, Task((of,)), self._model.arrangement, joints))
+        except StepImpossible as error:
+            raise NotPossible(error.why) from error
 
     def _at_rest(self, permit: Permit) -> RobotState:
         state = self._session.state()
@@ -125,7 +150,7 @@ class TaskRunner:
                 self._session.hold()
             raise
 
-    def _carry_out(self, act: Act, planned: Arrangement, free: Permit, stages: "_Stages") -> None:
+    def _carry_out(self, act: Act, free: Permit, stages: "_Stages") -> None:
         def permit() -> None:
             free()
             self._check_grip(self._session.latest())
@@ -135,7 +160,7 @@ class TaskRunner:
             stages.begin()
             self._look_on(act, permit, stages)
         elif act.kind == "gripper":
-            self._grip(act, planned, free, stages)
+            self._grip(act, free, stages)
         else:
             self._session.execute(act.kind, act.args, permit, stages.pass_on)
             self._check_grip(self._session.latest())
@@ -154,7 +179,7 @@ class TaskRunner:
             if action == steps.ExpectHeld(None) and self._hand.holds(self._session.state()):
                 raise NotPossible("the gripper holds something")
 
-    def _grip(self, act: Act, planned: Arrangement, free: Permit, stages: "_Stages") -> None:
+    def _grip(self, act: Act, free: Permit, stages: "_Stages") -> None:
         closes, load = bool(act.args["closed"]), act.arrangement.held
         self._load = None
         self._session.execute(act.kind, act.args, free, stages.pass_on)
@@ -164,7 +189,7 @@ class TaskRunner:
             raise GripLost(f"The gripper is empty: {load} was not there")
         if not closes and self._hand.holds(state):
             raise GripLost("The gripper does not open")
-        self._model.take(act.arrangement, How.ARM, planned)
+        self._model.take(act.arrangement, How.ARM)
         self._load = load
 
     def _check_grip(self, state: RobotState | None) -> None:
@@ -196,7 +221,9 @@ class _Stages:
         self._on_stage(Observation(text))
 
     def pass_on(self, stage: object) -> None:
-        """Take a stage of an act."""
+        """Take a stage of an act, and what was observed in it."""
+        if isinstance(stage, Observation):
+            self._on_stage(stage)
         if self._begun or stage not in ("sent", "acknowledged"):
             return
         assert isinstance(stage, str)

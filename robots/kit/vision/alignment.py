@@ -17,6 +17,7 @@ BLUR = 0.35  # of a cell, as a lens has it
 AROUND_PX = 8  # of the picture around the marker
 ROUNDS = 30, 1e-5  # of the alignment, at most; change after which it ends
 SURE, READ_SURE = 0.92, 0.9  # correlation from which this is the marker; from which it is one that was read
+HINT = 0.7  # from which it may be
 TRIED = 0.5  # from which it is worth an alignment
 
 

@@ -5,8 +5,9 @@ together. A camera in which the detector has not read a marker helps too: the pr
 Poses are 4 x 4 in the frame of the base; lengths in m.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import cv2
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from robots.kit.vision.alignment import READ_SURE, Grey, Template
+from robots.kit.vision.alignment import HINT, READ_SURE, Grey, Template
 from robots.kit.vision.markers import Markers
 from robots.kit.vision.prints import FixedCamera, Floats, Print
 
@@ -24,6 +25,10 @@ WORST_PX = 0.2  # root mean square of the corners' distances from those of the f
 LEVEL, ALONE_LEVEL = np.radians((2.0, 8.0))  # an object that leans less lies level; one that one camera alone sees
 ALONG_M = np.arange(-0.06, 0.0601, 0.003)  # of the way from one camera, on which another looks for the object
 SAME_M = 0.012  # one camera alone tells no exact depth: an object is as high as one may be that is so near
+
+
+Heights = Callable[[str, Floats], Sequence[float]]  # of an object by its name, about a pose
+HeightsAt = Callable[[Floats], Sequence[float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +70,12 @@ class Measurer:
         }
 
     def measure(
-        self, pictures: Mapping[str, Grey], near: Mapping[str, Sequence[Floats]], heights: Mapping[str, Sequence[float]]
+        self, pictures: Mapping[str, Grey], near: Mapping[str, Sequence[Floats]], heights: Heights
     ) -> Measurement:
         """Return what grey pictures show, by camera.
 
-        `near`: where objects may be. `heights`: at which (m) the middle of an object may be that lies.
+        `near`: where objects may be. `heights`: at which (m) the middle of an
+        object may be that lies about there.
         Raises ValueError for a picture that is not of a camera's size.
         """
         seen = self._detect(pictures)
@@ -78,9 +84,10 @@ class Measurer:
             known = seen.get(name, [])
             if known:
                 noticed.add(name)
-            pose = self._placed(known, near.get(name, ()), heights.get(name, ()), pictures, self.prints[name])
+            pose = self._placed(known, near.get(name, ()), partial(heights, name), pictures, self.prints[name])
             if pose is not None:
                 poses[name] = pose
+            if pose is not None or self._hinted(near.get(name, ()), pictures, self.prints[name]):
                 noticed.add(name)
         witnesses = {one.camera.name for listed in seen.values() for one in listed}
         return Measurement(poses, frozenset(noticed), tuple(c for name, c in self.cameras.items() if name in witnesses))
@@ -100,7 +107,7 @@ class Measurer:
         return found
 
     def _placed(
-        self, seen: list[Seen], near: Sequence[Floats], heights: Sequence[float], pictures: Mapping[str, Grey],
+        self, seen: list[Seen], near: Sequence[Floats], heights: HeightsAt, pictures: Mapping[str, Grey],
         prints: Sequence[Print],
     ) -> Floats | None:  # fmt: skip
         """Return the pose of one object, None where it is not certain; `seen` is added to."""
@@ -142,6 +149,14 @@ class Measurer:
             (camera, one, at) for camera in cameras for one in prints if (at := faced(camera, one, pose)) is not None
         ]
 
+    def _hinted(self, near: Sequence[Floats], pictures: Mapping[str, Grey], prints: Sequence[Print]) -> bool:
+        """Return whether something like a marker of an object is seen where it may be: it is not gone for certain."""
+        return any(
+            self._templates[one.number].align(pictures[camera.name], at, HINT) is not None
+            for pose in near
+            for camera, one, at in self._visible(pose, pictures, prints)
+        )
+
     def _complete(self, seen: list[Seen], pose: Floats, pictures: Mapping[str, Grey], prints: Sequence[Print]) -> None:
         """Add the markers that the detector has not read, where they would be."""
         known = {(one.camera.name, one.print.number) for one in seen}
@@ -152,13 +167,13 @@ class Measurer:
                     seen.append(Seen(camera, one, corners))
 
     @staticmethod
-    def _certain(seen: list[Seen], start: Floats, heights: Sequence[float]) -> Floats | None:
+    def _certain(seen: list[Seen], start: Floats, heights: HeightsAt) -> Floats | None:
         """Return the pose that fits all corners, without the worst markers; None where too few agree."""
         while seen:
             pose, certain = _fit(seen, [start]), True
             lies, height = level(pose), None
             if len({one.camera.name for one in seen}) == 1:
-                height = min(heights, key=lambda one, z=pose[2, 3]: abs(one - z), default=None)  # type: ignore[misc]
+                height = min(heights(pose), key=lambda one, z=pose[2, 3]: abs(one - z), default=None)  # type: ignore[misc]
                 certain = height is not None and abs(height - pose[2, 3]) < SAME_M
             if _lean(pose, lies) < (LEVEL if height is None else ALONE_LEVEL):
                 pose = _fit_level(seen, lies, height if certain else None)

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from math import inf
 
+from robots.kit.arms.plates import MOST_STUDS, PLATE
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.steps import Action, Body, Repeat, Step, Task
 from robots.kit.plain import NUMERAL
@@ -16,7 +17,8 @@ LONGEST_WAIT_S = 30.0
 FARTHEST_MM, MOST_DEG = 3000.0, 360.0
 LONGEST_NAME = 30
 ALLOWED = {
-    "grasp": "grasp A", "put": "put A on B [by DX DY] [turned DEG] | put A at X Y [YAW]",
+    "grasp": "grasp A",
+    "put": "put A on B [by DX DY] [turned DEG] | put A on plate at COLUMN ROW [turned DEG] | put A at X Y [YAW]",
     "move": "move X Y Z [ROLL PITCH YAW] | move POSTURE", "open": "open", "close": "close", "wait": "wait SECONDS",
     "repeat": "repeat TIMES", "end": "end", "expect": "expect A on B | expect holding A | expect empty",
 }  # fmt: skip
@@ -96,13 +98,15 @@ def _put(rest: list[str]) -> Action:
         x, y, *yaw = (_real(part, FARTHEST_MM if n < 2 else MOST_DEG) for n, part in enumerate(rest[2:]))
         return steps.PutAt(_name(rest[0]), (x, y), yaw[0] if yaw else None)
     if len(rest) in (3, 5, 6, 8) and rest[1] == "on":
-        by, turned, more = None, None, rest[3:]
-        if more[:1] == ["by"] and len(more) in (3, 5):
+        by, turned, stud, more = None, None, None, rest[3:]
+        if rest[2] == PLATE and more[:1] == ["at"] and len(more) in (3, 5):
+            stud, more = (_stud(more[1]), _stud(more[2])), more[3:]
+        elif more[:1] == ["by"] and len(more) in (3, 5):
             by, more = (_real(more[1], FARTHEST_MM), _real(more[2], FARTHEST_MM)), more[3:]
         if more[:1] == ["turned"] and len(more) == 2:
             turned, more = _real(more[1], MOST_DEG), []
         if not more:
-            return steps.PutOn(_name(rest[0]), _name(rest[2]), by, turned)
+            return steps.PutOn(_name(rest[0]), _name(rest[2]), by, turned, stud)
     raise BadTask(f"allowed: {ALLOWED['put']}")
 
 
@@ -150,6 +154,13 @@ def _name(text: str) -> str:
     if not (text.isascii() and plain.isalnum() and text[0].isalpha() and len(text) <= LONGEST_NAME):
         raise BadTask(f"{text[:12]!r} is no name: letters, digits and hyphens, at most {LONGEST_NAME}")
     return text
+
+
+def _stud(text: str) -> int:
+    """Return the number of a column or a row of studs."""
+    if not (text.isascii() and text.isdecimal() and len(text) <= 2 and 1 <= int(text) <= MOST_STUDS):
+        raise BadTask(f"{text[:12]!r} must be a whole number from 1 to {MOST_STUDS}, a column or row of studs")
+    return int(text)
 
 
 def _real(text: str, most: float, least: float = -inf) -> float:

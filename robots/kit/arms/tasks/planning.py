@@ -16,6 +16,7 @@ from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.objects import TABLE, DescribedObject, upright, yaw_of
 from robots.kit.arms.planner import Refused, in_words
+from robots.kit.arms.plates import PLATE
 from robots.kit.arms.pose import Six, matrix
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import Act, StepImpossible
@@ -223,19 +224,17 @@ class _Planning:
                 raise NotPossible("say where on the table: put A at X Y")
             if action.on == action.name:
                 raise NotPossible(f"{action.name} cannot lie on itself")
-            base, lower = self.arrangement.pose(action.on), self.arrangement.solid(action.on)
-            dx, dy = (v / 1000 for v in action.by or (0.0, 0.0))
-            x, y = (base[:3, 3] + base[:3, :3] @ (dx, dy, 0.0))[:2]
-            height, yaw = lower.top, yaw_of(base) + radians(action.turned or 0.0)
+            yaw = yaw_of(self.arrangement.bearing(action.on)[0]) + radians(action.turned or 0.0)
         else:
-            x, y = (v / 1000 for v in action.at)
-            height, yaw = self.arrangement.table.height, yaw_of(now) if action.yaw is None else radians(action.yaw)
+            yaw = yaw_of(now) if action.yaw is None else radians(action.yaw)
         for turn in _turns(described, remainder(yaw_of(now) - yaw, tau)):
-            pose = np.eye(4)
-            pose[:3, :3] = Rotation.from_euler("z", yaw + turn).as_matrix() @ upright(now)
-            pose[:3, 3] = x, y, 0.0
-            pose[2, 3] = height - described.solid(pose).bottom
-            yield pose
+            rotation = Rotation.from_euler("z", yaw + turn).as_matrix() @ upright(now)
+            if isinstance(action, steps.PutOn):
+                dx, dy = (v / 1000 for v in action.by or (0.0, 0.0))
+                yield self.arrangement.on_top(action.name, rotation, action.on, (dx, dy), action.stud)
+            else:
+                x, y = (v / 1000 for v in action.at)
+                yield described.standing(rotation, x, y, self.arrangement.table.height)
 
     def _opened(self) -> Iterator[Act]:
         load_now = self.arrangement.load()
@@ -258,7 +257,7 @@ def check_expected(action: steps.Action, arrangement: Arrangement) -> None:
     """Refuse where what `expect` says is not so, by the model. Raises NotPossible."""
     match action:
         case steps.ExpectOn(name, on):
-            if on != TABLE:
+            if on not in (TABLE, PLATE):
                 arrangement.described(on)
             beneath = arrangement.beneath(name)
             if on not in beneath:

@@ -14,7 +14,8 @@ from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.described import posture
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import OBJECTS
-from robots.kit.arms.objects import ObjectTable, pose_of, upright
+from robots.kit.arms.objects import TABLE, ObjectTable, pose_of, upright
+from robots.kit.arms.plates import PLATE
 from robots.kit.arms.preview import Trail, start_of
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import StepImpossible
@@ -65,8 +66,9 @@ def parsed(text: str) -> Task:
 def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
     """Refuse a text that is no task, and names of objects that are not there. Raises BadRequest."""
     steps_of = parsed(args["text"]).steps() if kind == TASK else ()
+    surfaces = (TABLE,) if table.plate is None else (TABLE, PLATE)
     for step in steps_of:
-        for name in steps.names(step.action):
+        for name in steps.names(step.action, surfaces):
             if table.named(name) is None:
                 known = ", ".join(table.objects)
                 raise BadRequest(f"Line {step.line}: there is no object {name}; there are {known}.")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from robots.kit.arms.objects import TABLE
+from robots.kit.arms.plates import PLATE
 
 Pair = tuple[float, float]
 Three = tuple[float, float, float]
@@ -21,12 +22,16 @@ class Grasp:
 
 @dataclass(frozen=True)
 class PutOn:
-    """`put A on B`, with `by DX DY` (mm) and `turned DEG` in the frame of B."""
+    """`put A on B`, with `by DX DY` (mm) and `turned DEG` in the frame of B.
+
+    B may be the plate; then `at COLUMN ROW` instead is the stud under A's corner of lowest column and row.
+    """
 
     name: str
     on: str
     by: Pair | None = None
     turned: float | None = None
+    stud: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,7 @@ class Wait:
 
 @dataclass(frozen=True)
 class ExpectOn:
-    """`expect A on B`; B may be the table."""
+    """`expect A on B`; B may be the table or the plate."""
 
     name: str
     on: str
@@ -129,11 +134,11 @@ def _expanded(body: Body) -> Iterator[Step]:
                 yield from _expanded(one.body)
 
 
-def names(action: Action) -> tuple[str, ...]:
-    """Return the objects that a step is about, that which it moves first."""
+def names(action: Action, surfaces: tuple[str, ...] = (TABLE, PLATE)) -> tuple[str, ...]:
+    """Return the objects that a step is about, that which it moves first; surfaces are none."""
     match action:
         case PutOn(name, on) | ExpectOn(name, on):
-            return (name,) if on == TABLE else (name, on)
+            return (name,) if on in surfaces else (name, on)
         case Grasp(name) | PutAt(name):
             return (name,)
         case ExpectHeld(name) if name is not None:
@@ -147,8 +152,9 @@ def words(action: Action) -> str:
     match action:
         case Grasp(name):
             return f"grasp {name}"
-        case PutOn(name, on, by, turned):
+        case PutOn(name, on, by, turned, stud):
             moved = "" if by is None else f" by {number(by[0])} {number(by[1])}"
+            moved = moved if stud is None else f" at {stud[0]} {stud[1]}"
             return f"put {name} on {on}{moved}" + ("" if turned is None else f" turned {number(turned)}")
         case PutAt(name, at, yaw):
             return " ".join(("put", name, "at", *map(number, at), *(() if yaw is None else (number(yaw),))))

@@ -90,13 +90,14 @@ class Driver(Session):
         mode = MODES[arm.mode]
         if arm.mode == Mode.IDLE and not calibrated:
             mode = NOT_CALIBRATED
-        return self.keep(
+        state = self.keep(
             RobotState(
                 self.clock.monotonic(), arm.joints, numbers(self._chain.forward(np.array(arm.joints))),
                 arm.mode != Mode.IDLE, calibrated and not lost, LOST if lost else "", mode=FAULT if lost else mode,
                 values={VALVE: float(Flag.CLOSED in arm.flags)},
             )
         )  # fmt: skip
+        return self.tasks.observe(state)
 
     def _instruct(
         self, what: Instruction, values: Numbers, permit: Permit | None = None,
@@ -118,6 +119,12 @@ class Driver(Session):
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
         check(kind, args, self.settings, self._latest)
+        try:
+            return self._carry_out(kind, args, permit, on_stage)
+        finally:
+            self.tasks.report(on_stage)
+
+    def _carry_out(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)

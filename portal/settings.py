@@ -81,6 +81,7 @@ MIDDLEWARE = [
     "portal.web.pages.middleware.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
+    "portal.web.pages.middleware.Devices",
     "portal.web.pages.middleware.KnownMethods",
     "portal.web.pages.middleware.StaticFiles",
     "django.contrib.sessions.middleware.SessionMiddleware",

@@ -23,6 +23,9 @@ test("a snapshot that was read before a command ended does not bring it back", (
   assert.equal(laterStage(moving, cancelled), cancelled);
   assert.equal(laterStage(command("sent"), moving), moving);
   assert.equal(laterStage(undefined, moving), moving);
+  const later = { ...moving, at_ms: 9 };
+  assert.equal(laterStage(later, command("sent")), later, "the snapshot came slowly");
+  assert.equal(laterStage(command("sent"), later), later);
   assert.equal(laterStage(cancelled, command("unknown")).state, "unknown", "the server knows how it ended");
 });
 

@@ -1,6 +1,7 @@
 /** What several tests need: vectors and packets, a browser's globals, places in queues, gamepads. */
 import { readFileSync } from "node:fs";
 import type { QueuePlace } from "../src/queue/person_socket.ts";
+import type { Placed } from "../src/socket/objects.ts";
 import type { Pad } from "../src/widgets/gamepad.ts";
 
 /** Read the vectors that Python and TypeScript share. */
@@ -42,4 +43,33 @@ export function gamepad(axes: number[], pressed: number[] = [], connected = true
 /** Let promises come true that wait for nothing else; timers stand still meanwhile. */
 export async function settled(): Promise<void> {
   for (let i = 0; i < 50; i++) await Promise.resolve();
+}
+
+/** Return 12 bytes an object, as robots/kit/contract/objects.py writes them. */
+export function objectPacket(
+  objects: readonly (readonly [number, Placed])[],
+  box: Readonly<{ low: readonly number[]; size: readonly number[] }>,
+): Uint8Array {
+  const words = objects.map(([number, { place, rotation, held }]) => {
+    const largest = rotation.map(Math.abs).indexOf(Math.max(...rotation.map(Math.abs))),
+      sign = Math.sign(rotation[largest]!),
+      others = rotation.filter((_, n) => n !== largest).map((one) => one * sign);
+    let bits = BigInt(number);
+    const put = (value: number, size: number): void => void (bits = (bits << BigInt(size)) | BigInt(Math.round(value)));
+    const turns = (steps: number, size: number): void => others.forEach((one) => put(((one + Math.SQRT1_2) / Math.SQRT2) * steps, size)); // prettier-ignore
+    if (held) {
+      put(65535, 16);
+      put(1, 1);
+      place.forEach((at) => put(((at + 0.256) / 0.512) * 4095, 12));
+      put(largest, 2);
+      turns(2046, 11);
+      put(0, 1);
+    } else {
+      place.forEach((at, n) => put(((at - box.low[n]!) / box.size[n]!) * 65534, 16));
+      put(largest, 2);
+      turns(8190, 13);
+    }
+    return bits.toString(16).padStart(24, "0");
+  });
+  return bytesOf(words.join(""));
 }

@@ -16,7 +16,7 @@ import {
   wayInWords,
 } from "../src/scene/moves.ts";
 import { seededDraw } from "./helpers.ts";
-import { isStale, LONGEST_MS, Standstill } from "../src/scene/standstill.ts";
+import { isStale } from "../src/input/loop.ts";
 
 const START = Float64Array.of(-1, 0, 0, 0.5, 0, 1, 0, 0.1, 0, 0, -1, 0.3, 0, 0, 0, 1); // points down
 const FREE: Judgement = { verdict: "free", text: "", joints: [0], path: [], seconds: 1 };
@@ -167,22 +167,36 @@ test("a ghost follows the arm until somebody moves it, and again when it is take
   assert.equal(ghost.away, false);
 });
 
-test("a page that stood still is noticed once, whoever asks first afterwards", () => {
-  let now = 0;
-  const still = new Standstill(() => now);
-  now = 50_000;
-  still.begin();
-  for (let n = 0; n < 100; n++) {
-    now += LONGEST_MS * 0.9;
-    assert.equal(still.noticed(), false);
-  }
-  now += LONGEST_MS * 3;
-  assert.equal(still.noticed(), true);
-  assert.equal(still.noticed(), false);
-});
-
 test("keys that repeat count while the page is awake, not those that waited", () => {
   assert.equal(isStale({ repeat: true, timeStamp: 900 }, 1000), false);
   assert.equal(isStale({ repeat: true, timeStamp: 900 }, 3000), true);
   assert.equal(isStale({ repeat: false, timeStamp: 900 }, 3000), false, "a press that waited is still a press");
+});
+
+test("a speed against a surface is not stored up: the ghost comes back at once", () => {
+  const ghost = new Ghost(table);
+  ghost.follow(START);
+  for (let n = 0; n < 500; n++) ghost.nudge([0, 0, -0.005, 0, 0, 0]);
+  const low = ghost.pose![11]!;
+  assert.ok(low >= 0.02 && low < 0.026);
+  assert.equal(ghost.refusal, "there the fingers would enter the table");
+  ghost.nudge([0, 0, 0.005, 0, 0, 0]);
+  assert.ok(Math.abs(ghost.pose![11]! - low - 0.005) < 1e-9);
+  assert.equal(ghost.refusal, "");
+});
+
+test("it is told once that the ghost has snapped, and that it left", () => {
+  const goal = Float64Array.from(START);
+  goal[3] = 0.6;
+  const ghost = new Ghost(
+    () => FREE,
+    (pose) => (distance(pose, goal).m < 0.002 ? goal : pose),
+  );
+  ghost.follow(START);
+  ghost.step([0.05, 0, 0, 0, 0, 0]);
+  assert.equal(ghost.snapped, false);
+  ghost.step([0.049, 0, 0, 0, 0, 0]);
+  assert.equal(ghost.snapped, true);
+  ghost.step([0.01, 0, 0, 0, 0, 0]);
+  assert.equal(ghost.snapped, false);
 });

@@ -3,10 +3,11 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Ghost } from "../src/scene/ghost.ts";
 import { distance, moved } from "../src/scene/moves.ts";
-import { missingInWords, type ObjectFacts, SceneObjects, SNAP_M, snapped, snappedStep } from "../src/scene/objects.ts";
+import type { ObjectFacts } from "../src/scene/known.ts";
+import { missingInWords, SceneObjects, SNAP_M, snapped, snappedStep } from "../src/scene/objects.ts";
 import { inverse, poseAt, product, uprightAt } from "../src/scene/poses.ts";
 import type { Placed } from "../src/socket/objects.ts";
-import { bytesOf, vectorsOf } from "./helpers.ts";
+import { bytesOf, objectPacket, vectorsOf } from "./helpers.ts";
 
 const DOWN = poseAt([0, 0, 0.002], [1, 0, 0, 0]); // the tool points down, in the object's frame
 const BOX = { low: [-1, -1, -0.1], size: [2, 2, 1.5] } as const;
@@ -22,35 +23,9 @@ const brick = (name: string, number: number): ObjectFacts => ({
   grasps: [[...DOWN]],
 });
 
-/** Return 12 bytes an object, as robots/kit/contract/objects.py writes them. */
-function packet(objects: readonly (readonly [number, Placed])[]): Uint8Array {
-  const words = objects.map(([number, { place, rotation, held }]) => {
-    const largest = rotation.map(Math.abs).indexOf(Math.max(...rotation.map(Math.abs))),
-      sign = Math.sign(rotation[largest]!),
-      others = rotation.filter((_, n) => n !== largest).map((one) => one * sign);
-    let bits = BigInt(number);
-    const put = (value: number, size: number): void => void (bits = (bits << BigInt(size)) | BigInt(Math.round(value)));
-    const turns = (steps: number, size: number): void => others.forEach((one) => put(((one + Math.SQRT1_2) / Math.SQRT2) * steps, size)); // prettier-ignore
-    if (held) {
-      put(65535, 16);
-      put(1, 1);
-      place.forEach((at) => put(((at + 0.256) / 0.512) * 4095, 12));
-      put(largest, 2);
-      turns(2046, 11);
-      put(0, 1);
-    } else {
-      place.forEach((at, n) => put(((at - BOX.low[n]!) / BOX.size[n]!) * 65534, 16));
-      put(largest, 2);
-      turns(8190, 13);
-    }
-    return bits.toString(16).padStart(24, "0");
-  });
-  return bytesOf(words.join(""));
-}
-
 function scene(...objects: (readonly [number, Placed])[]): SceneObjects {
   const made = new SceneObjects([brick("red", 0), brick("blue", 1), brick("green", 2)], { low: [...BOX.low], size: [...BOX.size] }, 0.001);
-  assert.ok(made.take("objects", { key: true, data: packet(objects) }));
+  assert.ok(made.take("objects", { key: true, data: objectPacket(objects, BOX) }));
   return made;
 }
 const lying = (x: number, y: number, z = 0.02, angle = 0): Placed => ({

@@ -8,15 +8,10 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, Protocol
 
-from websockets.extensions.permessage_deflate import PerMessageDeflate, ServerPerMessageDeflateFactory
 from websockets.frames import Frame, Opcode
 
 NAME = "farhand.connection"
-BITS, SETTINGS = 12, {"memLevel": 5}  # the window and memory of a compressor
-# No message depends on the one before it: a connection keeps no compressor, and a message compressed once suits all.
-DEFLATE = ServerPerMessageDeflateFactory(True, True, BITS, BITS, SETTINGS)
-PICTURES, TEXTS = 16, 128  # frames that are kept, of the newest messages
-SMALL = 200  # bytes of a text that is not worth compressing
+PICTURES = 16  # frames that are kept, of the newest messages
 
 
 class Connection(Protocol):
@@ -40,6 +35,15 @@ class Connection(Protocol):
     def bound(self, on: bool) -> None:
         """Let no more be on the way than a thin line carries in a moment, or no longer; `free` and `ready` follow."""
 
+    def remember(self, on: bool) -> None:
+        """Compress each text against those before it from now on, or by itself again."""
+
+    def text_frame(self, text: str) -> bytes:
+        """Return the frame of a text for this connection alone, which has to be written next."""
+
+    def text_size(self, text: str) -> int:
+        """Return how many bytes that frame would hold."""
+
     @property
     def window(self) -> int:
         """Return how many bytes may be on the way; 0: any number."""
@@ -61,18 +65,3 @@ def connection_of(scope: dict[str, Any]) -> Connection | None:
 def binary_frame(data: bytes) -> bytes:
     """Return the frame of a binary message; the same object for the same message."""
     return Frame(Opcode.BINARY, data).serialize(mask=False)
-
-
-@lru_cache(TEXTS)
-def text_frames(text: str) -> tuple[bytes, bytes]:
-    """Return the frame of a text message, plain and compressed; the same objects for the same message."""
-    frame = Frame(Opcode.TEXT, text.encode())
-    plain = frame.serialize(mask=False)
-    if len(text) < SMALL:
-        return plain, plain
-    return plain, frame.serialize(mask=False, extensions=[PerMessageDeflate(True, True, BITS, BITS, SETTINGS)])
-
-
-def suits(extension: Any) -> bool:
-    """Return whether a connection with this extension reads what `text_frames` compresses."""
-    return isinstance(extension, PerMessageDeflate) and extension.local_max_window_bits >= BITS

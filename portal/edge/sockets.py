@@ -12,7 +12,8 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import Frame, Opcode
 from websockets.http11 import Request
 
-from portal.edge.direct import DEFLATE, NAME, suits
+from portal.edge.compression import DEFLATE, Deflate, suits, text_frames
+from portal.edge.direct import NAME
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount, Bucket
 from portal.edge.unsent import Unread
@@ -48,6 +49,7 @@ class Ws(WebSocketsSansIOProtocol):
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
     _unread: Unread | None = None
     _window: SendWindow | None = None
+    _deflate: Deflate | None = None
     _call: Callable[[], None] | None = None
     _call_ready: Callable[[], None] | None = None
 
@@ -70,6 +72,7 @@ class Ws(WebSocketsSansIOProtocol):
             extensions: Any = self.scope["extensions"]
             extensions[NAME] = {"connection": self}
             self.deflates = any(suits(extension) for extension in self.conn.extensions)
+            self._deflate = next((one for one in self.conn.extensions if isinstance(one, Deflate)), None)
 
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network, or by the peer."""
@@ -90,6 +93,23 @@ class Ws(WebSocketsSansIOProtocol):
             self._call_ready()  # also where it is as ready as before: it is written to in another way
         if not on and self._call is not None:
             self._call()
+
+    def remember(self, on: bool) -> None:
+        """Compress each text against those before it from now on, or by itself again."""
+        if self._deflate is not None:
+            self._deflate.remember(on)
+
+    def text_frame(self, text: str) -> bytes:
+        """Return the frame of a text for this connection alone, which has to be written next."""
+        if self._deflate is None or not self._deflate.remembers:
+            return text_frames(text)[self.deflates]
+        return Frame(Opcode.TEXT, text.encode()).serialize(mask=False, extensions=[self._deflate])
+
+    def text_size(self, text: str) -> int:
+        """Return how many bytes that frame would hold."""
+        if self._deflate is None or not self._deflate.remembers:
+            return len(text_frames(text)[self.deflates])
+        return self._deflate.size(text)
 
     @property
     def window(self) -> int:

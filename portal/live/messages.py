@@ -93,7 +93,7 @@ class Watch(Message, frozen=True, tag="watch"):
     `every_s`: the least time between two pictures of a camera (s); 0: each picture. If the page wants each, `video` is
     the coding of video that it decodes (empty: only JPEG), and `coarse` asks for few bytes, at most five pictures a
     second. `compact`: states in few bytes, over a line on which little may be on the way. `sound`: the person listens.
-    `pieces`: it takes long binary messages in pieces, and deltas of byte streams with short heads.
+    `pieces`: it takes long messages in pieces, and deltas of byte streams with short heads.
     """
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]

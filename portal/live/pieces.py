@@ -1,8 +1,10 @@
-"""A long binary message in pieces, between which other messages are sent: u8 7, u8 flags (1 first, 2 last), bytes.
+"""Long messages in pieces, between which others are sent: bytes as u8 7, u8 flags (1 first, 2 last), bytes, and texts.
 
-A page puts the pieces together (`frontend/src/socket/pieces.ts`). One message at a time is in pieces; the first piece
-of another drops what came of the one before.
+A page puts the pieces together (`frontend/src/socket/pieces.ts`). One message of each of the two at a time is in
+pieces; the first piece of another drops what came of the one before.
 """
+
+from collections.abc import Callable
 
 TYPE, FIRST, LAST = 7, 1, 2
 
@@ -35,3 +37,46 @@ class Pieces:
         if not self.left:
             self.drop()
         return piece
+
+
+class TextPieces:
+    """Long text messages, the newest of each kind, in pieces: U+0007, a digit (1 first, 2 last, added), the words."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[str, str] = {}  # by kind
+        self._text, self._at = "", 0
+        self._guess = 0  # characters of the last piece
+
+    @property
+    def left(self) -> bool:
+        """Return whether a text is left, or a part of one."""
+        return bool(self._text or self._waiting)
+
+    def put(self, kind: str, text: str) -> None:
+        """Send this text after those that wait; one of its kind that was not begun is dropped."""
+        self._waiting[kind] = text
+
+    def take(self, most: int, size: Callable[[str], int]) -> str:
+        """Return the next piece, of at most so many bytes by `size` unless one character has more.
+
+        A text that has no more as a whole is not cut.
+        """
+        if not self._text:
+            self._text = self._waiting.pop(next(iter(self._waiting)))
+            if size(self._text) <= most:
+                whole, self._text = self._text, ""
+                return whole
+        count = len(self._text) - self._at
+        if self._guess:
+            count = min(count, 2 * self._guess)
+        while (found := size(self._piece(count))) > most and count > 1:
+            count = max(1, min(count - 1, count * most // found))
+        piece = self._piece(count)
+        self._at, self._guess = self._at + count, count
+        if self._at == len(self._text):
+            self._text, self._at, self._guess = "", 0, 0
+        return piece
+
+    def _piece(self, count: int) -> str:
+        flags = (FIRST if self._at == 0 else 0) + (LAST if self._at + count == len(self._text) else 0)
+        return f"\x07{flags}{self._text[self._at : self._at + count]}"

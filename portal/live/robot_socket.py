@@ -79,7 +79,7 @@ class RobotSocket(Socket):
         self.presence = Presence(self, self.slug, self.access)
         self.controls = HeldControls(self.slug)
         self.requests = Requests(self, self.viewer, self.controls, self.snapshots)
-        self.plans = PlanSender(self, self.slug)
+        self.plans = PlanSender(self, self.slug, self.writer)
 
     async def open(self) -> None:
         """Check the access, then watch: the snapshot first, then everything that comes, as far as it is wanted."""
@@ -275,8 +275,8 @@ class Requests:
 class PlanSender:
     """Asks for the previews of one page, and sends the newest answer; an older one that waits is dropped."""
 
-    def __init__(self, socket: Socket, slug: str) -> None:
-        self._socket, self._slug = socket, slug
+    def __init__(self, socket: Socket, slug: str, writer: Writer) -> None:
+        self._socket, self._slug, self._writer = socket, slug, writer
         self._text = ""  # the newest answer, while it waits
         self._sending = False
 
@@ -300,5 +300,5 @@ class PlanSender:
     async def _send(self) -> None:
         while self._text:
             text, self._text = self._text, ""
-            await self._socket.send(text)
+            await self._writer.tell("plan", text)
         self._sending = False

@@ -7,7 +7,8 @@ from typing import TypeVar
 
 import msgspec
 
-from portal.edge.direct import binary_frame, text_frames
+from portal.edge.compression import text_frames
+from portal.edge.direct import binary_frame
 from portal.live.audience import Audience
 from portal.live.video import Videos
 from portal.live.viewer import STRANGER, Cameras, Group, Viewer

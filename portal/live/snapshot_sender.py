@@ -35,6 +35,7 @@ class SnapshotSender:
         """Send a new snapshot when the last one is out of date; pictures and states do not wait for it."""
         while True:
             await self._outdated.wait()
+            await self._writer.wait_until_told()
             await self._writer.wait_until_free()  # on a slow line one snapshot has all changes meanwhile
             self._outdated.clear()
             await self.send()
@@ -45,7 +46,8 @@ class SnapshotSender:
         """Send everything, and note the person's role."""
         try:
             if self._socket.stranger:
-                await self._writer.send_text((await self._shared.ask(self._slug, lambda: self._hub.link)).of_strangers)
+                text = (await self._shared.ask(self._slug, lambda: self._hub.link)).of_strangers
+                await self._writer.tell("snapshot", text, shared=True)
                 return
             public = ""
             if self._access.shares_snapshots(self._socket.role):
@@ -60,9 +62,12 @@ class SnapshotSender:
         self._socket.role = role
         self._socket.sign(sign_in)
         self._hub.count_as(self._viewer, 0 if role.grant else role.person)
-        await self._socket.send(text)
         ending = self._access.ending(role)
-        if ending is not None and not self._socket.closed:
+        if ending is None:
+            await self._writer.tell("snapshot", text)
+            return
+        await self._socket.send(text)
+        if not self._socket.closed:
             await self._socket.shut(ending)
 
     def read(self, link: bool, public: str = "") -> tuple[str, Role, SignIn | None]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from portal.edge.direct import Connection, text_frames
+from portal.edge.direct import Connection
 from portal.live.audience import Seat
 from portal.live.messages import CAMERAS, Watch
 from portal.live.video import VideoCursors
@@ -112,6 +112,7 @@ class Viewer:
         self.wish = wish
         if self.connection is not None:
             self.connection.bound(wish.compact)
+            self.connection.remember(wish.compact and wish.pieces)  # all its messages go through its writer then
         self.video_cursors.restart(wish.cameras, bool(wish.video), SYSTEM.awake())
         self._due.clear()
         if not wish.sound:
@@ -171,8 +172,11 @@ class Viewer:
 
     def write_text(self, text: str) -> None:
         """Write a text message to the connection, which there must be."""
-        plain, compressed = text_frames(text)
-        self.write(compressed if self.deflates else plain)
+        self.write(self.connection.text_frame(text))  # type: ignore[union-attr]
+
+    def text_size(self, text: str) -> int:
+        """Return how many bytes a text message would take on the connection, which there must be."""
+        return self.connection.text_size(text)  # type: ignore[union-attr]
 
     # messages that are put into the mailbox
 

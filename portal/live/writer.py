@@ -8,7 +8,7 @@ import msgspec
 
 from portal.edge.direct import binary_frame
 from portal.live.hub import Hub
-from portal.live.pieces import Pieces
+from portal.live.pieces import Pieces, TextPieces
 from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
 from robots.kit.contract.short_heads import ShortHeads
@@ -34,7 +34,9 @@ class Writer:
         self._one_by_one = asyncio.Lock()
         self._waiting: deque[bytes] = deque()  # packets of byte streams, in their order
         self._pieces, self._ordered = Pieces(), False  # of a long message; whether packets must not come before its end
-        self._heads = ShortHeads()
+        self._heads, self._texts = ShortHeads(), TextPieces()
+        self._told = asyncio.Event()  # set while no text is left
+        self._told.set()
         self._counts = False  # the number of watchers is to be sent
 
     async def run(self) -> None:
@@ -59,6 +61,7 @@ class Writer:
             self._sound,
             self._packets,
             self._count,
+            self._text,
             self._long,
             self._pictures,
         )
@@ -127,8 +130,35 @@ class Writer:
             await self.send_text(watchers_text(self._hub.watchers(viewer.slug)))
         return counts
 
+    async def _text(self, viewer: Viewer) -> bool:
+        """Send the next piece of a long text."""
+        if not self._texts.left:
+            return False
+        await self.send_text(self._texts.take(viewer.piece or LARGEST, viewer.text_size))
+        if not self._texts.left:
+            self._told.set()
+        return True
+
+    async def tell(self, kind: str, text: str, shared: bool = False) -> None:
+        """Send a long text; over a thin line in pieces later, if none of its kind comes before it is begun.
+
+        `shared`: others get the same one, so that it is compressed once; it waits until the connection is free.
+        """
+        if not self._viewer.piece and not self._texts.left:
+            await (self.send_text(text) if shared else self._send(text))
+            return
+        self._texts.put(kind, text)
+        self._told.clear()
+        self._viewer.wake()
+
+    async def wait_until_told(self) -> None:
+        """Wait until all long texts were written, or the connection is gone."""
+        await self._told.wait()
+
     async def _long(self, viewer: Viewer) -> bool:
-        """Send the next piece of what is in pieces."""
+        """Send the next piece of what is in pieces; a picture waits for texts."""
+        if self._texts.left and not self._ordered:
+            return False
         if self._pieces.left and not self._ordered and not viewer.wish.cameras:
             self._pieces.drop()  # nobody looks at this picture any more
         if not self._pieces.left:
@@ -137,7 +167,7 @@ class Writer:
         return True
 
     async def _pictures(self, viewer: Viewer) -> bool:
-        if self._pieces.left:
+        if self._pieces.left or self._texts.left:
             return False
         packets = self._hub.video(viewer)
         if packets:

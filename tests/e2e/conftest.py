@@ -238,9 +238,9 @@ class Visitor:
         """
         end = time.monotonic() + LETS_GO_S
         while True:
-            self._mark_newest()
+            self.mark_newest()
             held()
-            expect(self._newer()).to_be_attached()
+            expect(self.newer()).to_be_attached()
             if LOST not in self.ladder(also=("cancelled",)):
                 break
             if time.monotonic() > end:
@@ -280,18 +280,18 @@ class Visitor:
         button = self.page.locator(f"[data-command={name}]")
         for _ in range(3):
             expect(button).to_have_attribute("aria-disabled", "false")
-            self._mark_newest()
+            self.mark_newest()
             button.click()
             self.page.wait_for_timeout(60)
-            if self._newer().count():
+            if self.newer().count():
                 return  # what the page says may be of the press before
         raise AssertionError(f"the command {name}: not within three presses: {self.page.inner_text('#notice')}")
 
-    def _mark_newest(self):
+    def mark_newest(self):
         """Mark the newest command, to tell one that comes after it."""
         self.page.evaluate("() => document.querySelector('#ladder li')?.setAttribute('data-seen', '')")
 
-    def _newer(self):
+    def newer(self):
         """Return the command that has come since, if one has."""
         return self.page.locator("#ladder li:first-child:not([data-seen])")
 

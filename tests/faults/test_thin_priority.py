@@ -47,7 +47,16 @@ class Page:
         return [one for one in list(self.heard) if not isinstance(one[2], str) and one[2][0] == first]
 
     def said(self, kind):
-        texts = [(at, before, json.loads(text)) for at, before, text in list(self.heard) if isinstance(text, str)]
+        texts, parts = [], ""
+        for at, before, text in list(self.heard):
+            if not isinstance(text, str):
+                continue
+            if text[0] == "\x07":
+                parts = text[2:] if text[1] in "13" else parts + text[2:]
+                if text[1] in "01":
+                    continue
+                text = parts
+            texts.append((at, before, json.loads(text)))
         return [one for one in texts if one[2]["t"] == kind]
 
 

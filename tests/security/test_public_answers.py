@@ -11,6 +11,9 @@ def test_every_answer_carries_the_headers_that_bind_a_browser(public):
         assert headers["x-content-type-options"] == "nosniff", address
         assert headers["referrer-policy"] == "same-origin", address
         assert "access-control-allow-origin" not in headers, address
+        devices = headers["permissions-policy"]
+        assert "hid=(self)" in devices, address
+        assert "camera=()" in devices, address
         policy = headers["content-security-policy"]
         assert "unsafe" not in policy, address
         for part in ("default-src 'self'", "object-src 'none'", "base-uri 'none'", "frame-ancestors 'none'"):

@@ -76,3 +76,12 @@ def test_a_value_that_is_no_number_is_refused(value):
 def test_a_hand_of_one_metre_a_second_is_no_jump():
     """A keep-alive ten times a second allows a hand of one metre a second."""
     assert JUMP_M / STEP_S >= 1.0
+
+
+def test_the_gripper_is_told_each_wish_once_and_nothing_by_itself():
+    follower = Follower(np.eye(4), 0.15, 0.6)
+    wishes = [{}, {"closed": 1.0}, {"closed": 1.0}, {}, {"closed": 1.0}, {"closed": 0.4}, {"closed": 0.0}]
+    assert [follower.grip(hand() | wish) for wish in wishes] == [None, True, None, None, None, False, None]
+    for bad in (float("nan"), "1", None, True):
+        with pytest.raises(BadRequest):
+            follower.grip({"closed": bad})

@@ -53,6 +53,8 @@ class Line:
     def bound(self, on):
         pass
 
+    remember = bound
+
     def keep(self, waits):
         self._kept = waits
         self._judge()

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.edge.window import LEAST, PAYLOAD, PING_BYTES, SendWindow
-from portal.live.pieces import Pieces
+from portal.live.pieces import Pieces, TextPieces
 from tests.environment import ROOT
 
 STATE, STEP_S = 23, 0.001  # bytes of a compact state with the head of its frame; s
@@ -149,3 +149,28 @@ def test_pieces_are_cut_as_the_browser_reads_them(one):
     while pieces.left:
         got.append(pieces.take(one["most"]).hex())
     assert got == one["pieces"]
+
+
+@given(st.text(max_size=400), st.integers(0, 120), st.sampled_from([1, 3, 10]))
+def test_a_text_in_pieces_is_whole_again(text, most, ratio):
+    pieces, got = TextPieces(), []
+    pieces.put("one", text)
+    while pieces.left:
+        got.append(pieces.take(most, lambda piece: len(piece.encode()) // ratio))
+    if len(got) == 1 and got[0] == text:
+        return
+    assert "".join(one[2:] for one in got) == text
+    assert all(len(one.encode()) // ratio <= most or len(one) == 3 for one in got)
+    assert [one[:2] for one in got] == ["\x071", *["\x070"] * (len(got) - 2), "\x072"] if len(got) > 1 else ["\x073"]
+
+
+@pytest.mark.parametrize(
+    "one", json.loads((ROOT / "tests/vectors/text_pieces.json").read_text()), ids=lambda one: one["what"]
+)
+def test_texts_are_cut_as_the_browser_reads_them(one):
+    pieces, got = TextPieces(), []
+    pieces.put("one", one["message"])
+    while pieces.left:
+        got.append(pieces.take(one["most"], lambda piece: len(piece.encode())))
+    whole = "".join(piece[2:] if piece[0] == "\x07" else piece for piece in got)
+    assert (got, whole) == (one["pieces"], one["message"])

@@ -40,6 +40,15 @@ class ThinLine:
     def bound(self, on):
         self.bounded = on
 
+    def remember(self, on):
+        self.remembers = on
+
+    def text_frame(self, text):
+        return Frame(Opcode.TEXT, text.encode()).serialize(mask=False)
+
+    def text_size(self, text):
+        return len(text.encode())
+
     def keep(self, waits):
         self._kept = waits
 
@@ -48,25 +57,34 @@ class ThinLine:
         self._taken = False
 
 
-def read(frame):
-    """Return what is in a frame: a text, or bytes."""
+def parsed(frame, *extensions):
+    """Return the frame in these bytes, as these extensions read it."""
     reader = StreamReader()
     reader.feed_data(frame)
-    parser = Frame.parse(reader.read_exact, mask=False)
+    parser = Frame.parse(reader.read_exact, mask=False, extensions=extensions)
     try:
         while True:
             next(parser)
     except StopIteration as end:
-        found = end.value
+        return end.value
+
+
+def read(frame):
+    """Return what is in a frame: a text, or bytes."""
+    found = parsed(frame)
     return bytes(found.data).decode() if found.opcode == Opcode.TEXT else bytes(found.data)
 
 
-async def written(put, most=40):
-    """Let a writer write to a thin line what `put(viewer, number of messages before)` gives it; return the messages."""
+async def written(put, most=40, texts=lambda before: {}):
+    """Let a writer write to a thin line what `put(viewer, number of messages before)` gives it; return the messages.
+
+    `texts(number of messages before)`: long texts by their kind.
+    """
     line, got = ThinLine(), []
     viewer = Viewer("arm", line)
     viewer.choose(THIN)
     assert line.bounded
+    assert line.remembers
     packets = []
     hub = SimpleNamespace(link=True, video=lambda _: [], watchers=lambda _: 3)
     hub.news = lambda _: [packets.pop(0) for _ in list(packets)]
@@ -74,6 +92,8 @@ async def written(put, most=40):
     task = asyncio.create_task(writer.run())
     for _ in range(most):
         packets += put(viewer, len(got)) or []
+        for kind, text in texts(len(got)).items():
+            await writer.tell(kind, text)
         for _ in range(20):
             await asyncio.sleep(0)
         if not line.written:
@@ -172,3 +192,52 @@ def test_deltas_that_follow_have_short_heads_also_where_they_come_in_pieces():
     assert reader.restore(short) == packets[1]
     assert reader.restore(whole(pieces[ended[0] + 1 :])) == long
     assert len(whole(pieces[ended[0] + 1 :])) == 3 + 150
+
+
+SNAPSHOT = "a snapshot of " + "many words " * 30
+
+
+def joined(pieces):
+    return "".join(piece[2:] for piece in pieces)
+
+
+def test_a_long_text_lets_states_and_events_pass_and_comes_before_a_picture():
+    def put(viewer, before):
+        viewer.put_state(STATE + bytes((before,)))
+        if before == 0:
+            viewer.put_picture(0, PICTURE)
+        if before == 3:
+            viewer.put_event(Notice("stopped"))
+
+    got = asyncio.run(written(put, 24, lambda before: {"snapshot": SNAPSHOT} if before == 0 else {}))
+    pieces = [one for one in got if isinstance(one, str) and one[0] == "\x07"]
+    assert joined(pieces) == SNAPSHOT
+    assert all(len(piece) <= ThinLine.window for piece in pieces)
+    assert [piece[1] for piece in pieces] == ["1", *["0"] * (len(pieces) - 2), "2"]
+    assert "stopped" in got[3], "it is the next message after it has come"
+    first = next(n for n, one in enumerate(got) if isinstance(one, bytes) and one[0] == 7)
+    assert first > got.index(pieces[-1]), "the picture waits"
+    kinds = [
+        "state" if isinstance(one, bytes) and one[0] == 200 else "other" for one in got if "stopped" not in str(one)
+    ]
+    assert all("state" in kinds[n : n + 2] for n in range(len(kinds) - 1))
+
+
+def test_a_text_that_was_begun_is_sent_to_its_end_and_of_those_that_wait_the_newest_of_each_kind():
+    told = {0: {"snapshot": "first " * 30}, 1: {"snapshot": "second " * 30, "plan": "plan"}, 2: {"snapshot": "third"}}
+    got = asyncio.run(written(lambda viewer, before: viewer.wake(), 12, lambda before: told.get(before, {})))
+    ended = next(n for n, one in enumerate(got) if one[:2] == "\x072")
+    assert joined(got[: ended + 1]) == "first " * 30
+    assert got[ended + 1 :] == ["third", "plan"]
+
+
+def test_a_text_that_was_begun_over_a_thin_line_is_not_overtaken_where_the_line_is_thin_no_longer():
+    def put(viewer, before):
+        viewer.wake()
+        if before == 1:
+            viewer.choose(Wish(frozenset()))
+
+    told = {0: {"snapshot": SNAPSHOT}, 2: {"snapshot": "newer"}}
+    got = asyncio.run(written(put, 12, lambda before: told.get(before, {})))
+    assert joined(got[:-1]) == SNAPSHOT
+    assert got[-1] == "newer"

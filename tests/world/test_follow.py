@@ -89,3 +89,19 @@ def test_a_hand_that_jumps_is_lost_and_the_arm_rests_at_once(arm):
     motions = rig.count("motion")
     world.sleep(3.0)
     assert rig.count("motion") == motions, "nothing goes on by itself"
+
+
+def test_the_gripper_moves_only_while_the_arm_follows_and_once_for_each_wish(arm):
+    world, rig, session = arm
+    hand, before = Hand(world, rig, session), rig.count("gripper")
+    world.sleep(0.5)
+    assert rig.count("gripper") == before, "nobody has asked for it"
+    for closed, told in ((1.0, 1), (0.0, 2), (1.0, 3)):
+        hand.at = STILL | {"dx": -0.01 * told, "closed": closed}
+        world.sleep(1.0)
+        assert rig.count("gripper") == before + told
+    hand.held = False
+    world.until(lambda: hand.over, 5, "the end")
+    hand.at = STILL | {"closed": 0.0}
+    world.sleep(2.0)
+    assert rig.count("gripper") == before + 3

@@ -39,6 +39,18 @@ export class Tasks implements ArmMode {
     void this.desk.open();
   }
 
+  fresh(): void {
+    this.desk.fresh();
+  }
+
+  add(...steps: TaskStep[]): void {
+    this.desk.add(...steps);
+  }
+
+  takeBack(...steps: TaskStep[]): void {
+    this.desk.takeBack(...steps);
+  }
+
   text(): string {
     return this.desk.text();
   }

@@ -16,6 +16,12 @@ export function say(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** Write the items of a list where they differ. */
+export function sayLines(list: Element, lines: readonly string[]): void {
+  while (list.children.length > lines.length) list.lastElementChild?.remove();
+  lines.forEach((text, i) => say(list.children[i] ?? list.appendChild(make("li")), text));
+}
+
 /** Set the attributes that differ: the browser lays out and paints again even for a value that stays the same. */
 export function set(element: Element, attributes: Attributes): void {
   for (const [key, value] of Object.entries(attributes)) {

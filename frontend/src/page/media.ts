@@ -40,7 +40,10 @@ export class Media {
     );
     const pace = byId<HTMLSelectElement>("pace");
     pace.value = this.subscription.choice;
-    pace.addEventListener("change", () => this.subscription.choose(pace.value));
+    pace.addEventListener("change", () => {
+      this.subscription.choose(pace.value);
+      this.still();
+    });
     if (document.getElementById("sound"))
       this.sound = new Sound(byId("sound"), byId("sound-said"), byId<HTMLMeterElement>("loudness"), (on) => this.subscription.listen(on));
     document.addEventListener("visibilitychange", () => document.hidden || this.subscription.again());
@@ -58,6 +61,12 @@ export class Media {
   /** A console is installed: have video if it and this browser can show it. */
   begin(console: Console): void {
     if (console.video) void VideoPlayer.possible(facts.video).then((can) => can && this.subscription.video(true));
+  }
+
+  /** Show the newest still, unless the line is for values alone: one picture would keep them back for minutes. */
+  still(): void {
+    const still = this.use.snapshot()?.still;
+    if (still && this.subscription.pace !== "states") this.use.console()?.still(still);
   }
 
   /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */

@@ -93,7 +93,7 @@ export class RobotPage {
     const console = (this.console = completeConsole(own, this));
     if (this.live.up) console.watch?.();
     this.media.begin(console);
-    if (this.snapshot?.still) console.still(this.snapshot.still);
+    this.media.still();
     if (this.state) console.state(this.state);
     for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
     this.draw();
@@ -263,7 +263,7 @@ export class RobotPage {
     if (this.commands.follow(s)) this.console?.turn();
     this.commands.show(s);
     this.turnPanel.changed(s);
-    if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
+    if (s.still?.id !== hadStill) this.media.still();
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
     if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");

@@ -67,6 +67,7 @@ export class ArmConsole implements Console, Judge {
   private joints: Joints;
   private position: Position;
   private scene: Scene | null = null; // null where the template has no tab for it
+  private task: Tasks | null = null; // likewise
   private modes: Record<string, ArmMode>;
 
   /** `modes` makes the robot's own modes, by the names of their tabs. */
@@ -85,23 +86,30 @@ export class ArmConsole implements Console, Judge {
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
     const { objects, objects_box, release_m = 0 } = description;
+    if (document.getElementById("panel-task")) this.task = this.tasks();
     if (document.getElementById("panel-scene"))
       this.scene = new Scene(page, {
         share,
         axes: this.axes.length,
         tell: (text) => this.tell(text),
         cameras: description.view ?? [],
-        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m) : null,
+        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null,
+        task: this.task && {
+          fresh: () => this.task?.fresh(),
+          add: (...steps) => this.task?.add(...steps),
+          takeBack: (...steps) => this.task?.takeBack(...steps),
+          show: () => this.tabs.choose("task"),
+        },
       });
     this.modes = {
       ...(this.scene ? { scene: this.scene } : {}),
       joint: { asked: "go", target: () => this.joints.target() },
       position: { asked: "go", target: () => this.position.target(), outside: () => this.position.outside() },
-      ...(document.getElementById("panel-task") ? { task: this.tasks() } : {}),
+      ...(this.task ? { task: this.task } : {}),
       ...modes(this),
     };
-    page.on("open", () => page.command("gripper", { closed: 0 }));
-    page.on("close", () => page.command("gripper", { closed: 1 }));
+    page.on("open", () => this.grip(0));
+    page.on("close", () => this.grip(1));
     page.on("ready", () => page.command("ready"));
     page.on("go-joints", () => this.go(this.joints.target()));
     page.on("go-pose", () => this.go(this.position.target()));
@@ -303,6 +311,12 @@ export class ArmConsole implements Console, Judge {
     this.page.draw();
   }
 
+  /** Close (1) or open (0) the gripper; of an arm that follows a hand the motion that is held does it. */
+  private grip(closed: number): void {
+    if (this.scene?.follows) this.scene.grip(closed);
+    else this.page.command("gripper", { closed });
+  }
+
   private go(target: Target | null): void {
     if (target) this.page.command(target.kind, target.args, "go");
     else this.page.refuse(() => this.whyNot("go", this.page.facts()));
@@ -310,7 +324,7 @@ export class ArmConsole implements Console, Judge {
 
   whyNot(kind: string, f: Facts): string {
     const general = blocked(f);
-    if (general) return general;
+    if (general || (kind === "gripper" && this.scene?.follows)) return general;
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
@@ -335,6 +349,7 @@ export class ArmConsole implements Console, Judge {
     const why = this.whyNot("jog", f);
     this.joints.enable(why);
     this.position.enable(why);
+    this.scene?.enable(why);
   }
 
   /** Show the newest state in the table of readings. */

@@ -16,6 +16,8 @@ export class Ghost {
   private arm: Pose | null = null;
   private hand: { pose: Float64Array } | null = null; // where it was when the hand took it
   private standing: Judgement | null = null;
+  /** Whether it has snapped to a grasp or a place. */
+  snapped = false;
   /** Why the last move was refused; empty if it was not. */
   refusal = "";
   private readonly judge: (pose: Pose) => Judgement;
@@ -64,7 +66,15 @@ export class Ghost {
   drag(by: Move): void {
     if (!this.hand) return;
     const wanted = moved(this.hand.pose, by);
-    if (!this.put(this.snap(wanted, null))) this.slide(wanted);
+    if (!this.place(wanted, null)) this.slide(wanted);
+  }
+
+  /** Move it on by so much, also while nobody holds it; against a surface it slides. */
+  nudge(by: Move): void {
+    const { pose } = this;
+    if (!pose) return;
+    const wanted = moved(pose, by);
+    if (!this.place(wanted, pose)) this.slide(wanted);
   }
 
   /** Go as near to a refused pose as surfaces allow. */
@@ -83,13 +93,21 @@ export class Ghost {
 
   /** Move it by so much. Returns whether it went there. */
   step(by: Move): boolean {
-    return this.pose !== null && this.put(this.snap(moved(this.pose, by), this.pose));
+    return this.pose !== null && this.place(moved(this.pose, by), this.pose);
+  }
+
+  private place(wanted: Float64Array, from: Pose | null): boolean {
+    const to = this.snap(wanted, from),
+      isThere = this.put(to);
+    this.snapped = isThere && to !== wanted;
+    return isThere;
   }
 
   /** Put it there; if the arm cannot be there it stays where it was. Returns whether it is there. */
   put(pose: Float64Array): boolean {
     const found = this.judge(pose);
     this.refusal = found.verdict === "refused" ? found.text : "";
+    this.snapped = false;
     if (this.refusal) return false;
     this.own = pose;
     this.standing = found;
@@ -104,6 +122,7 @@ export class Ghost {
   /** Take it back to the arm. A hand that holds it has to take it again. */
   home(): void {
     this.own = this.standing = this.hand = null;
+    this.snapped = false;
     this.refusal = "";
   }
 }

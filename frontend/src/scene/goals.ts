@@ -1,7 +1,7 @@
 /** What can be won with an arm's objects: where each part of a figure belongs, and what is missing, in words. */
 import type { Pose } from "../motion/chain.ts";
 import { distance, wayInWords } from "./moves.ts";
-import type { KnownObject } from "./objects.ts";
+import type { KnownObject } from "./known.ts";
 import { product, uprightAt } from "./poses.ts";
 
 /** A goal as `goal_facts` of robots/kit/arms/goals.py tells it: poses 4 x 4 row by row, in the base's frame (m). */

@@ -1,16 +1,15 @@
-/** Moves the ghost without a pointer in the view: keys on its handle, a button for each direction, a gamepad. */
+/** Moves the ghost without a pointer in the view: keys on its handle, and a button for each direction. */
+import { isStale } from "../input/loop.ts";
 import { byId, make, say } from "../kit/dom.ts";
-import { Pads, twist } from "../widgets/gamepad.ts";
 import { keyMove, type Move, type Step, stepMove, STEPS } from "./moves.ts";
-import { isStale, LONGEST_MS } from "./standstill.ts";
 
 export interface HandUse {
   /** Move the ghost by so much. */
   step(by: Move): void;
   home(): void;
   send(): void;
-  /** The share of a gamepad's motion that the ghost makes. */
-  share(): number;
+  /** Close (1) or open (0) the gripper of an arm that follows. */
+  grip(closed: number): void;
 }
 
 const WAYS: readonly (readonly [string, string, Move])[] = [
@@ -27,16 +26,11 @@ const WAYS: readonly (readonly [string, string, Move])[] = [
   ["↻ z", "Turn the ghost about z", [0, 0, 0, 0, 0, 1]],
   ["↺ z", "Turn the ghost back about z", [0, 0, 0, 0, 0, -1]],
 ];
-const TICK_MS = 40;
-const M_PER_S = 0.12,
-  RAD_PER_S = 0.6; // of a stick that is pushed all the way
 
 export class Hand {
   private pad = byId("ghost-pad");
   private handle = byId("ghost-handle");
   private size = byId<HTMLSelectElement>("ghost-step");
-  private pads = new Pads();
-  private ticked = performance.now();
 
   constructor(private use: HandUse) {
     this.size.append(...STEPS.map(({ mm, degrees }, i) => make("option", { value: i }, `${mm} mm, ${degrees}°`)));
@@ -47,7 +41,6 @@ export class Hand {
       this.pad.append(button);
     }
     byId("ghost-hand").addEventListener("keydown", (event) => this.key(event));
-    setInterval(() => this.tick(), TICK_MS);
   }
 
   /** Let keys and a gamepad move the ghost. */
@@ -74,6 +67,7 @@ export class Hand {
     if (move) return () => this.use.step(stepMove(move, this.step));
     if (key === "+" || key === "-") return () => this.resize(key === "+" ? 1 : -1);
     if (key.toLowerCase() === "g") return () => this.use.home();
+    if (key.toLowerCase() === "c" || key.toLowerCase() === "o") return () => this.use.grip(key.toLowerCase() === "c" ? 1 : 0);
     if (key === "Enter" && target === this.handle) return () => !event.repeat && this.use.send();
     return null;
   }
@@ -83,19 +77,8 @@ export class Hand {
     say(byId("ghost-step-said"), `Step ${this.step.mm} mm, ${this.step.degrees}°`);
   }
 
-  /** Move the ghost by a gamepad, while the handle, its buttons or the view have the focus. */
-  private tick(): void {
-    const now = performance.now(),
-      passed = now - this.ticked;
-    this.ticked = now;
-    if (passed > LONGEST_MS) this.pads.forget(); // what was pushed while the page stood still counts no more
-    const here = document.hasFocus() && byId("ghost-hand").contains(document.activeElement);
-    if (!here) return this.pads.forget();
-    const push = this.pads.wanted(this.handle, twist);
-    if (!push) return;
-    const along = (M_PER_S * this.use.share() * passed) / 1000,
-      about = (RAD_PER_S * this.use.share() * passed) / 1000;
-    const { x = 0, y = 0, z = 0, yaw = 0 } = push;
-    this.use.step([x * along, y * along, z * along, 0, 0, yaw * about]);
+  /** Whether the handle, its buttons or the view has the focus, so that what has no place on the page may move the ghost. */
+  get isHere(): boolean {
+    return document.hasFocus() && byId("ghost-hand").contains(document.activeElement);
   }
 }

@@ -25,6 +25,7 @@ export interface Wish {
 }
 
 const POINTS = 24; // of a path that is drawn
+const PLAY_S = 0.1;
 const ROUNDS = 3, // of sliding: one goes no farther than a few hundred millimetres
   LEAST_M = 0.001;
 
@@ -68,6 +69,23 @@ export class PoseJudge {
     const { path, seconds } = outcome,
       places = Array.from({ length: POINTS }, (_, n) => placeOf(this.tool(path.sample((seconds * n) / (POINTS - 1)))));
     return { verdict: "free", text: "", joints: there, path: places, seconds };
+  }
+
+  /** Return the way through poses of the tool, a posture each tenth of a second; or why there is none, as a sentence. */
+  through(poses: readonly Pose[], present: Joints, share: number): { joints: number[][]; tool: number[][] } | string {
+    const joints: number[][] = [];
+    let here: Joints = present;
+    for (const [n, pose] of poses.entries()) {
+      const there = this.rest(pose, here);
+      if (typeof there === "string") return `The arm cannot be at place ${n + 1}: ${there}.`;
+      const outcome = this.planner.plan({ joints: there }, { joints: here }, share);
+      if (!outcome.ok) return `The arm cannot come to place ${n + 1} directly: ${outcome.text}.`;
+      const { path, seconds } = outcome;
+      for (let t = 0; t < seconds; t += PLAY_S) joints.push([...path.sample(t)]);
+      joints.push([...there]);
+      here = there;
+    }
+    return { joints, tool: joints.map((q) => placeOf(this.tool(q))) };
   }
 
   /** Return joints at which the arm rests there, or why it cannot. */

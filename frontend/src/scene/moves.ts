@@ -1,10 +1,9 @@
 /** Moves of the ghost: lengths along, and turns about, the axes of the arm's base; and the same in words. */
+import type { Move } from "../input/source.ts";
 import type { Pose } from "../motion/chain.ts";
 import { missing } from "../motion/linear.ts";
 import { moved as movedRigid, poseOf, rigidOf } from "../motion/rigid.ts";
 
-/** Lengths along x, y, z (m), then a turn as axis times angle (rad). The tool turns about its own point. */
-export type Move = readonly [number, number, number, number, number, number];
 /** How far a key or a button moves (mm) and turns (degrees) the ghost. */
 export interface Step {
   mm: number;
@@ -65,6 +64,7 @@ export function wayInWords(from: Pose, to: Pose): string {
   return [...lengths, ...turns].filter(Boolean).join(", ");
 }
 
+export type { Move };
 type Way = readonly [number, number, number];
 const KEYS: Record<string, { move: Way; turn: Way }> = {
   ArrowUp: { move: [1, 0, 0], turn: [0, 1, 0] },

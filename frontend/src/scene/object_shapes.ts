@@ -7,8 +7,10 @@ import {
   CylinderGeometry,
   EdgesGeometry,
   Group,
+  InstancedMesh,
   LineBasicMaterial,
   LineSegments,
+  Matrix4,
   Mesh,
   MeshLambertMaterial,
   type Object3D,
@@ -16,11 +18,14 @@ import {
   SpriteMaterial,
 } from "three";
 import { disposeContent } from "../kit/view_3d.ts";
-import type { KnownObject } from "./objects.ts";
+import type { KnownObject, PlateFacts } from "./known.ts";
 import { matrixOf } from "./matrices.ts";
 
 const PALE = 0.4; // opacity of an object whose place was last known long ago,
+const GOAL = 0.35; // of a part of a figure where it belongs
 const COPY = 0.5; // and of the copy on the ghost
+const PLATE = 0x848e96,
+  STUD_M = 0.003; // height of a stud
 const LABEL_M = 0.03; // height of a label
 const LABEL_PX = 48;
 
@@ -28,10 +33,11 @@ export class ObjectShapes {
   private lying = new Group();
   private carried = new Group();
   private copies = new Group();
+  private goals = new Group();
 
   /** `world`: in the base's frame; `tool`, `ghost`: the tips of the arm and of its ghost. */
   constructor(world: Object3D, tool: Object3D | undefined, ghost: Object3D | undefined) {
-    world.add(this.lying);
+    world.add(this.lying, this.goals);
     tool?.add(this.carried);
     ghost?.add(this.copies);
   }
@@ -42,10 +48,33 @@ export class ObjectShapes {
     for (const one of objects) {
       const shape = placed(one, isOld(one) ? PALE : 1);
       shape.add(labelOf(one));
-      (one.held ? this.carried : this.lying).add(shape);
+      if (!one.held || !one.planned) (one.held ? this.carried : this.lying).add(shape);
       if (one.held) this.copies.add(placed(one, COPY));
     }
   }
+
+  /** Show parts of a figure where they belong. */
+  goal(parts: readonly KnownObject[]): void {
+    disposeContent(this.goals);
+    this.goals.add(...parts.map((one) => placed(one, GOAL)));
+  }
+}
+
+/** Return a plate with its studs. */
+export function plateOf({ place, studs: [columns, rows], pitch, thick }: PlateFacts): Object3D {
+  const made = new Group(),
+    material = new MeshLambertMaterial({ color: PLATE }),
+    board = new Mesh(new BoxGeometry(columns * pitch, rows * pitch, thick), material),
+    studs = new InstancedMesh(new CylinderGeometry(pitch * 0.3, pitch * 0.3, STUD_M, 10).rotateX(Math.PI / 2), material, columns * rows);
+  board.position.z = thick / 2;
+  for (let n = 0; n < columns * rows; n++) {
+    const x = ((n % columns) - (columns - 1) / 2) * pitch,
+      y = (Math.floor(n / columns) - (rows - 1) / 2) * pitch;
+    studs.setMatrixAt(n, new Matrix4().makeTranslation(x, y, thick + STUD_M / 2));
+  }
+  made.add(board, studs);
+  made.position.set(...place);
+  return made;
 }
 
 function placed({ facts, pose }: KnownObject, opacity: number): Object3D {

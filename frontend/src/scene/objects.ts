@@ -2,39 +2,24 @@
 import type { Pose } from "../motion/chain.ts";
 import { type Box, objectsAfter, type Placed } from "../socket/objects.ts";
 import type { StreamPacket } from "../socket/packets.ts";
+import type { TaskStep } from "../widgets/task_text.ts";
+import { type GoalFacts, type Reached, reachedIn } from "./goals.ts";
 import { distance, wayInWords } from "./moves.ts";
+import type { KnownObject, ObjectFacts, PlateFacts } from "./known.ts";
+import { type Around, isUpright, nearestStud, stepFor, yawOf } from "./placing.ts";
 import { inverse, poseAt, product, uprightAt } from "./poses.ts";
 
 export const SNAP_M = 0.002; // so near its goal the ghost is put there
 const SNAP_RAD = (2 * Math.PI) / 180;
 
-/** An object as `object_facts` of robots/kit/arms/objects.py tells it: its size in m, colour from 0 to 1, poses 4 x 4. */
-export interface ObjectFacts {
-  name: string;
-  number: number;
-  shape: "box" | "cylinder";
-  size: [number, number, number];
-  colour: [number, number, number];
-  turns: number; // by so many equal turns about its z it looks the same
-  carries?: string[]; // what may be put on it; "*": everything
-  first?: number[]; // its pose in the beginning
-  grasps?: number[][]; // poses of the tool in its frame
+/** What there is beside the objects: a plate, goals, how high the table is (m). */
+export interface Beside {
+  plate?: PlateFacts | undefined;
+  goals?: readonly GoalFacts[] | undefined;
+  table_m?: number | undefined;
 }
-/** A plate with studs: the middle of its underside (m), columns along x and rows along y. */
-export interface PlateFacts {
-  place: [number, number, number];
-  studs: [number, number];
-  pitch: number; // m between two studs
-  thick: number;
-}
-/** What is known of an object. `pose` is in the frame of the base, or of the tool that holds it. */
-export interface KnownObject {
-  facts: ObjectFacts;
-  pose: Float64Array;
-  held: boolean;
-  how: string; // how its place was last known,
-  atMs: number; // and when (ms since 1970); NaN where that is not told
-}
+/** Where the objects of a task that is recorded are: of a held one in the frame of the tool. */
+export type Copies = ReadonlyMap<number, { pose: Float64Array; held: boolean }>;
 /** A pose of the tool that is worth a snap, and what it is in words. */
 export interface Goal {
   pose: Float64Array;
@@ -43,20 +28,26 @@ export interface Goal {
 
 const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const ALONE_M = 0.005; // an object stands on another one if no more than this is between them
-const UPRIGHT = 0.999; // the cosine of how far an object that carries others may lean
 const MOST = 100_000; // bytes of a packet of beliefs
 
 export class SceneObjects {
   private places: ReadonlyMap<number, Placed> = new Map();
   private beliefs: Record<string, { how?: unknown; at_ms?: unknown }> = {};
+  private copies: Copies | null = null;
+  /** How far the goals are, by name; null before the robot has told it. */
+  reached: Record<string, Reached> | null = null;
 
   private readonly facts: readonly ObjectFacts[];
   private readonly box: Box;
-  private readonly release: number;
+  private readonly letGo: number;
+  readonly plate: PlateFacts | null;
+  readonly goals: readonly GoalFacts[];
+  private readonly table: number;
 
   /** `release` (m): so far above a surface an object is let go. */
-  constructor(facts: readonly ObjectFacts[], box: Box, release: number) {
-    [this.facts, this.box, this.release] = [facts, box, release];
+  constructor(facts: readonly ObjectFacts[], box: Box, release: number, { plate, goals = [], table_m = 0 }: Beside = {}) {
+    [this.facts, this.box, this.letGo] = [facts, box, release];
+    [this.plate, this.goals, this.table] = [plate ?? null, goals, table_m];
   }
 
   /** Take over a packet of the streams `objects` and `beliefs`. Returns whether it was one that could be read. */
@@ -67,12 +58,27 @@ export class SceneObjects {
       return after !== null;
     }
     const read = name === "beliefs" && data.length <= MOST ? beliefsIn(data) : null;
-    if (read) this.beliefs = read;
+    if (read) {
+      this.beliefs = read.objects;
+      this.reached = reachedIn(read.goals);
+    }
     return read !== null;
   }
 
-  /** The objects whose places are known. */
+  /** The objects whose places are known; while a task is recorded, where they would be. */
   get all(): KnownObject[] {
+    if (!this.copies) return this.known;
+    const { copies } = this;
+    return this.known.map((one) => {
+      const copy = copies.get(one.facts.number);
+      return copy && (copy.held !== one.held || copy.pose.some((v, i) => Math.abs(v - one.pose[i]!) > 1e-6))
+        ? { ...one, ...copy, planned: true }
+        : one;
+    });
+  }
+
+  /** The objects as the robot knows them. */
+  get known(): KnownObject[] {
     return this.facts.flatMap((facts) => {
       const placed = this.places.get(facts.number),
         belief = this.beliefs[facts.name];
@@ -96,45 +102,129 @@ export class SceneObjects {
     return this.all.find(({ held }) => held) ?? null;
   }
 
-  /** Return where the tool would be to grasp an object, or to put down the one that it holds: the nearest goal. */
-  goal(tool: Pose): Goal | null {
-    const { held } = this,
-      goals = held ? this.placesFor(held) : this.grasps();
-    return goals.reduce<Goal | null>((best, one) => (!best || costOf(tool, one) < costOf(tool, best) ? one : best), null);
+  get isCopied(): boolean {
+    return this.copies !== null;
   }
 
-  private grasps(): Goal[] {
+  /** Return a copy of where the objects are. */
+  copy(): Copies {
+    return new Map(this.all.map(({ facts, pose, held }) => [facts.number, { pose, held }]));
+  }
+
+  /** Show the objects as in a copy; null: as the robot knows them. */
+  restore(copies: Copies | null): void {
+    this.copies = copies;
+  }
+
+  /** In the copy, let the tool hold an object. */
+  hold(name: string, tool: Pose): void {
+    this.change(name, (one) => ({ pose: product(inverse(tool), one.pose), held: true }));
+  }
+
+  /** In the copy, put down what the tool holds. */
+  release(tool: Pose): void {
+    const { held } = this;
+    if (!held) return;
+    const isUp = isUpright(product(tool, held.pose));
+    this.change(held.facts.name, (one) => {
+      const pose = product(tool, one.pose);
+      pose[11]! -= isUp ? this.letGo : 0;
+      return { pose, held: false };
+    });
+  }
+
+  private change(name: string, to: (one: KnownObject) => { pose: Float64Array; held: boolean }): void {
+    const one = this.all.find(({ facts }) => facts.name === name);
+    if (one && this.copies) this.copies = new Map([...this.copies, [one.facts.number, to(one)]]);
+  }
+
+  /** Return the nearest grasp of an object, and whose it is. */
+  graspAt(tool: Pose): (Goal & { name: string }) | null {
+    return nearest(tool, this.grasps());
+  }
+
+  /** Return the step that puts what the tool holds where it is; null where that is no place for it. */
+  stepAt(tool: Pose): TaskStep | null {
+    const { held } = this;
+    if (!held) return null;
+    const pose = product(tool, held.pose);
+    pose[11]! -= this.letGo;
+    return stepFor(held.facts, pose, this.around);
+  }
+
+  private get around(): Around {
+    return { plate: this.plate, table: this.table, lying: this.all.filter((one) => !one.held) };
+  }
+
+  /** Return the name of an object that stands on that one; empty if there is none. */
+  above(name: string): string {
+    const { all } = this,
+      one = all.find(({ facts }) => facts.name === name);
+    return (one && all.find((other) => other !== one && !other.held && standsOn(other, one))?.facts.name) ?? "";
+  }
+
+  /** Return where the tool would be to grasp an object, or to put down the one that it holds: the nearest goal. */
+  goal(tool: Pose): Goal | null {
+    const { held } = this;
+    return nearest(tool, held ? this.placesFor(held, tool) : this.grasps());
+  }
+
+  private grasps(): (Goal & { name: string })[] {
     return this.all.flatMap(({ facts, pose }) =>
       (facts.grasps ?? []).flatMap((grasp) =>
         turnsOf(facts).map((angle) => ({
           pose: product(product(pose, uprightAt([0, 0, 0], angle)), grasp),
           what: `the grasp of ${facts.name}`,
+          name: facts.name,
         })),
       ),
     );
   }
 
-  private placesFor(held: KnownObject): Goal[] {
+  private placesFor(held: KnownObject, tool: Pose): Goal[] {
     const inHand = inverse(held.pose),
       { facts } = held,
       first = facts.first && [{ at: Float64Array.from(facts.first), what: `where ${facts.name} was first` }];
-    return [...this.tops(held), ...(first ?? [])].flatMap(({ at, what }) =>
+    return [...this.tops(held), ...(first ?? []), ...this.built(facts), ...this.studs(held, tool)].flatMap(({ at, what }) =>
       turnsOf(facts).map((angle) => ({ pose: product(product(at, uprightAt([0, 0, 0], angle)), inHand), what })),
     );
+  }
+
+  /** Return where an object belongs in a figure, once what is beneath it is there. */
+  private built(facts: ObjectFacts): { at: Float64Array; what: string }[] {
+    return this.goals
+      .flatMap(({ kind, parts }) => (kind === "build" ? parts : []))
+      .filter(({ object, pose }) => object === facts.name && stepFor(facts, pose, this.around))
+      .map(({ pose }) => ({ at: raised(Float64Array.from(pose), this.letGo), what: "its place in the figure" }));
+  }
+
+  /** Return the place on the studs of the plate that is nearest to what the tool holds. */
+  private studs({ facts, pose }: KnownObject, tool: Pose): { at: Float64Array; what: string }[] {
+    const near = this.plate && nearestStud(this.plate, facts, product(tool, pose));
+    return near ? [{ at: raised(near.at, this.letGo), what: `the studs at column ${near.stud[0]}, row ${near.stud[1]}` }] : [];
   }
 
   /** Return the free tops of objects that may carry the one that is held. */
   private tops({ facts }: KnownObject): { at: Float64Array; what: string }[] {
     const lying = this.all.filter(({ held }) => !held);
     return lying
-      .filter((one) => one.pose[10]! > UPRIGHT)
+      .filter((one) => isUpright(one.pose))
       .filter((one) => (one.facts.carries ?? []).some((name) => name === "*" || name === facts.name))
       .filter((one) => !lying.some((other) => other !== one && standsOn(other, one)))
       .map(({ facts: below, pose }) => {
-        const height = pose[11]! + (below.size[2] + facts.size[2]) / 2 + this.release;
-        return { at: uprightAt([pose[3]!, pose[7]!, height], Math.atan2(pose[4]!, pose[0]!)), what: `on ${below.name}` };
+        const height = pose[11]! + (below.size[2] + facts.size[2]) / 2 + this.letGo;
+        return { at: uprightAt([pose[3]!, pose[7]!, height], yawOf(pose)), what: `on ${below.name}` };
       });
   }
+}
+
+function nearest<One extends Goal>(tool: Pose, goals: readonly One[]): One | null {
+  return goals.reduce<One | null>((best, one) => (!best || costOf(tool, one) < costOf(tool, best) ? one : best), null);
+}
+
+function raised(pose: Float64Array, by: number): Float64Array {
+  pose[11]! += by;
+  return pose;
 }
 
 function costOf(tool: Pose, goal: Goal): number {
@@ -170,11 +260,13 @@ function turnsOf({ turns }: ObjectFacts): number[] {
   return Array.from({ length: turns }, (_, n) => (2 * Math.PI * n) / turns);
 }
 
-function beliefsIn(data: Uint8Array): Record<string, { how?: unknown; at_ms?: unknown }> | null {
+function beliefsIn(data: Uint8Array): { objects: Record<string, { how?: unknown; at_ms?: unknown }>; goals: unknown } | null {
   try {
-    const read: unknown = JSON.parse(new TextDecoder().decode(data));
-    const objects = (read as { objects?: unknown } | null)?.objects;
-    return typeof objects === "object" && objects !== null ? (objects as Record<string, { how?: unknown }>) : null;
+    const read = JSON.parse(new TextDecoder().decode(data)) as { objects?: unknown; goals?: unknown } | null,
+      objects = read?.objects;
+    return typeof objects === "object" && objects !== null
+      ? { objects: objects as Record<string, { how?: unknown }>, goals: read?.goals }
+      : null;
   } catch {
     return null;
   }

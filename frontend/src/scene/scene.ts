@@ -1,17 +1,20 @@
 /** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
 import { TargetEdit, type ArmMode, type Target, deg } from "../arm/types.ts";
-import { byId, make, say, set } from "../kit/dom.ts";
+import { byId, make, sayLines, set } from "../kit/dom.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Box } from "../socket/objects.ts";
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import { Ghost } from "./ghost.ts";
 import { Hand } from "./hand.ts";
+import { Handling } from "./handling.ts";
 import type { Judgement, PoseJudge } from "./judge.ts";
-import { type Move, numbersOfPose, pointingDown, shareOf, wayInWords } from "./moves.ts";
+import { type Move, numbersOfPose, pointingDown, wayInWords } from "./moves.ts";
 import type { GoalFacts } from "./goals.ts";
-import type { ObjectFacts, PlateFacts, SceneObjects } from "./objects.ts";
-import { Standstill } from "./standstill.ts";
+import type { ObjectFacts, PlateFacts } from "./known.ts";
+import type { SceneObjects } from "./objects.ts";
+import { RecordPanel, type TaskText } from "./record_panel.ts";
+import { Recorder } from "./recorder.ts";
 import { Surroundings } from "./surroundings.ts";
 import type { CameraPlace, SceneView } from "./view.ts";
 
@@ -22,6 +25,7 @@ export interface SceneFacts {
   objects_box?: Box;
   plate?: PlateFacts;
   goals?: GoalFacts[];
+  table_m?: number;
   release_m?: number; // so far above a surface an object is let go
 }
 /** The parts of the console that the scene needs. */
@@ -35,6 +39,8 @@ export interface SceneUse {
   cameras: readonly CameraPlace[];
   /** The objects around the arm, where it tells any. */
   objects: SceneObjects | null;
+  /** The text of the task mode, where the robot has one. */
+  task: TaskText | null;
 }
 
 const TELL_MS = 1000; // between two sentences that a screen reader reads
@@ -56,13 +62,11 @@ export class Scene implements ArmMode {
   );
   private edited = new TargetEdit();
   private hand: Hand;
+  private handling: Handling;
   private straight = byId<HTMLInputElement>("ghost-straight");
   private scale = byId<HTMLSelectElement>("ghost-scale");
   private list = byId("ghost-list");
   private shown = false;
-  private wanted: Move | null = null; // of a drag, until the next frame
-  private still = new Standstill(() => performance.now());
-  private watch = 0;
   private note = ""; // said until the ghost is moved again
   private toldAt = -Infinity;
   private telling = 0;
@@ -78,14 +82,33 @@ export class Scene implements ArmMode {
       step: (by) => this.step(by),
       home: () => this.home(),
       send: () => this.send(),
-      share: () => this.share,
+      grip: (closed) => this.grip(closed),
+    });
+    this.handling = new Handling({
+      page,
+      ghost: this.ghost,
+      share: () => 1 / Number(this.scale.value),
+      change: (act) => this.changed(act),
+      draw: () => this.draw(),
+      note: (text) => this.say(text),
+      toArm: () => this.toArm(),
+      letGo: () => this.view?.letGo(),
+      isHere: () => this.shown && this.hand.isHere,
     });
     this.straight.addEventListener("change", () => this.again());
     byId("ghost-home").addEventListener("click", () => this.home());
     byId("ghost-down").addEventListener("click", () => this.put((pose) => pointingDown(pose)));
     page.on("send-ghost", () => this.send());
-    for (const name of ["blur", "pagehide"]) addEventListener(name, () => this.view?.letGo());
-    document.addEventListener("visibilitychange", () => document.hidden && this.view?.letGo());
+    if (use.objects && use.task)
+      new RecordPanel(new Recorder(use.objects), use.task, {
+        pose: () => this.ghost.pose,
+        put: (pose) => this.put(() => pose),
+        changed: () => {
+          this.surroundings?.draw();
+          this.draw();
+        },
+        play: (poses) => this.play(poses),
+      });
   }
 
   /** Install what judges poses; without it only the server judges, on Send. */
@@ -98,10 +121,21 @@ export class Scene implements ArmMode {
   /** Install the view. */
   attach(view: SceneView): void {
     this.view = view;
+    const { handle } = this.handling;
     view.offer({
-      taken: () => this.taken(),
-      dragged: (by) => this.dragged(by),
-      released: () => this.released(),
+      taken: () => {
+        this.hand.focus();
+        handle.take();
+        this.handling.tick();
+      },
+      dragged: (by) => {
+        handle.drag(by);
+        requestAnimationFrame(() => this.handling.tick());
+      },
+      released: () => {
+        handle.release();
+        this.handling.tick();
+      },
     });
     this.surroundings?.attach(view);
     const { cameras } = this.use;
@@ -130,8 +164,10 @@ export class Scene implements ArmMode {
     if (shown === this.shown) return;
     this.shown = shown;
     byId("ghost-tools").hidden = !shown;
-    if (!shown) this.view?.ghostAt(null);
-    else {
+    if (!shown) {
+      this.handling.drop();
+      this.view?.ghostAt(null);
+    } else {
       this.follow();
       this.again();
     }
@@ -162,12 +198,20 @@ export class Scene implements ArmMode {
     this.follow();
     if (!this.shown) return;
     this.surroundings?.age();
-    if (this.ghost.away && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
+    if (this.ghost.away && !this.follows && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
     else if (this.hasMoved(this.drawnFor, DRAWN_RAD)) this.draw();
   }
 
   private hasMoved(since: readonly number[], rad: number): boolean {
     return this.joints.some((q, i) => Math.abs(q - (since[i] ?? Infinity)) > rad);
+  }
+
+  /** Move the ghost through poses of the tool, from where the arm is. Returns why it cannot; empty if it can. */
+  private play(poses: readonly Float64Array[]): string {
+    const way = this.judge?.through(poses, this.joints, this.use.share()) ?? "The page cannot plan here; try it in task mode.";
+    if (typeof way === "string") return way;
+    this.view?.play(way.joints.map((q) => [...q, ...(this.page.state?.joints.slice(q.length) ?? [])]), way.tool, () => undefined); // prettier-ignore
+    return "";
   }
 
   /** Let the ghost follow the arm again after that motion, unless somebody has moved it since. */
@@ -178,12 +222,31 @@ export class Scene implements ArmMode {
 
   /** Take the ghost back to the arm. */
   home(): void {
-    this.view?.letGo();
+    this.handling.drop();
     this.note = "";
+    this.toArm();
+  }
+
+  private toArm(): void {
     this.edited.forget();
     this.ghost.home();
     this.follow();
     this.draw();
+  }
+
+  /** Whether the arm follows a hand now. */
+  get follows(): boolean {
+    return this.handling.follows;
+  }
+
+  /** Close (1) or open (0) the gripper of an arm that follows. */
+  grip(closed: number): void {
+    this.handling.grip(closed ? "close" : "open");
+  }
+
+  /** Enable what lets the arm follow, or disable it with a reason. */
+  enable(why: string): void {
+    this.handling.enable(why);
   }
 
   /** Judge the ghost's place again: the speed is another, or the arm has moved. */
@@ -194,10 +257,6 @@ export class Scene implements ArmMode {
 
   private get joints(): readonly number[] {
     return this.page.state?.joints.slice(0, this.use.axes) ?? [];
-  }
-
-  private get share(): number {
-    return 1 / Number(this.scale.value);
   }
 
   private follow(): void {
@@ -213,42 +272,9 @@ export class Scene implements ArmMode {
     return this.judge?.judge({ pose, straight: this.straight.checked, share: this.use.share() }, this.joints) ?? FREE;
   }
 
-  private taken(): void {
-    this.note = "";
-    this.still.begin();
-    this.ghost.take();
-    this.hand.focus();
-    this.watch = window.setInterval(() => this.noteStandstill(), 100);
-  }
-
-  private dragged(by: Move): void {
-    if (this.noteStandstill()) return;
-    if (!this.wanted) requestAnimationFrame(() => this.drag());
-    this.wanted = shareOf(by, this.share);
-  }
-
-  /** Follow the hand: once a frame, however often it moves. */
-  private drag(): void {
-    const by = this.wanted;
-    this.wanted = null;
-    if (!by || !this.ghost.isHeld) return;
-    this.changed(() => this.ghost.drag(by));
-  }
-
-  private released(): void {
-    clearInterval(this.watch);
-    if (this.wanted) this.drag(); // the last bit of the way
-    this.ghost.release();
+  private say(text: string): void {
+    this.note = text;
     this.draw();
-  }
-
-  private noteStandstill(): boolean {
-    if (!this.still.noticed()) return false;
-    this.wanted = null;
-    this.view?.letGo();
-    this.note = "The page stood still for a moment, so the ghost was let go: take it again";
-    this.draw();
-    return true;
   }
 
   private step(by: Move): void {
@@ -261,12 +287,13 @@ export class Scene implements ArmMode {
   }
 
   private changed(act: () => void): void {
-    const before = this.ghost.refusal;
+    const { refusal, snapped } = this.ghost;
     this.note = "";
     this.edited.note(this.page.lastSeq);
     this.page.settle();
     act();
-    if (this.ghost.refusal && !before) feel();
+    if (this.ghost.refusal && !refusal) this.handling.met("surface");
+    if (this.ghost.snapped && !snapped) this.handling.met("snap");
     this.draw();
   }
 
@@ -287,7 +314,7 @@ export class Scene implements ArmMode {
     if (!this.shown) return;
     const { pose, judgement, refusal } = this.ghost;
     this.drawnFor = this.joints;
-    this.view?.ghostAt(pose, this.ghost.away ? judgement : null, refusal);
+    this.view?.ghostAt(pose, this.ghost.away ? judgement : null, refusal, this.ghost.snapped);
     this.tell(this.words());
     this.fillList();
   }
@@ -319,8 +346,7 @@ export class Scene implements ArmMode {
           ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
           ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
-    while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
-    words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
+    sayLines(this.list, words);
   }
 
   /** Tell a sentence, at most one a second; the newest counts. */
@@ -351,9 +377,4 @@ function viewButton(name: string, act: () => void): HTMLElement {
   const button = make("button", { type: "button", class: "button" }, name);
   button.addEventListener("click", act);
   return button;
-}
-
-/** Let a hand that holds a phone feel that the ghost is at a surface. */
-function feel(): void {
-  if (navigator.userActivation.hasBeenActive && "vibrate" in navigator) navigator.vibrate(25);
 }

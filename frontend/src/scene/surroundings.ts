@@ -1,8 +1,10 @@
 /** The objects in the scene: drawn, listed with how and when their places were known, and what the ghost snaps to. */
-import { byId, make, say } from "../kit/dom.ts";
+import { byId, sayLines } from "../kit/dom.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { StreamPacket } from "../socket/packets.ts";
-import { type KnownObject, missingInWords, type SceneObjects, snappedStep } from "./objects.ts";
+import { GoalPanel } from "./goal_panel.ts";
+import type { KnownObject } from "./known.ts";
+import { missingInWords, type SceneObjects, snappedStep } from "./objects.ts";
 import type { SceneView } from "./view.ts";
 
 const OLD_MS = 600_000; // a place that was last known longer ago is drawn pale
@@ -12,6 +14,7 @@ export class Surroundings {
   private view: SceneView | null = null;
   private drawnAt = -Infinity;
   private list = byId("objects-list");
+  private goals: GoalPanel;
 
   /** `now`: the server's time (ms). */
   constructor(
@@ -19,10 +22,12 @@ export class Surroundings {
     private now: () => number,
   ) {
     byId("scene-objects").hidden = false;
+    this.goals = new GoalPanel(objects);
   }
 
   attach(view: SceneView): void {
-    this.view = view;
+    this.view = this.goals.view = view;
+    if (this.objects.plate) view.plate(this.objects.plate);
     this.draw();
   }
 
@@ -47,15 +52,19 @@ export class Surroundings {
     return goal ? missingInWords(pose, goal) : "";
   }
 
-  private draw(): void {
+  /** Show where the objects are, and how far the goals. */
+  draw(): void {
     this.drawnAt = performance.now();
     const all = this.objects.all,
       now = this.now();
     this.view?.objects(all, (one) => now - one.atMs > OLD_MS);
-    const words = all.map((one) => `${one.facts.name}: ${one.held ? "in the gripper" : how(one, now)}`);
+    const words = all.map(
+      (one) =>
+        `${one.facts.name}: ${one.planned ? (one.held ? "in the ghost's gripper, as recorded" : "where the recorded task puts it") : one.held ? "in the gripper" : how(one, now)}`,
+    );
     words.push(...this.objects.lost.map(({ name, how }) => `${name}: ${how}; where it is now is not known`));
-    while (this.list.children.length > words.length) this.list.lastElementChild?.remove();
-    words.forEach((text, i) => say(this.list.children[i] ?? this.list.appendChild(make("li")), text));
+    sayLines(this.list, words);
+    this.goals.draw();
   }
 }
 

@@ -20,8 +20,8 @@ import type { Pose } from "../motion/chain.ts";
 import { turnOf } from "../motion/linear.ts";
 import type { Judgement } from "./judge.ts";
 import type { Move } from "./moves.ts";
-import { ObjectShapes } from "./object_shapes.ts";
-import type { KnownObject } from "./objects.ts";
+import { ObjectShapes, plateOf } from "./object_shapes.ts";
+import type { KnownObject, PlateFacts } from "./known.ts";
 
 /** What a pointer does with the handles. `dragged`: how far since they were taken. */
 export interface Handles {
@@ -42,6 +42,7 @@ const HANDLE_SIZE = 1,
   FINGER_SIZE = 1.5; // of the handles, where fingers use them
 const PICTURE = 3 / 4; // height of a camera's picture by its width
 const RED = 0xd23b2f,
+  GREEN = 0x2e9e4f,
   TEAL = 0x1292a3;
 /** Where the camera stands for each viewpoint, from what it looks at (m; x away from the base, y left, z up). */
 const VIEWPOINTS: Record<string, [number, number, number]> = { front: [2.3, 0, 0.35], side: [0, -2.3, 0.35], top: [-0.02, 0, 2.4] };
@@ -119,7 +120,7 @@ export class SceneView extends ArmView {
   }
 
   /** Show the handles at a pose of the tool in the base's frame (4 x 4, row by row); null hides everything of the ghost. */
-  ghostAt(pose: Pose | null, judgement: Judgement | null = null, refusal = ""): void {
+  ghostAt(pose: Pose | null, judgement: Judgement | null = null, refusal = "", snapped = false): void {
     const shown = pose !== null;
     if (!shown) {
       this.letGo();
@@ -129,7 +130,7 @@ export class SceneView extends ArmView {
       const at = new Vector3(pose[3], pose[7], pose[11]);
       if (!this.handles.dragging) this.stand(at);
       if (this.handles.object !== this.handle) this.handles.attach(this.handle);
-      this.mark(at, refusal !== "");
+      this.mark(at, refusal !== "" ? RED : snapped ? GREEN : TEAL);
       this.refused(refusal !== "" || judgement?.verdict === "way");
       const joints = judgement?.joints;
       this.target(joints ? [...joints, ...this.to.slice(joints.length)] : null, judgement?.path.map((place) => [...place]) ?? []);
@@ -145,12 +146,12 @@ export class SceneView extends ArmView {
     this.takenAt.copy(at);
   }
 
-  /** Show how high it is, by a line down to the table. */
-  private mark(at: Vector3, bad: boolean): void {
+  /** Show how high it is, by a line down to the table; its colour tells whether it is at a surface or has snapped. */
+  private mark(at: Vector3, colour: number): void {
     setPoints(this.drop, [at, new Vector3(at.x, at.y, 0)]);
     this.spot.position.set(at.x, at.y, 0.001);
     setPoints(this.rubber, [at, this.handle.position]);
-    for (const { material } of [this.drop, this.spot]) material.color.set(bad ? RED : TEAL);
+    for (const { material } of [this.drop, this.spot]) material.color.set(colour);
   }
 
   /** The hand of the ghost is seen better than its arm. */
@@ -179,6 +180,17 @@ export class SceneView extends ArmView {
   /** Show where the objects are; `isOld`: whether one's place was last known long ago. */
   objects(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean): void {
     this.shapes.show(objects, isOld);
+    this.ask();
+  }
+
+  /** Show parts of a figure, half transparent, where they belong. */
+  goal(parts: readonly KnownObject[]): void {
+    this.shapes.goal(parts);
+    this.ask();
+  }
+
+  plate(facts: PlateFacts): void {
+    this.world.add(plateOf(facts));
     this.ask();
   }
 

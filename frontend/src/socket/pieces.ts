@@ -1,4 +1,4 @@
-/** Puts long messages together that come in pieces over a thin line (portal/live/pieces.py). */
+/** Puts long messages together that come in pieces over a thin line, bytes and texts (portal/live/pieces.py). */
 
 const HEAD = 2,
   FIRST = 1,
@@ -35,5 +35,31 @@ export class Pieces {
   /** Forget what came of a message; `open`: pieces of another follow. */
   clear(open = false): void {
     [this.parts, this.size, this.open] = [[], 0, open];
+  }
+}
+
+/** The first character of a piece of a text. */
+export const TEXT_PIECE = "\u0007";
+
+export class TextPieces {
+  private text = "";
+  private open = false;
+
+  /** Take a piece. Returns the text whose last piece it is; null for every other, and for one whose first is missing. */
+  take(piece: string): string | null {
+    const flags = Number(piece[1]);
+    if (flags & FIRST) [this.text, this.open] = ["", true];
+    if (!this.open) return null;
+    this.text += piece.slice(HEAD);
+    if (this.text.length > MOST) this.clear();
+    if (!(flags & LAST) || !this.open) return null;
+    const whole = this.text;
+    this.clear();
+    return whole;
+  }
+
+  /** Forget what came of a text. */
+  clear(): void {
+    [this.text, this.open] = ["", false];
   }
 }

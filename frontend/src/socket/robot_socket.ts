@@ -5,7 +5,7 @@ import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
 import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
-import { PIECE, Pieces } from "./pieces.ts";
+import { PIECE, Pieces, TEXT_PIECE, TextPieces } from "./pieces.ts";
 import { RoundTrip } from "./round_trip.ts";
 import { isShort, ShortHeads } from "./short_heads.ts";
 
@@ -56,6 +56,7 @@ export class RobotSocket {
   private full = false; // too many viewers: the next attempt keeps its pause
   private readonly roundTrip = new RoundTrip();
   private readonly pieces = new Pieces();
+  private readonly texts = new TextPieces();
   private readonly heads = new ShortHeads();
   private heard = 0;
   private downAt = performance.now();
@@ -169,6 +170,7 @@ export class RobotSocket {
     this.socket = socket;
     this.known = this.full = false;
     this.pieces.clear();
+    this.texts.clear();
     this.heads.clear();
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
@@ -246,8 +248,10 @@ export class RobotSocket {
       else this.handlers.state(packet);
       return;
     }
-    const message = JSON.parse(data) as Message;
     this.tries = 0;
+    const text = data.startsWith(TEXT_PIECE) ? this.texts.take(data) : data;
+    if (text === null) return;
+    const message = JSON.parse(text) as Message;
     this.known ||= message.t === "snapshot";
     if (message.t === "plan") this.plan = null;
     if (message.t === "pong") this.roundTrip.pong(message.n, message.now_ms);

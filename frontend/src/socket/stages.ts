@@ -27,5 +27,6 @@ export const FINAL = new Set(["completed", "rejected", "failed", "expired", "can
 
 /** Return the later one of what is known of a command and what a snapshot contains, which may be older. */
 export function laterStage(known: CommandInfo | undefined, read: CommandInfo): CommandInfo {
-  return known && known.id === read.id && FINAL.has(known.state) && !FINAL.has(read.state) ? known : read;
+  if (!known || known.id !== read.id || FINAL.has(read.state)) return read;
+  return FINAL.has(known.state) || known.at_ms > read.at_ms ? known : read;
 }

@@ -75,11 +75,7 @@ export class ProgramDesk<Step> {
     void this.openBlocks();
     if (this.opened) return;
     this.opened = true;
-    const draft = this.area.value || storage.get(this.place);
-    if (draft) {
-      this.area.value = draft;
-      this.typed();
-    }
+    this.restore();
     try {
       await this.refresh();
     } catch {
@@ -88,6 +84,14 @@ export class ProgramDesk<Step> {
       return;
     }
     if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
+  }
+
+  /** Show the draft that is stored on this device, unless something is written already. */
+  private restore(): void {
+    const draft = this.area.value ? "" : storage.get(this.place);
+    if (!draft) return;
+    this.area.value = draft;
+    this.typed();
   }
 
   private async openBlocks(): Promise<void> {
@@ -130,9 +134,24 @@ export class ProgramDesk<Step> {
     return this.current?.text.trim() === this.text();
   }
 
-  /** Append a step. */
-  add(step: Step): void {
-    this.area.value = this.language.print([...this.steps, step]);
+  /** Begin a new program where one is shown as it was saved; what somebody has written stays. */
+  fresh(): void {
+    this.restore();
+    if (this.current && this.unchanged) this.load(0);
+  }
+
+  /** Append steps. */
+  add(...steps: Step[]): void {
+    this.area.value = [this.area.value.trimEnd(), this.language.print(steps)].filter(Boolean).join("\n");
+    this.typed();
+  }
+
+  /** Take away the last lines, if they are these steps. */
+  takeBack(...steps: Step[]): void {
+    const lines = `\n${this.language.print(steps)}`,
+      written = `\n${this.area.value.trimEnd()}`;
+    if (!written.endsWith(lines)) return;
+    this.area.value = written.slice(1, -lines.length);
     this.typed();
   }
 

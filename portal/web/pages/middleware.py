@@ -21,6 +21,10 @@ from robots.kit.plain import plain_breaks, storable
 log, security = logging.getLogger(__name__), logging.getLogger("farhand.security")
 SHOWN = 80  # characters of a Host header
 METHODS = ("GET", "HEAD", "POST", "OPTIONS", "DELETE")  # DELETE is for people's own programs
+DEVICES = ", ".join(
+    (*(f"{name}=(self)" for name in ("accelerometer", "gamepad", "gyroscope", "hid")),
+     *(f"{name}=()" for name in ("camera", "geolocation", "microphone", "serial", "usb")))
+)  # fmt: skip
 OWN = ("/accounts/", "/admin/", "/me/")  # pages of one person
 STABLE = ("/static/farhand/", "/static/robots/")  # addresses of files that may change
 # errors of a filter in the address of a list: too great a number, an impossible year, half a range, no pattern
@@ -45,6 +49,19 @@ class KnownHost:
             security.warning("refused with 400: Host %r from %s", host, address_of(request))
             return unknown_host()
         return self._get_response(request)
+
+
+class Devices:
+    """Middleware that tells browsers which devices pages may use: those with which a person moves a robot."""
+
+    def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
+        self._get_response = get_response
+
+    def __call__(self, request: HttpRequest) -> HttpResponse:
+        """Add the header `Permissions-Policy`."""
+        answer = self._get_response(request)
+        answer["Permissions-Policy"] = DEVICES
+        return answer
 
 
 class KnownMethods:

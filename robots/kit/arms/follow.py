@@ -19,6 +19,7 @@ from robots.kit.contract.values import number
 
 WAY, TURN = ("dx", "dy", "dz"), ("rx", "ry", "rz")  # m along, and a rotation vector (rad) about, x y z of the base
 HAND = (*(Argument(name, "m", -1.0, 1.0) for name in WAY), *(Argument(name, "rad", -3.2, 3.2) for name in TURN))
+GRIP = Argument("closed", "", 0.0, 1.0, required=False)  # the gripper: not told, it stays as it is
 JUMP_M, JUMP_RAD = 0.1, 0.8  # between two places of the hand; it does not come so far in the time of a keep-alive
 GAIN = 3.0  # 1/s; with a state a tenth of a second old it does not overshoot
 THERE_M, THERE_RAD = 2e-4, 5e-4  # nearer it rests
@@ -36,6 +37,15 @@ class Follower:
     fastest_m_s: float
     fastest_rad_s: float
     _last: tuple[Joints, Rotation] = field(default=(np.zeros(3), Rotation.identity()), init=False)
+    _closed: bool | None = field(default=None, init=False)  # what the gripper was told last
+
+    def grip(self, hand: dict[str, Any]) -> bool | None:
+        """Return whether the gripper shall close now; None while it is told nothing new. Raises BadRequest."""
+        closed = number(hand, GRIP.name) >= 0.5 if GRIP.name in hand else None
+        if closed is None or closed == self._closed:
+            return None
+        self._closed = closed
+        return closed
 
     def twist(self, tool: Matrix, hand: dict[str, Any]) -> Joints:
         """Return the velocity of the tool (m/s along x y z, rad/s about x y z of the base) from its pose (4 x 4).

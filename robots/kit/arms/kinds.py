@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from robots.kit.arms.chain import Chain
 from robots.kit.arms.described import chain
-from robots.kit.arms.follow import HAND
+from robots.kit.arms.follow import GRIP, HAND
 from robots.kit.contract.channels import IN_SPACE, Scale
 from robots.kit.contract.spec import Argument, CommandKind
 from robots.kit.description import load
@@ -42,7 +42,9 @@ def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, 
         CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
         CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
         CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
-        CommandKind("follow", "Follow the hand", HAND, level=2, limit_s=FOLLOW_LONGEST_S, held=True, steered=True),
+        CommandKind(
+            "follow", "Follow the hand", (*HAND, GRIP), level=2, limit_s=FOLLOW_LONGEST_S, held=True, steered=True
+        ),
         target("ready", "Ready position"),
         target("home", "Default position"),
         CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),

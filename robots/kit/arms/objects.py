@@ -162,13 +162,13 @@ def object_facts(driver: str) -> dict[str, Any]:
     objects = [
         {
             "name": o.name, "number": o.number, "shape": o.shape, "size": o.size, "colour": o.colour, "turns": o.turns,
-            "carries": o.carries, "first": pose_of(o.first).ravel().tolist(),
+            "carries": o.carries, "first": pose_of(o.first).ravel().tolist(), "hangs": o.hangs,
             "grasps": [grasp.tool.ravel().tolist() for grasp in o.grasps],
         }
         for o in table.objects.values()
     ]  # fmt: skip
     box = {"low": table.box.low, "size": table.box.size}
-    facts = {"objects": objects, "objects_box": box, "release_m": table.release}
+    facts = {"objects": objects, "objects_box": box, "release_m": table.release, "table_m": table.height}
     if (plate := table.plate) is not None:
         x, y, z = plate.place
         facts["plate"] = {"place": [x, y, z], "studs": plate.studs, "pitch": plate.pitch, "thick": plate.thick}

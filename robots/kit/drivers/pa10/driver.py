@@ -122,7 +122,8 @@ class Driver(Session):
             return self._jog(lambda: request, permit, on_stage)
         if kind == "follow":
             follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
-            return self._jog(lambda: self._towards(follower, args), permit, on_stage)
+            free = until_held(permit, lambda: self._holds)
+            return self._jog(lambda: self._towards(follower, self.steered(args), free), permit, on_stage)
         if kind == "gripper":
             return self._do(Request("g", (float(number(args, "closed") >= 0.5),)), args, permit, on_stage)
         if kind == "program":
@@ -242,10 +243,13 @@ class Driver(Session):
             return joint_request("J", tuple(joint_velocity(self._chain, args)))
         return _twist(tool_velocity(args))
 
-    def _towards(self, follower: Follower, args: dict[str, Any]) -> Request:
-        """Return the velocity from the newest state towards where the hand is now. Raises HandLost."""
+    def _towards(self, follower: Follower, hand: dict[str, Any], permit: Permit) -> Request:
+        """Return the velocity from the newest state towards the hand; it may move the gripper. Raises HandLost."""
         assert self._latest is not None, "it was asked for before"
-        return _twist(follower.twist(self._tool(self._latest), self.steered(args)))
+        twist = follower.twist(self._tool(self._latest), hand)
+        if (closed := follower.grip(hand)) is not None:
+            self._say(Request("g", (float(closed),)), ANSWER_S, permit, None)
+        return _twist(twist)
 
     def _tool(self, state: RobotState) -> Matrix:
         """Return the tool's pose (4 x 4)."""

@@ -136,7 +136,9 @@ class Driver(Session):
             return self._jog(what, lambda: velocity, JOG_LOOK_S, permit, on_stage)
         if kind == "follow":
             follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
-            return self._jog(Instruction.JOG_TOOL, lambda: self._towards(follower, args), 0.0, permit, on_stage)
+            free = until_held(permit, lambda: self.line.holds)
+            towards = lambda: self._towards(follower, self.steered(args), free)  # noqa: E731 - one line of its call
+            return self._jog(Instruction.JOG_TOOL, towards, 0.0, permit, on_stage)
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
         state = self._go(motion_of("puma", kind, args), permit, on_stage)
@@ -247,10 +249,14 @@ class Driver(Session):
             return Instruction.JOG_JOINTS, tuple(map(wire.thousandths, joint_velocity(self._chain, args)))
         return Instruction.JOG_TOOL, _twist(tool_velocity(args))
 
-    def _towards(self, follower: Follower, args: dict[str, Any]) -> Numbers:
-        """Return the velocity from the newest state towards where the hand is now. Raises HandLost."""
+    def _towards(self, follower: Follower, hand: dict[str, Any], permit: Permit) -> Numbers:
+        """Return the velocity from the newest state towards the hand; it may move the gripper. Raises HandLost."""
         assert self._latest is not None, "it was asked for before"
-        return _twist(follower.twist(self._tool(self._latest), self.steered(args)))
+        twist = follower.twist(self._tool(self._latest), hand)
+        if (closed := follower.grip(hand)) is not None:
+            self._instruct(Instruction.GRIP, (self._latest_clock(), int(closed)), permit)
+            self.tasks.gripped(closed, self._latest)
+        return _twist(twist)
 
     def _tool(self, state: RobotState) -> Matrix:
         """Return the tool's pose (4 x 4)."""

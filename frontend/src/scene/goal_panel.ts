@@ -1,0 +1,60 @@
+/** The panel of what can be won: the figure in the view, what is missing in words, and a win, which is said once. */
+import { byId, say, sayLines } from "../kit/dom.ts";
+import { newlyWon, partsInWords, progress, type Reached } from "./goals.ts";
+import type { KnownObject } from "./known.ts";
+import type { SceneObjects } from "./objects.ts";
+import type { SceneView } from "./view.ts";
+
+export class GoalPanel {
+  private shown = byId<HTMLInputElement>("goals-shown");
+  private told: Record<string, Reached> | null = null;
+  view: SceneView | null = null;
+
+  constructor(private objects: SceneObjects) {
+    byId("scene-goals").hidden = !objects.goals.length;
+    this.shown.addEventListener("change", () => this.draw());
+  }
+
+  draw(): void {
+    const { goals, reached } = this.objects;
+    if (!goals.length) return;
+    const all = this.objects.known,
+      now = reached ?? {},
+      [first = goals[0]!] = goals.filter(({ kind }) => kind === "build");
+    say(
+      byId("goals-count"),
+      goals
+        .map((goal) => (goal.kind === "build" ? `figure ${progress(goal, now[goal.name])}` : ""))
+        .filter(Boolean)
+        .join(", "),
+    );
+    sayLines(byId("goals-list"), [
+      ...(first.kind === "build" ? partsInWords(first, all, now[first.name]) : []),
+      ...goals.map((goal) => `${goal.title}: ${wonInWords(now[goal.name])}`),
+    ]);
+    this.view?.goal(this.shown.checked ? this.missing(all, now) : []);
+    if (reached) this.announce(reached);
+  }
+
+  /** Return the parts that are not there, where they belong. */
+  private missing(all: readonly KnownObject[], now: Record<string, Reached>): KnownObject[] {
+    return this.objects.goals
+      .filter(({ kind }) => kind === "build")
+      .flatMap(({ name, parts }) => parts.filter(({ object }) => !now[name]?.there.includes(object)))
+      .flatMap(({ object, pose }) => {
+        const one = all.find(({ facts }) => facts.name === object);
+        return one ? [{ ...one, pose: Float64Array.from(pose), held: false }] : [];
+      });
+  }
+
+  private announce(reached: Record<string, Reached>): void {
+    const won = newlyWon(this.objects.goals, this.told, reached);
+    this.told = reached;
+    if (won.length) say(byId("goals-said"), `Won: ${won.map(({ title }) => title).join("; ")}.`);
+  }
+}
+
+function wonInWords(one: Reached | undefined): string {
+  if (!one || one.wonMs === null) return "not yet";
+  return `won at ${new Date(one.wonMs).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })}`;
+}

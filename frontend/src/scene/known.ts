@@ -1,0 +1,31 @@
+/** The objects around an arm, as the page is told of them. Lengths in m. */
+
+/** An object as `object_facts` of robots/kit/arms/objects.py tells it: its size in m, colour from 0 to 1, poses 4 x 4. */
+export interface ObjectFacts {
+  name: string;
+  number: number;
+  shape: "box" | "cylinder";
+  size: [number, number, number];
+  colour: [number, number, number];
+  turns: number; // by so many equal turns about its z it looks the same
+  carries?: string[]; // what may be put on it; "*": everything
+  first?: number[]; // its pose in the beginning
+  grasps?: number[][]; // poses of the tool in its frame
+  hangs?: boolean; // nothing has to be beneath it
+}
+/** A plate with studs: the middle of its underside (m), columns along x and rows along y. */
+export interface PlateFacts {
+  place: [number, number, number];
+  studs: [number, number];
+  pitch: number; // m between two studs
+  thick: number;
+}
+/** What is known of an object. `pose` is in the frame of the base, or of the tool that holds it. */
+export interface KnownObject {
+  facts: ObjectFacts;
+  pose: Float64Array;
+  held: boolean;
+  planned?: boolean; // it is there by a task that is recorded, not in truth
+  how: string; // how its place was last known,
+  atMs: number; // and when (ms since 1970); NaN where that is not told
+}

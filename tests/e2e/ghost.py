@@ -1,0 +1,114 @@
+"""Hands for the ghost of the tool: where it is, as its list says, and pulling it by mouse or by finger."""
+
+import re
+
+import numpy as np
+
+KEYS = (("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown"))  # of x, y, z: more and less
+PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
+TRIAL = 25  # px of a pull that shows where a handle leads
+FARTHEST = 400  # px of one pull
+LOOK_MS = 250  # until the list has followed
+NEAR_MM = 2.0  # a millimetre is less than a pixel, and the list tells whole ones
+VIEWS = {"Side": (0, 2), "Top": (0, 1)}  # the axes that lie across each
+SCALES = ("1", "5", "5")  # of the hand's motion to the ghost's: first far, then near
+
+
+def place(page):
+    """Return where the ghost is (mm), as the list in words says."""
+    numbers = PLACE.search(page.locator("#ghost-list").text_content()).groups()
+    return np.array([float(text.replace("−", "-")) for text in numbers])
+
+
+class Mouse:
+    """Pulls the ghost's handles by mouse."""
+
+    def __init__(self, person):
+        self.person, self.page = person, person.page
+
+    def go(self, target):
+        """Bring the ghost to a place (mm), by one handle after another."""
+        for scale in SCALES:
+            self.page.select_option("#ghost-scale", scale)
+            for view, axes in VIEWS.items():
+                if self._off(target)[list(axes)].max() <= NEAR_MM:
+                    continue
+                self.page.locator("#viewpoints button", has_text=view).first.click()
+                self.page.wait_for_timeout(LOOK_MS)
+                for x, y in self._handles():
+                    self._pull(x, y, np.array(target, float))
+                    if self._off(target)[list(axes)].max() <= NEAR_MM:
+                        break
+            if self._off(target).max() <= NEAR_MM:
+                return
+        raise AssertionError(f"not {target}: {self.page.inner_text('#ghost-list')}")
+
+    def _off(self, target):
+        return np.abs(place(self.page) - target)
+
+    def _handles(self):
+        """Yield points in the view at which a pointer takes a handle, far from each other; where they are now."""
+        canvas = self.page.locator("#model canvas")
+        canvas.scroll_into_view_if_needed()
+        box = canvas.bounding_box()
+        tried = []
+        for share_y in range(6, 96, 3):
+            for share_x in range(6, 96, 3):
+                x, y = box["x"] + box["width"] * share_x / 100, box["y"] + box["height"] * share_y / 100
+                if any(np.hypot(x - u, y - v) < TRIAL for u, v in tried):
+                    continue
+                self.page.mouse.move(x, y)
+                if self.page.evaluate("document.querySelector('#model canvas').style.cursor") == "grab":
+                    tried.append((x, y))
+                    yield x, y
+
+    def _pull(self, x, y, target):
+        """Take a handle, see where it leads, and pull it as near to the target as it goes."""
+        begun, at = place(self.page), np.array([x, y])
+        self.down(at)
+        leads = []
+        for way in ((TRIAL, 0), (0, TRIAL)):
+            self.to(at + way)
+            leads.append((place(self.page) - begun) / TRIAL)
+        self.to(at)
+        there, by = np.linalg.pinv(np.array(leads).T, rcond=0.2), np.zeros(2)
+        while np.abs(more := there @ (target - place(self.page))).max() > 1 and np.abs(by).max() < FARTHEST:
+            by = by + more
+            self.to(at + by)
+        self.up(at + by)
+        self.page.wait_for_timeout(LOOK_MS)
+
+    def to(self, point):
+        self.move(point)
+        self.page.wait_for_timeout(LOOK_MS)
+
+    def down(self, point):
+        self.page.mouse.move(*point)
+        self.page.mouse.down()
+
+    def move(self, point):
+        self.page.mouse.move(*point, steps=4)
+
+    def up(self, point):
+        self.page.mouse.up()
+
+
+class Fingers(Mouse):
+    """Pulls them by a finger."""
+
+    def __init__(self, person):
+        super().__init__(person)
+        self._wire = person.context.new_cdp_session(person.page)
+
+    def _touch(self, what, *points):
+        touches = [{"x": float(x), "y": float(y)} for x, y in points]
+        self._wire.send("Input.dispatchTouchEvent", {"type": what, "touchPoints": touches})
+
+    def down(self, point):
+        self._touch("touchStart", point)
+
+    def move(self, point):
+        self._touch("touchMove", point)
+
+    def up(self, point):
+        self._touch("touchEnd")

@@ -1,0 +1,114 @@
+"""A phone as a controller: the same page for the same person, whose finger and turns the arm follows."""
+
+import math
+
+import pytest
+from playwright.sync_api import expect
+
+from accounts.models import Clearance
+from robots.kit.arms.described import chain
+from robots.kit.arms.pose import numbers
+from robots.kit.clock import SYSTEM
+from robots.models import Command
+from tests.conftest import wait_for
+from tests.e2e.conftest import session
+from tests.e2e.test_held import FLAT
+
+pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+TURNED = """([alpha, beta, gamma]) => dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha, beta, gamma }))"""
+
+
+class Finger:
+    """One finger on the touch pad."""
+
+    def __init__(self, page):
+        self.page, self.cdp = page, page.context.new_cdp_session(page)
+        box = page.locator("#touch-pad").bounding_box()
+        self.at = [box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.8]
+
+    def _tell(self, kind, points):
+        self.cdp.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def down(self):
+        self._tell("touchStart", [{"x": self.at[0], "y": self.at[1]}])
+
+    def move(self, right, down, steps=20):
+        for _ in range(steps):
+            self.at = [self.at[0] + right / steps, self.at[1] + down / steps]
+            self._tell("touchMove", [{"x": self.at[0], "y": self.at[1]}])
+            self.page.wait_for_timeout(40)
+
+    def up(self):
+        self._tell("touchEnd", [])
+
+
+@pytest.fixture
+def pair(visitor):
+    """A person with a turn on a wide page, and the same person's phone."""
+    wide = visitor()
+    phone = visitor(**PHONE)
+    for one in (wide, phone):
+        one.page.context.add_init_script(FLAT)
+        one.allowed = ("WebGL",)
+    wide.cleared("ada", None)
+    Clearance.objects.create(user=wide.user, robot=wide.portal.robot, level=2, granted_at=SYSTEM.now())
+    wide.page.goto(f"/robots/{wide.portal.robot.slug}/")
+    wide.take_turn()
+    session(phone, wide.user)
+    phone.context.grant_permissions(["accelerometer", "gyroscope", "magnetometer"])  # what the person is asked for
+    phone.page.goto(f"/robots/{wide.portal.robot.slug}/#controller")
+    phone.page.wait_for_selector(".operating")
+    expect(phone.page.locator("#touch-pad")).to_be_visible()
+    return wide, phone
+
+
+def tool(portal):
+    return numbers(chain("pa10").forward(portal.sim.status()["q"][:6]))
+
+
+def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(transactional_db, portal, pair):
+    wide, phone = pair
+    page = phone.page
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect(page.get_by_role("button", name="Stop", exact=True)).to_be_visible()
+    expect(page.locator("#picture")).to_be_hidden()
+    phone.axe("a phone as a controller")
+    page.check("#follow-on")
+    page.locator(".more-input summary").click()
+    page.check("#tilt-on")
+    page.locator("#touch-pad").scroll_into_view_if_needed()
+    for _ in range(4):  # a page that stalled has lost the hand: it is taken again
+        before = tool(portal)
+        finger = Finger(page)
+        finger.down()
+        expect(page.locator("#follow-hold")).to_have_class("button held")
+        page.evaluate(TURNED, [40, 0, 0])
+        finger.move(0, -80)
+        page.evaluate(TURNED, [60, 0, 0])
+        page.wait_for_timeout(2500)
+        newest = Command.objects.order_by("-pk")[0]
+        finger.up()
+        if newest.kind == "follow" and not newest.final:
+            break
+    wait_for(lambda: Command.objects.order_by("-pk")[0].final, 10, "the end")
+    newest = Command.objects.order_by("-pk")[0]
+    assert (newest.kind, newest.result["ended"]) == ("follow", "released")
+    moved = [there - here for there, here in zip(tool(portal), before, strict=True)]
+    assert moved[0] == pytest.approx(0.04, abs=0.005), "up on the pad is away from the base"
+    assert abs(moved[1]) < 0.005
+    assert abs(math.remainder(moved[5], math.tau)) == pytest.approx(math.radians(20), abs=0.03), (
+        "the phone was turned by 20 degrees"
+    )
+    expect(wide.page.locator("#ladder li").first).to_contain_text("Follow the hand")
+    page.click("#controller-link")
+    expect(page.locator("#picture")).to_be_visible()
+
+
+def test_who_is_not_signed_in_on_the_phone_moves_nothing(transactional_db, portal, visitor):
+    stranger = visitor(**PHONE)
+    stranger.page.goto(f"/robots/{portal.robot.slug}/#controller")
+    expect(stranger.page.locator("#banner")).to_be_attached()
+    expect(stranger.page.locator("#touch-pad")).to_be_hidden()
+    assert not Command.objects.exists()

@@ -6,13 +6,12 @@ import pytest
 from playwright.sync_api import expect
 
 from accounts.models import Clearance
-from robots.kit.arms.described import chain
-from robots.kit.arms.pose import numbers
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.test_held import FLAT
+from tests.e2e.test_scene import tool
 
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
@@ -62,10 +61,6 @@ def pair(visitor):
     phone.page.wait_for_selector(".operating")
     expect(phone.page.locator("#touch-pad")).to_be_visible()
     return wide, phone
-
-
-def tool(portal):
-    return numbers(chain("pa10").forward(portal.sim.status()["q"][:6]))
 
 
 def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(transactional_db, portal, pair):

@@ -45,7 +45,8 @@ export const LOOK = {
 } as const;
 
 export class ArmView extends View3D {
-  private forbidden = new Group();
+  protected readonly forbidden = new Group();
+  protected readonly grid = new GridHelper(3, 30);
   protected readonly arm: URDFRobot;
   protected readonly ghost: URDFRobot;
   private expected: URDFRobot;
@@ -77,7 +78,7 @@ export class ArmView extends View3D {
     this.ghost.visible = this.expected.visible = false;
     this.world.add(this.arm, this.ghost, this.expected, this.path, this.forbidden);
     this.boxes(boxes);
-    const grid = new GridHelper(3, 30);
+    const { grid } = this;
     grid.material.transparent = true;
     grid.material.opacity = 0.35;
     this.scene.add(grid);

@@ -4,7 +4,7 @@ import type { Still } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
 import { PictureOrder } from "./pictures.ts";
 
-type Drawable = ImageBitmap | HTMLImageElement | VideoFrame;
+type Drawable = ImageBitmap | HTMLImageElement | HTMLCanvasElement | VideoFrame;
 
 /** Return width and height of an image (px). */
 function sizeOf(image: Drawable): [number, number] {

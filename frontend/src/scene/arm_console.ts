@@ -93,6 +93,7 @@ export class ArmConsole implements Console, Judge {
         axes: this.axes.length,
         tell: (text) => this.tell(text),
         cameras: description.view ?? [],
+        pictures: this.cameras,
         objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null,
         task: this.task && {
           fresh: () => this.task?.fresh(),

@@ -56,7 +56,7 @@ export class ObjectShapes {
   /** Show parts of a figure where they belong. */
   goal(parts: readonly KnownObject[]): void {
     disposeContent(this.goals);
-    for (const one of parts) this.goals.add(placed(one, GOAL)); // `add` with none at all is an error of its own
+    for (const one of parts) this.goals.add(placed(one, GOAL));
   }
 }
 

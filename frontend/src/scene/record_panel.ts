@@ -26,7 +26,7 @@ export interface RecordUse {
 }
 
 const IDLE = "While you record, nothing is sent: take the ghost to a brick, grip, take it to its place, put it down.";
-const KEYS: Record<string, "grip" | "way" | "undo"> = { c: "grip", m: "way", u: "undo" };
+const KEYS: Record<string, "grip" | "way" | "undo"> = { p: "grip", m: "way", u: "undo" };
 
 export class RecordPanel {
   private button = byId("record");

@@ -13,6 +13,7 @@ import { type Move, numbersOfPose, pointingDown, wayInWords } from "./moves.ts";
 import type { GoalFacts } from "./goals.ts";
 import type { ObjectFacts, PlateFacts } from "./known.ts";
 import type { SceneObjects } from "./objects.ts";
+import { Overlay, type Pictures } from "./overlay.ts";
 import { RecordPanel, type TaskText } from "./record_panel.ts";
 import { Recorder } from "./recorder.ts";
 import { Surroundings } from "./surroundings.ts";
@@ -39,6 +40,8 @@ export interface SceneUse {
   cameras: readonly CameraPlace[];
   /** The objects around the arm, where it tells any. */
   objects: SceneObjects | null;
+  /** The cameras' pictures, which may lie behind the scene. */
+  pictures: Pictures;
   /** The text of the task mode, where the robot has one. */
   task: TaskText | null;
 }
@@ -55,6 +58,7 @@ export class Scene implements ArmMode {
   private judge: PoseJudge | null = null;
   private view: SceneView | null = null;
   private surroundings: Surroundings | null;
+  private overlay: Overlay | null = null;
   private ghost = new Ghost(
     (pose) => this.judged(pose),
     (pose, from) => this.surroundings?.snap(pose, from) ?? pose,
@@ -138,10 +142,11 @@ export class Scene implements ArmMode {
       },
     });
     this.surroundings?.attach(view);
-    const { cameras } = this.use;
+    const { cameras } = this.use,
+      overlay = (this.overlay = cameras.length ? new Overlay(view, this.use.pictures, () => this.page.live.now()) : null);
     byId("viewpoints").append(
       ...["front", "side", "top"].map((name) => viewButton(name[0]!.toUpperCase() + name.slice(1), () => view.viewpoint(name))),
-      ...cameras.map((camera) => viewButton(`As camera ${camera.name}`, () => view.asCamera(camera))),
+      ...cameras.map((camera) => viewButton(`As camera ${camera.name}`, () => overlay?.look(camera))),
     );
     const opacity = byId<HTMLInputElement>("arm-opacity");
     opacity.addEventListener("input", () => {
@@ -198,6 +203,7 @@ export class Scene implements ArmMode {
     this.follow();
     if (!this.shown) return;
     this.surroundings?.age();
+    this.overlay?.draw();
     if (this.ghost.away && !this.follows && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
     else if (this.hasMoved(this.drawnFor, DRAWN_RAD)) this.draw();
   }

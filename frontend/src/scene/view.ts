@@ -58,6 +58,8 @@ export class SceneView extends ArmView {
   private use: Handles | null = null;
   private wide = 0; // see `look`
   private shapes = new ObjectShapes(this.world, this.arm.links[this.tip], this.ghost.links[this.tip]);
+  /** Called when the view is turned, moved or zoomed. */
+  onTurned: () => void = () => undefined;
   private pointer = -1; // that holds the handles
 
   /** Let a pointer take the ghost. Called once. */
@@ -77,6 +79,7 @@ export class SceneView extends ArmView {
 
   private listen(): void {
     const { handles, canvas, holder } = this;
+    this.controls.addEventListener("start", () => this.onTurned());
     handles.addEventListener("change", () => {
       canvas.style.cursor = handles.axis ? "grab" : "";
       this.ask();
@@ -205,11 +208,19 @@ export class SceneView extends ArmView {
     this.look(new Vector3(...place), new Vector3(...at), field_deg);
   }
 
+  /** Let the model be seen through where a camera's picture lies behind it; floor and boxes would only hide that. */
+  overPicture(shown: boolean): void {
+    this.holder.toggleAttribute("data-picture", shown);
+    this.grid.visible = this.forbidden.visible = !shown;
+    this.ask();
+  }
+
   /** `wide`: the horizontal field of view (degrees) of a picture that has to fit in; 0 for the usual field. */
   private look(from: Vector3, to: Vector3, wide = 0): void {
     this.world.updateMatrixWorld(true);
     this.camera.position.copy(this.world.localToWorld(from));
     this.controls.target.copy(this.world.localToWorld(to));
+    this.onTurned();
     this.wide = wide;
     this.fit();
     this.controls.update();
@@ -230,6 +241,7 @@ export class SceneView extends ArmView {
       this.fit();
     }
     super.zoom(factor);
+    this.onTurned();
   }
 }
 

@@ -1,0 +1,123 @@
+"""What can be won in the scene of the virtual reality arm: recorded from the ghost without a line, sent whole, judged."""
+
+import pytest
+from playwright.sync_api import expect
+
+from robots.models import Command
+from tests.e2e.test_scene import PHONE, WIDE, Wire
+
+# drawing in three dimensions without a graphics card takes a core of its own
+pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["puma"], indirect=True)]
+AXES = ("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown")
+
+
+def steps(page, *mm):
+    """Move the ghost by keys, so far along x, y, z (whole mm)."""
+    for way, (more, less) in zip(mm, AXES, strict=True):
+        left = abs(way)
+        for which, size in enumerate((20, 5, 1)):
+            times, left = divmod(left, size)
+            if times:
+                page.select_option("#ghost-step", str(2 - which))
+                page.focus("#ghost-handle")
+            for _ in range(times):
+                page.keyboard.press(more if way > 0 else less)
+                page.wait_for_timeout(30)  # a key that waited long is taken for one of before
+
+
+@pytest.fixture
+def operator(visitor):
+    def make(**options):
+        person = visitor(**options)
+        person.wire = Wire(person.page)
+        person.cleared("ada").take_turn()
+        expect(person.page.locator("#model-said")).to_have_text("The ghost is at the arm", timeout=30_000)
+        expect(person.page.locator("#goals-list li")).to_have_count(8, timeout=20_000)
+        return person
+
+    return make
+
+
+def test_a_task_is_recorded_by_keys_with_the_line_cut_and_builds_a_part_of_the_figure(
+    transactional_db, portal, operator
+):
+    ada = operator(**WIDE)
+    ada.allowed = ("ERR_", "WebSocket")
+    page = ada.page
+    expect(page.locator("#goals-count")).to_have_text("figure 0 of 5")
+    expect(page.locator("#goals-list li").first).to_contain_text("a: 212 mm back, 120 mm right")
+    page.context.set_offline(True)
+    ada.wire.sent.clear()
+    page.click("#record")
+    expect(page.locator("#record")).to_have_attribute("aria-pressed", "true")
+    page.focus("#ghost-handle")
+    page.keyboard.press("p")
+    expect(page.locator("#record-said")).to_contain_text("Nothing is between the fingers of the ghost")
+    steps(page, -34, -254, -389)
+    expect(page.locator("#ghost-list")).to_contain_text("To the grasp of a")
+    page.keyboard.press("p")
+    expect(page.locator("#record-said")).to_have_text("Recorded: grasp a.")
+    steps(page, 0, 0, 100)
+    page.keyboard.press("m")
+    steps(page, -212, -120, -96)
+    expect(page.locator("#ghost-list")).to_contain_text("The ghost is at its place in the figure.")
+    page.keyboard.press("p")
+    expect(page.locator("#record-list li")).to_have_text(
+        ["grasp a", "move 600 -240 110.6 180 0 180", "put a on plate at 2 5"]
+    )
+    page.keyboard.press("u")
+    expect(page.locator("#record-said")).to_have_text("Taken back: put a on plate at 2 5.")
+    page.keyboard.press("p")
+    page.click("#record-play")
+    expect(page.locator("#record-said")).to_have_text("The ghost shows the way from the arm.")
+    assert ada.wire.kinds == set(), "nothing is sent while it is recorded"
+    page.context.set_offline(False)
+    ada.axe("the scene while a task is recorded")
+    page.click("#record-edit")
+    text = "grasp a\nmove 600 -240 110.6 180 0 180\nput a on plate at 2 5"
+    expect(page.locator("#task-text")).to_have_value(text)
+    expect(page.locator("#task-said")).to_contain_text("Checked with the objects as the arm knows them", timeout=30_000)
+    page.click("[data-command=run-task]")
+    ada.ladder("completed")
+    assert Command.objects.get(kind="task").args == {"text": text}
+    page.click("#tab-scene")
+    page.click("#record")
+    expect(page.locator("#goals-count")).to_have_text("figure 1 of 5")
+    expect(page.locator("#goals-list li").first).to_have_text("✓ a: in its place")
+    x, y, _ = portal.sim.status()["objects"]["a"]
+    assert (x, y) == pytest.approx((0.3882, -0.36), abs=0.004)  # its first place is known to 2.5 mm
+
+
+def test_the_rod_is_won_once_and_said_once(transactional_db, portal, operator):
+    ada = operator(**PHONE)
+    page = ada.page
+    page.click("#tab-task")
+    page.fill("#task-text", "grasp rod\nmove 550 300 340\nmove 550 300 300\nopen\nmove 550 300 420")
+    expect(page.locator("#task-said")).to_contain_text("Checked", timeout=30_000)
+    page.click("[data-command=run-task]")
+    page.click("#tab-scene")
+    expect(page.locator("#goals-said")).to_have_text("Won: The rod, lifted from its threads.", timeout=60_000)
+    ada.ladder("completed")
+    expect(page.locator("#goals-list")).to_contain_text("The rod, lifted from its threads: won at ")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    ada.axe("a goal that is won, on a phone")
+    page.reload()
+    expect(page.locator("#goals-list")).to_contain_text("won at ", timeout=20_000)
+    expect(page.locator("#goals-said")).to_be_empty()
+
+
+def test_the_model_lies_over_the_picture_of_a_calibrated_camera(transactional_db, portal, operator):
+    ada = operator(**PHONE)
+    page = ada.page
+    page.check("#camera-picture")
+    expect(page.locator("#camera-picture-said")).to_have_text("Choose a camera.")
+    for name in ("side", "front"):
+        page.get_by_role("button", name=f"As camera {name}").click()
+        said = page.locator("#camera-picture-said")
+        expect(said).to_contain_text(f"The model lies over the picture of camera {name}", timeout=30_000)
+        assert page.evaluate("document.querySelector('.model-picture').width") >= 320
+    ada.axe("the model over a picture")
+    page.get_by_role("button", name="Top", exact=True).click()
+    expect(page.locator(".model-picture")).to_have_count(0)
+    expect(page.locator("#model")).not_to_have_attribute("data-picture", "")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -55,6 +55,14 @@ test("objects are where their packets say; what cannot be read changes nothing",
   assert.deepEqual(objects.all.map(({ how, atMs }) => [how, atMs]), [["placed by the arm", 5000], ["", NaN]]); // prettier-ignore
 });
 
+test("an object whose place nobody knows is told with the reason", () => {
+  const objects = scene([0, lying(0.5, 0.1)]);
+  assert.deepEqual(objects.lost, [], "nothing was told of them");
+  const told = { objects: { red: { how: "measured", at_ms: 1 }, blue: { how: "not seen where it was", at_ms: 2 }, green: null } };
+  assert.ok(objects.take("beliefs", { key: true, data: new TextEncoder().encode(JSON.stringify(told)) }));
+  assert.deepEqual(objects.lost, [{ name: "blue", how: "not seen where it was" }]);
+});
+
 test("packets are those that Python writes", () => {
   const { packets, box } = vectorsOf<{
     box: { low: [number, number, number]; size: [number, number, number] };

@@ -49,6 +49,31 @@ def _thing(table: dict[str, Any]) -> Thing:
     return Thing(table["name"], tuple(table["size"]), tuple(table["colour"]), first)
 
 
+@dataclass(frozen=True, eq=False)
+class Print:
+    """A marker on a thing: its number, the side of its print with the white margin (m), where in the thing's frame."""
+
+    number: int
+    printed: float
+    middle: Floats
+    right: Floats
+    upward: Floats
+
+
+CELLS = 6  # of a marker's side: four bits and the border on both sides; its white margin is half a cell
+
+
+def prints(name: str) -> tuple[Print, ...]:
+    """Return the markers on a thing."""
+    (thing,) = (one for one in load(DRIVER)["object"] if one["name"] == name)
+    return tuple(
+        Print(
+            one["number"], one["side"] * (CELLS + 1) / CELLS, *(np.array(one[v]) for v in ("middle", "right", "upward"))
+        )
+        for one in thing.get("markers", ())
+    )
+
+
 def bricks() -> tuple[str, ...]:
     """Return the bricks' names."""
     return tuple(one["name"] for one in load(DRIVER)["object"] if one["shape"] == "box")

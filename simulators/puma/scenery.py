@@ -6,11 +6,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from robots.kit.description import load
-from robots.kit.drivers.puma.markers import BITS, CELLS, FACES, number_of
 from simulators.common.arm.scene import JUDGE
 from simulators.common.mesh import WHITE, Colour, Mesh, joined, quad
 from simulators.common.texture import Atlas, Picture
-from simulators.puma import rod
+from simulators.puma import cell, rod
 from simulators.puma.cell import DRIVER, PLATE, STUD_RADIUS, Bearer, Floats, bearers, bricks, plate_place, things
 from simulators.puma.scene import MUG, MUG_M, TABLE_M
 from simulators.puma.shapes import Shape, box, cylinder, flat, together, tube
@@ -34,9 +33,8 @@ def table_pattern() -> Picture:
 
 def marker(number: int) -> Picture:
     """Return the print of a marker with its white margin."""
-    fine = 128
-    cells = np.zeros((CELLS, CELLS), np.uint8)
-    cells[1:-1, 1:-1] = 255 * np.array(BITS[number], np.uint8)
+    fine, known = 128, cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, load(DRIVER)["markers"]["dictionary"]))
+    cells = 255 * np.pad(cv2.aruco.Dictionary.getBitsFromByteList(known.bytesList[number][None], known.markerSize), 1)
     large = np.kron(cells, np.ones((fine, fine), np.uint8))
     large = np.pad(large, fine // 2, constant_values=245)
     small = cv2.resize(large, (128, 128), interpolation=cv2.INTER_AREA)
@@ -87,21 +85,25 @@ def plate() -> Shape:
     return together(box(one.half, PLATE_TINT), _studs(one, PLATE_TINT)).moved(_at(x, y, z))
 
 
-def _brick(number: int, bearer: Bearer, atlas: Atlas) -> Shape:
-    """Return a brick with its markers, and its letter beside them and at its ends."""
+def _prints(name: str, atlas: Atlas) -> list[Shape]:
+    """Return the markers that are printed on an object."""
+    found = []
+    for one in cell.prints(name):
+        middle, half = one.middle + ABOVE_M * np.cross(one.right, one.upward), one.printed / 2
+        found.append(flat(middle, half * one.right, half * one.upward, WHITE, atlas.add(marker(one.number))))
+    return found
+
+
+def _brick(bearer: Bearer, atlas: Atlas) -> Shape:
+    """Return a brick with its markers, and its letter beside those on its long sides."""
     r, g, b = (255.0 * part for part in things()[bearer.name].colour)
-    tint, (x, _, z) = (r, g, b), bearer.half
-    parts = [box(bearer.half, tint), _studs(bearer, tint)]
+    tint = (r, g, b)
+    parts = [box(bearer.half, tint), _studs(bearer, tint), *_prints(bearer.name, atlas)]
     sign = atlas.add(letter(bearer.name.upper(), tint))
-    for k, face in enumerate(FACES):
-        right, up = np.array(face.right), np.array(face.up)
-        out, half = np.cross(right, up), face.printed / 2
-        middle = np.array(face.middle) + ABOVE_M * out
-        parts.append(flat(middle, half * right, half * up, WHITE, atlas.add(marker(number_of(number, k)))))
-        if k:
-            parts += [flat(middle + side * 0.021 * right, 0.008 * right, 0.008 * up, WHITE, sign) for side in (-1, 1)]
-    for side in (-1.0, 1.0):
-        parts.append(flat((side * (x + ABOVE_M), 0, 0), (0, side * 0.8 * z, 0), (0, 0, 0.8 * z), WHITE, sign))
+    for out in (-1.0, 1.0):
+        right, up = np.array([-out, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+        middle = np.array([0.0, out * (bearer.half[1] + ABOVE_M), 0.0])
+        parts += [flat(middle + side * 0.021 * right, 0.008 * right, 0.008 * up, WHITE, sign) for side in (-1, 1)]
     return together(*parts)
 
 
@@ -148,8 +150,8 @@ def moving(model: mujoco.MjModel, atlas: Atlas) -> dict[str, Shape]:
     """Return the shapes of all bodies but the plate, in the bodies' frames, by name."""
     found = _arm(model)
     by_name = {bearer.name: bearer for bearer in bearers()}
-    for number, name in enumerate(bricks()):
-        found[name] = _brick(number, by_name[name], atlas)
+    for name in bricks():
+        found[name] = _brick(by_name[name], atlas)
     return {**found, rod.ROD: _rod(), MUG: _mug()}
 
 

@@ -14,7 +14,9 @@ from robots.kit.contract.errors import BadRequest, GaveUp, GrantOver, HardwareFa
 from robots.kit.contract.session import Outcome, Progress, RobotState, Session
 from robots.kit.description import load
 from robots.kit.drivers import arm_tasks
+from robots.kit.drivers.arm_eyes import Sight
 from robots.kit.drivers.arm_tasks import ArmTasks
+from robots.kit.drivers.sights import accept
 
 TOWER = "put red on yellow\nput blue on red\nexpect blue on red"
 
@@ -195,7 +197,7 @@ def test_what_was_measured_is_used_and_what_was_dropped_is_not():
     arm = QuickArm()
     pose = objects.pose_of(arm.tasks.model.table.first()["red"])
     pose[:3, 3] = 0.42, -0.3, 0.02
-    arm.tasks.measured("red", pose)
+    accept(arm.tasks.model, Sight({"red": pose}, frozenset({"red"})), arm.planner.planner.chain.forward(arm.q), 0)
     assert arm.tasks.model.belief("red").how == How.MEASURED
     assert isinstance(run(arm, "grasp red\nmove 450 0 250")[0], Outcome)
     arm.execute("gripper", {"closed": 0.0}, allow, lambda _: None)

@@ -12,13 +12,14 @@ from PIL import Image
 
 from robots.kit.arms.described import posture
 from robots.kit.description import load, views
-from robots.kit.drivers.puma.markers import BITS, CELLS, FACES, SIDES, brick_and_face, number_of
 from robots.kit.vision.markers import Markers
+from robots.kit.vision.prints import cameras_of, codes_of, prints_of
 from simulators.common.arm.cameras import SharedScene
 from simulators.common.raster import Lens, looking
 from simulators.puma import rod
 from simulators.puma.cameras import Cameras
 from simulators.puma.cell import bearers, bricks
+from simulators.puma.cell import prints as drawn
 from simulators.puma.plant import Plant
 from simulators.puma.render import RasterRenderer
 from simulators.puma.scene import MUG, MUG_M
@@ -27,6 +28,11 @@ DESCRIPTION = load("puma")
 CAMERA = DESCRIPTION["camera"]
 SIZE = CAMERA["width"], CAMERA["height"]
 HOME = posture(DESCRIPTION, "home")
+PRINTS = {name: prints for name, prints in prints_of(DESCRIPTION).items() if name in bricks()}
+OWNER = {one.number: (name, one) for name, prints in PRINTS.items() for one in prints}
+CODES = codes_of(DESCRIPTION)
+BITS = {number: CODES[number].tolist() for number in OWNER}
+SIDES = {number: one.side for number, (_, one) in OWNER.items()}
 
 
 @pytest.fixture(scope="module")
@@ -76,25 +82,28 @@ def test_the_cameras_of_the_description_are_those_of_its_views():
     assert tuple(table["name"] for table in DESCRIPTION["view"]) == views(DESCRIPTION)
 
 
-def test_the_codes_are_opencvs_and_fit_the_faces():
-    known = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
-    for number, bits in BITS.items():
-        listed = known.bytesList[number : number + 1]
-        assert np.array_equal(cv2.aruco.Dictionary.getBitsFromByteList(listed, CELLS - 2), bits)
-    assert len(BITS) == len(bricks()) * len(FACES)
-    for number in BITS:
-        assert number_of(*brick_and_face(number)) == number
+def test_the_prints_of_the_bricks_fit_their_faces_and_are_drawn_as_they_are_described():
+    assert tuple(PRINTS) == bricks()
     edges = 2 * np.array(bearers()[0].half)
-    for face in FACES:
-        for direction in (face.right, face.up):
-            assert face.printed <= np.abs(np.array(direction) @ edges)
-        out = np.cross(face.right, face.up)
-        assert np.array(face.middle) == pytest.approx(out * edges / 2)
+    for name, prints in PRINTS.items():
+        assert len(prints) == 5, "on all faces but the underside"
+        for one, print_ in zip(prints, drawn(name), strict=True):
+            assert print_.number == one.number
+            assert print_.printed == pytest.approx(one.side * 7 / 6)
+            for direction in (one.right, one.upward):
+                assert print_.printed <= np.abs(direction @ edges)
+            assert one.middle == pytest.approx(one.out * edges / 2)
+
+
+def test_a_calibrated_camera_sees_a_point_where_the_simulators_does():
+    for camera in cameras_of(DESCRIPTION):
+        points = np.array([[0.6, -0.2, 0.01], [0.42, 0.3, 0.3], [0.3, 0.0, 0.0]])
+        assert camera.project(points) == pytest.approx(np.array([pixel(point, camera.name) for point in points]))
 
 
 def test_the_front_camera_reads_the_marker_on_each_brick_within_a_millimetre(renderer, plant):
     found = {marker.number: marker for marker in find(renderer.take(plant.data, "front"), "front")}
-    tops = {number_of(n, 0): name for n, name in enumerate(bricks())}
+    tops = {prints[0].number: name for name, prints in PRINTS.items()}
     assert tops.keys() <= found.keys()
     for number, name in tops.items():
         place = plant.place(name)
@@ -106,11 +115,11 @@ def test_the_front_camera_reads_the_marker_on_each_brick_within_a_millimetre(ren
 
 def test_the_side_camera_reads_a_marker_of_most_bricks_where_it_is(renderer, plant):
     found = find(renderer.take(plant.data, "side"), "side")
-    assert len({brick_and_face(marker.number)[0] for marker in found}) >= 3
+    assert len({OWNER[marker.number][0] for marker in found}) >= 3
     for marker in found:
-        brick, face = brick_and_face(marker.number)
-        pose = plant.pose(bricks()[brick])
-        where = pose[:3, :3] @ FACES[face].middle + pose[:3, 3]
+        brick, face = OWNER[marker.number]
+        pose = plant.pose(brick)
+        where = pose[:3, :3] @ face.middle + pose[:3, 3]
         assert np.abs(crossing(marker.corners) - pixel(where, "side")).max() < 0.7
 
 
@@ -143,9 +152,9 @@ def test_a_mug_and_a_missing_brick_show(renderer, plant):
     for name in views(DESCRIPTION):
         red, green, _ = around(renderer, plant, (0.52, 0.10, 0.05), name).T
         assert (red > 2 * green).mean() > 0.9
-    numbers = {brick_and_face(m.number)[0] for m in find(renderer.take(plant.data, "front"), "front")}
-    assert numbers >= {0, 1, 3}
-    assert 2 not in numbers
+    names = {OWNER[m.number][0] for m in find(renderer.take(plant.data, "front"), "front")}
+    assert names >= {"a", "b", "d"}
+    assert "c" not in names
 
 
 def test_a_lifted_rod_bends_its_threads(renderer, plant):

@@ -17,6 +17,7 @@ from tests.conftest import CALIBRATION
 from tests.packaged import ERRANDS, installed_from
 from tests.world.delays import NONE
 from tests.world.portal import Portal
+from tests.world.puma import PumaRig
 
 FOLDER = settings.VAR / "world"  # of the simulator, which writes its place while it moves: in memory
 
@@ -55,6 +56,12 @@ def errands(monkeypatch):
     """Install a Mercury arm that is also asked for jobs."""
     with installed_from(ERRANDS, monkeypatch):
         yield
+
+
+@pytest.fixture
+def sharp(monkeypatch):
+    """Let the PUMA 560's pictures be as large as its cameras', so that markers can be read."""
+    monkeypatch.setattr(PumaRig, "width", None)
 
 
 @pytest.fixture

@@ -38,6 +38,7 @@ class PumaRig(Rig):
     """A simulated arm that runs in a process of its own, and what connects an owner with it."""
 
     driver = "puma"
+    width: int | None = NARROW  # of drawn pictures; None: as the description has it
     faults = ("awol", "slow", "drop", "corrupt", "double", "limit_hit", "mute", "disturb")
     strengths = {"slow": 0.5, "drop": 0.02, "corrupt": 0.02, "double": 0.02, "disturb": 40.0}
 
@@ -48,7 +49,7 @@ class PumaRig(Rig):
         self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
         opened = line_of(self.cable, int(load("puma")["line"]["baud"]))
         self.sim = Simulator(folder, lambda note: InPlace(world), opened, world.seed, world, world)
-        self.cameras = Cameras(folder, world.seed, NARROW)
+        self.cameras = Cameras(folder, world.seed, self.width)
         world.spawn(self.sim.run, "simulator", self.process)
 
     def session(self, name, address, settings, trace=None):

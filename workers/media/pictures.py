@@ -88,6 +88,13 @@ class Pictures:
         """Return one picture of the first camera; without an exposure the camera chooses it. Raises CameraFault."""
         return self.cameras[0].grab(exposure_s)
 
+    def look(self, view: str) -> Picture:
+        """Return one grey picture of a camera by its name, for the robot's driver. Raises CameraFault."""
+        for camera in self.cameras:
+            if camera.name == view:
+                return grey(camera.grab(self._declared.exposure_s if self._declared else None))
+        raise CameraFault(f"The robot has no camera {view}.")
+
     def _corrected(self, picture: Picture) -> Picture:
         """Return the picture with its brightness corrected, if the robot declares a correction. Raises CameraFault."""
         if self._brightness is None:

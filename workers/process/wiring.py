@@ -87,6 +87,7 @@ class Owner:
         self.deadman = DeadManTimer(clock)
         self.owned.time_left, self.owned.steered = lambda: self.lane.gate.time_left, lambda: self.deadman.steered
         self.pictures = Pictures(robot, stamps, self.owned.picture, machine.camera)
+        self.owned.look = self.pictures.look
         self.heartbeat = Heartbeat(self.owned, run / f"{slug}.heartbeat")
         self._wire_safety(on_lost or end_at_once)
         self.threads = Threads(self.owned, self.watch.leave)

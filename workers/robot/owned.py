@@ -8,9 +8,11 @@ from robots import bus
 from robots.grants import ROBOT
 from robots.kit.clock import Clock
 from robots.kit.contract.channels import finite, whole
+from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.find import open_session
 from robots.kit.contract.session import RobotState, Session
 from robots.kit.packets import Changed
+from robots.kit.vision.stability import Picture
 from robots.models import Lease, Robot
 from robots.prepared import Prepared
 from robots.states import Cycle
@@ -23,6 +25,10 @@ from workers.robot.machine import OpenSession
 _ROW: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(pk=ROBOT))
 FRESH_S = 1.0  # an older state does not say where the robot is now
 PublishFrame = Callable[[str, bytes, str, Any], None]
+
+
+def _blind(view: str) -> Picture:
+    raise CameraFault("The robot has no camera.")
 
 
 class OwnedRobot:
@@ -38,6 +44,7 @@ class OwnedRobot:
         self.now = lease.now  # the database's time
         self.time_left: Callable[[], float] = lambda: 0.0  # see `Session`; the gate's
         self.steered: Callable[[], dict[str, Any]] = dict  # see `Session`; the dead-man timer's
+        self.look: Callable[[str], Picture] = _blind  # see `Session`; the pictures'
         self._remembering, self._remembered = clock.lock(), -math.inf
         self.driver: Session = self._open_session()
 
@@ -52,7 +59,7 @@ class OwnedRobot:
         def make() -> Session:
             made = self._session(robot.driver, robot.wire_address, robot.driver_settings(epoch), self._frame)
             made.on_packet, made.on_time_left = self._streams.take, lambda: self.time_left()
-            made.on_steered = lambda: self.steered()
+            made.on_steered, made.on_look = lambda: self.steered(), lambda view: self.look(view)
             return made
 
         return GuardedSession(make)

@@ -89,6 +89,14 @@ export class SceneObjects {
     });
   }
 
+  /** The objects whose places nobody knows: their names, and why. */
+  get lost(): { name: string; how: string }[] {
+    return this.facts
+      .filter(({ number }) => !this.places.has(number))
+      .map(({ name }) => ({ name, how: this.beliefs[name]?.how }))
+      .flatMap(({ name, how }) => (typeof how === "string" ? [{ name, how }] : []));
+  }
+
   /** The object in the gripper, if there is one. */
   get held(): KnownObject | null {
     return this.all.find(({ held }) => held) ?? null;

@@ -62,6 +62,7 @@ export class Surroundings {
       (one) =>
         `${one.facts.name}: ${one.planned ? (one.held ? "in the ghost's gripper, as recorded" : "where the recorded task puts it") : one.held ? "in the gripper" : how(one, now)}`,
     );
+    words.push(...this.objects.lost.map(({ name, how }) => `${name}: ${how}; where it is now is not known`));
     sayLines(this.list, words);
     this.goals.draw();
   }

@@ -33,6 +33,7 @@ class How(StrEnum):
     STAFF = "set by staff"
     DROPPED = "dropped by the gripper"
     MISSED = "not found by the gripper"
+    UNSEEN = "not seen where it was"
 
 
 class Belief(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -99,10 +100,15 @@ class ObjectModel:
 
     def place(self, name: str, placed: Placed | None, how: How) -> None:
         """Take over where an object is, None: nobody knows. Raises KeyError where there is no such object."""
-        if name not in self.table.objects:
-            raise KeyError(name)
-        with self._lock:
-            self._change({name: self._belief(placed, how)})
+        self.place_all({name: placed}, how)
+
+    def place_all(self, places: Mapping[str, Placed | None], how: How) -> None:
+        """Take over where several objects are, as `place`."""
+        if strange := places.keys() - self.table.objects.keys():
+            raise KeyError(*strange)
+        if places:
+            with self._lock:
+                self._change({name: self._belief(placed, how) for name, placed in places.items()})
 
     def take(self, after: Arrangement, how: How) -> None:
         """Take over what has changed by an act of the arm; an object that it has lost is told as dropped."""

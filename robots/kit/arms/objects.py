@@ -78,7 +78,8 @@ class ObjectTable:
     surface. `fingers`: two corners in the tool's frame of the room that the open gripper takes. `release`: how far
     above a surface it opens; below zero where objects are pressed on. `lift`: how far it lifts, straight up. `slow`:
     the share of full speed of straight ways to and from objects; None: as other motions. `plate`: one with studs, where
-    there is one. All in m.
+    there is one. `hand`: boxes (two corners) in the tool's frame behind which a camera does not see what it holds. All
+    in m.
     """
 
     objects: Mapping[str, DescribedObject]
@@ -90,6 +91,7 @@ class ObjectTable:
     lift: float
     slow: float | None
     plate: Plate | None = None
+    hand: tuple[tuple[Three, Three], ...] = ()
 
     def named(self, name: str) -> DescribedObject | None:
         """Return the object of that name, or None."""
@@ -188,6 +190,7 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
     if not all(a < b for a, b in zip(*fingers, strict=True)):
         raise BadDescription("objects: fingers_low lies below fingers_high")
     slow = number("objects", common, "slow") if "slow" in common else None
+    hand = [tuple(three("objects", {"hand": corner}, "hand") for corner in one) for one in common.get("hand", ())]
     objects = [_object(number, one) for number, one in enumerate(listed)]
     if len({one.name for one in objects}) != len(objects):
         raise BadDescription("two objects have the same name")
@@ -199,7 +202,7 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
     return ObjectTable(
         known, box, ((low[0], low[1]), (high[0], high[1])), number("objects", common, "height"),
         (fingers[0], fingers[1]), number("objects", common, "release", 0.001), number("objects", common, "lift", 0.1),
-        slow, plate_in(description),
+        slow, plate_in(description), tuple((low, high) for low, high in hand),
     )  # fmt: skip
 
 

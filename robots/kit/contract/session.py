@@ -4,10 +4,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robots.kit.clock import TIMER, Timer
+from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.joint_path import JointPath
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 JSON = dict[str, Any]
 Permit = Callable[[], None]
@@ -94,9 +99,10 @@ class Session(ABC):
 
     clock: Timer = TIMER  # for limits and states; tests may let time pass faster
     _latest: RobotState | None = None
-    on_packet: OnPacket | None = None  # this one and the next two are the owner's, where there is one
+    on_packet: OnPacket | None = None  # this one and the next three are the owner's, where there is one
     on_time_left: Callable[[], float] | None = None
     on_steered: Callable[[], JSON] | None = None
+    on_look: "Callable[[str], NDArray[np.uint8]] | None" = None
 
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         self.address, self.settings, self.trace = address, settings, trace
@@ -159,6 +165,15 @@ class Session(ABC):
         memory only.
         """
         return {**args, **(self.on_steered() if self.on_steered is not None else {})}
+
+    def look(self, view: str) -> "NDArray[np.uint8]":
+        """Return a grey picture (height, width) of the robot's camera of that name, taken from now on.
+
+        It is as viewers see it: black where a privacy mask is. It may take two seconds. Raises CameraFault.
+        """
+        if self.on_look is None:
+            raise CameraFault("The robot has no camera.")
+        return self.on_look(view)
 
     def rests_within(self) -> float | None:
         """Return within how many seconds the robot rests if no message reaches it from now on; None: see `Spec.rest_s`.

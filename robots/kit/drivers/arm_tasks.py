@@ -2,11 +2,12 @@
 
 A driver makes one `ArmTasks`, gives it each state (`observe`), calls `begin` when it has connected, and hands over the
 commands whose kinds it has (`KINDS`) to `execute`. Where the gripper tells nothing, it also calls `gripped`. After each
-command it calls `report`, which stores with the command what has been won by it.
+command it calls `report`, which stores with the command what has been won by it. An arm with eyes (`arm_eyes.py`) calls
+`look` after each motion at whose end it rests.
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +19,16 @@ from robots.kit.arms.hand import Hand
 from robots.kit.arms.judging import GoalJudge
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
-from robots.kit.arms.objects import objects_of, placed_of
+from robots.kit.arms.objects import objects_of
 from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import JSON, Observation, OnStage, Outcome, Permit, RobotState, Session
 from robots.kit.description import load
+from robots.kit.drivers.arm_eyes import Sight, eyes_of
+from robots.kit.drivers.sights import accept
+from robots.kit.drivers.step_judge import StepJudge
 from robots.kit.drivers.task_runner import TaskRunner
 
 __all__ = ["KINDS", "ArmTasks"]
@@ -42,11 +46,13 @@ class ArmTasks:
         self._streams = ObjectStreams(table, lambda name, data, key: session.stream(name, data, key))
         self.hand = Hand(load(driver), spec_of(driver).joints)
         file = Path(folder) / FILE if folder else None
-        self._judge = GoalJudge(table, goals_of(driver), _now_ms)
+        self._goals = GoalJudge(table, goals_of(driver), _now_ms)
         self._tool_now: Matrix | None = None
         self._judging = threading.Lock()
         self.model = ObjectModel(table, file, _now_ms, self._tell)
-        self._runner = TaskRunner(session, self.model, self.hand, planner, holds)
+        self._eyes = eyes_of(session, driver)
+        judge = StepJudge(self.model, self._look, lambda: self._tool(session.state()))
+        self._runner = TaskRunner(session, self.model, self.hand, planner, holds, judge)
 
     def begin(self) -> None:
         """Tell where the objects are; whoever listened to an earlier connection is gone."""
@@ -56,7 +62,7 @@ class ArmTasks:
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run a command of `KINDS`, whose values were checked. Raises as `Session.execute`."""
         if kind != AMEND:
-            return self._runner.run(str(args["text"]), permit, on_stage)
+            return self._runner.run(str(args["text"]), permit, on_stage, self.look)
         permit()
         if self._runner.runs:
             raise BadRequest("A task runs with the objects now; stop it first, or wait until it has ended.")
@@ -66,33 +72,40 @@ class ArmTasks:
     def report(self, on_stage: OnStage) -> None:
         """Store with the command that runs, with a picture, what has been won since the last one."""
         with self._judging:
-            news = self._judge.news()
+            news = self._goals.news()
         for goal in news:
             on_stage(Observation(f"won: {goal.title}", photograph=True))
 
     def _tell(self, now: Snapshot) -> None:
         with self._judging:
-            self._judge.look(now, self._tool_now)
-            told = self._judge.facts()
+            self._goals.look(now, self._tool_now)
+            told = self._goals.facts()
         self._streams.tell(now, told)
 
-    def measured(self, name: str, pose: Matrix) -> None:
-        """Take over where an object was measured to be (4 x 4), as by a camera; not while a task runs.
-
-        Raises KeyError where there is no such object.
-        """
+    def look(self) -> None:
+        """Measure the objects in fresh pictures, where the arm rests and has eyes; in a task its own steps look."""
         if not self._runner.runs:
-            self.model.place(name, placed_of(pose), How.MEASURED)
+            self._look(False, {})
+
+    def _look(self, insists: bool, or_at: Mapping[str, Matrix]) -> Sight | None:
+        """Look as `ArmEyes.look`, and take over what is seen; None where the arm has no eyes, or moves."""
+        state = self._session.latest()
+        if self._eyes is None or state is None or state.moving:
+            return None
+        joints = np.array(state.joints[: len(self._planner().planner.chain.joints)])
+        sight = self._eyes.look(self.model.arrangement, joints, insists, or_at)
+        accept(self.model, sight, self._tool(state), _now_ms())
+        return sight
 
     def observe(self, state: RobotState) -> RobotState:
         """Take over what a gripper that tells its opening says of the model, and return the state.
 
         That is by hand, or in a program of the arm's own: a task knows what it does.
         """
-        if self._judge.lifts(self.model.held):
+        if self._goals.lifts(self.model.held):
             self._tool_now = self._tool(state)
             with self._judging:
-                changed = self._judge.look(self.model.snapshot, self._tool_now)
+                changed = self._goals.look(self.model.snapshot, self._tool_now)
             if changed:
                 self.model.repeat()
         if self._runner.runs or not self.hand.tells:

@@ -3,8 +3,11 @@
 So a hold, a stop, a lost link and the end of the grant act as on any other motion. Nothing goes on by itself.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import groupby
+from operator import attrgetter
 
 import numpy as np
 
@@ -14,9 +17,9 @@ from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import Act, StepImpossible
-from robots.kit.arms.tasks.planning import check_expected, plan
+from robots.kit.arms.tasks.planning import plan
 from robots.kit.arms.tasks.requests import parsed
-from robots.kit.arms.tasks.steps import Task, words
+from robots.kit.arms.tasks.steps import Step, Task, words
 from robots.kit.contract.errors import (
     BadRequest,
     ControllerRefused,
@@ -27,6 +30,7 @@ from robots.kit.contract.errors import (
 )
 from robots.kit.contract.session import Observation, OnStage, Outcome, Permit, Progress, RobotState, Session
 from robots.kit.drivers.permits import until_held
+from robots.kit.drivers.step_judge import StepJudge
 
 LOOK_S = 0.05  # between two looks while it waits
 UNKNOWN_LOAD = "The gripper holds something that is none of the known objects; open it first."
@@ -37,19 +41,22 @@ class GripLost(GaveUp):
 
 
 class TaskRunner:
-    """Runs one task at a time. `holds` counts the session's holds: one of them ends a task for good."""
+    """Runs one task at a time. `holds` counts the session's holds: one of them ends a task for good.
+
+    `judge` looks at what each step has done.
+    """
 
     def __init__(
         self, session: Session, model: ObjectModel, hand: Hand, planner: Callable[[], MotionPlanner],
-        holds: Callable[[], int],
+        holds: Callable[[], int], judge: StepJudge,
     ) -> None:  # fmt: skip
-        self._session, self._model, self._hand = session, model, hand
+        self._session, self._model, self._hand, self._judge = session, model, hand, judge
         self._planner, self._holds = planner, holds
         self._load: str | None = None  # the object that the gripper has to hold now
         self.runs = False
 
-    def run(self, text: str, permit: Permit, on_stage: OnStage) -> Outcome:
-        """Run a task to its end; where it cannot go on, hold the arm.
+    def run(self, text: str, permit: Permit, on_stage: OnStage, look: Callable[[], None]) -> Outcome:
+        """Run a task to its end; where it cannot go on, hold the arm. `look` measures the objects before it is planned.
 
         Raises:
             BadRequest, OutOfWorkspace: the text is no task, or it cannot be done; nothing has moved.
@@ -59,6 +66,7 @@ class TaskRunner:
         task = parsed(text)
         state = self._at_rest(permit)
         free = until_held(permit, self._holds)  # from before it is planned, which takes a moment
+        look()
         self.runs = True  # from now on nobody else changes where the objects are
         try:
             self._run(task, self._planned(task, state), free, _Stages(on_stage))
@@ -69,13 +77,42 @@ class TaskRunner:
     def _run(self, task: Task, acts: list[Act], free: Permit, stages: "_Stages") -> None:
         self._load = self._model.held
         done, total = 0.0, sum(act.seconds for act in acts) or 1.0
-        for number, act in enumerate(acts):
-            name = f"line {act.of.line} of {task.lines}"
-            stages.tell(Progress(f"{name}: {words(act.of.action)}", done / total))
-            with self._named(f"{name}, {words(act.of.action)}", begun=number > 0):
-                self._carry_out(act, free, stages)
-            done += act.seconds
+        self._judge.begin()
+        for number, (_, group) in enumerate(groupby(acts, key=attrgetter("step"))):
+            of_step = list(group)
+            line, action = of_step[0].of.line, words(of_step[0].of.action)
+            stages.tell(Progress(f"line {line} of {task.lines}: {action}", done / total))
+            self._step(f"line {line} of {task.lines}, {action}", of_step, number > 0, free, stages)
+            done += sum(act.seconds for act in of_step)
         stages.begin()
+
+    def _step(self, name: str, acts: list[Act], begun: bool, free: Permit, stages: "_Stages") -> None:
+        """Carry out the acts of one step; an arm that has seen more since they were planned plans them again."""
+        of, first = acts[0].of, self._model.arrangement
+        carries = isinstance(of.action, steps.Grasp | steps.PutOn | steps.PutAt)
+        waiting, closed = deque(acts), False
+        with self._named(name, begun):
+            if begun and self._judge.sees and carries:
+                waiting = self._again(of)
+        while waiting:
+            act = waiting.popleft()
+            with self._named(name, begun):
+                self._carry_out(act, free, stages)
+                lifted, closed = closed and carries, act.kind == "gripper" and bool(act.args["closed"])
+                if lifted and self._judge.lifted(act, first, stages.note) and waiting:
+                    waiting = self._again(of)  # how it is held is known better now
+            begun = True
+        with self._named(name, begun):
+            self._judge.after(act, stages.note)
+
+    def _again(self, of: Step) -> deque[Act]:
+        """Return the acts of a step from where arm and objects are now. Raises NotPossible."""
+        planner, state = self._planner(), self._session.state()
+        joints = np.array(state.joints[: len(planner.planner.chain.joints)])
+        try:
+            return deque(plan(planner, Task((of,)), self._model.arrangement, joints))
+        except StepImpossible as error:
+            raise NotPossible(error.why) from error
 
     def _at_rest(self, permit: Permit) -> RobotState:
         state = self._session.state()
@@ -121,15 +158,15 @@ class TaskRunner:
         if act.kind in ("wait", "expect"):
             permit()
             stages.begin()
-            self._look_on(act, permit)
+            self._look_on(act, permit, stages)
         elif act.kind == "gripper":
             self._grip(act, free, stages)
         else:
             self._session.execute(act.kind, act.args, permit, stages.pass_on)
             self._check_grip(self._session.latest())
 
-    def _look_on(self, act: Act, permit: Permit) -> None:
-        """Wait, or compare what is expected with the model and with what the gripper tells."""
+    def _look_on(self, act: Act, permit: Permit, stages: "_Stages") -> None:
+        """Wait, or compare what is expected with pictures, with the model and with what the gripper tells."""
         clock = self._session.clock
         until = clock.monotonic() + act.args.get("seconds", 0.0)
         while (left := until - clock.monotonic()) > 0:
@@ -138,7 +175,7 @@ class TaskRunner:
             permit()
         if act.kind == "expect":
             action = act.of.action
-            check_expected(action, self._model.arrangement)
+            self._judge.expected(action, stages.note)
             if action == steps.ExpectHeld(None) and self._hand.holds(self._session.state()):
                 raise NotPossible("the gripper holds something")
 
@@ -177,6 +214,11 @@ class _Stages:
             self._on_stage(progress)
         else:
             self._progress = progress
+
+    def note(self, text: str) -> None:
+        """Tell a result of the task on its way, in words."""
+        self.begin()
+        self._on_stage(Observation(text))
 
     def pass_on(self, stage: object) -> None:
         """Take a stage of an act, and what was observed in it."""

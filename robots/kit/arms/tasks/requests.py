@@ -68,22 +68,10 @@ def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
     steps_of = parsed(args["text"]).steps() if kind == TASK else ()
     surfaces = (TABLE,) if table.plate is None else (TABLE, PLATE)
     for step in steps_of:
-        for name in _names(step.action, surfaces):
+        for name in steps.names(step.action, surfaces):
             if table.named(name) is None:
                 known = ", ".join(table.objects)
                 raise BadRequest(f"Line {step.line}: there is no object {name}; there are {known}.")
-
-
-def _names(action: steps.Action, surfaces: tuple[str, ...]) -> tuple[str, ...]:
-    match action:
-        case steps.PutOn(name, on) | steps.ExpectOn(name, on):
-            return (name,) if on in surfaces else (name, on)
-        case steps.Grasp(name) | steps.PutAt(name):
-            return (name,)
-        case steps.ExpectHeld(name) if name is not None:
-            return (name,)
-        case _:
-            return ()
 
 
 def amendment(table: ObjectTable, args: dict[str, Any]) -> tuple[str, Placed]:

@@ -6,6 +6,9 @@ Lengths in mm and angles in degrees, as people write them. `parse` and `write` a
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from robots.kit.arms.objects import TABLE
+from robots.kit.arms.plates import PLATE
+
 Pair = tuple[float, float]
 Three = tuple[float, float, float]
 
@@ -129,6 +132,19 @@ def _expanded(body: Body) -> Iterator[Step]:
         else:
             for _ in range(one.times):
                 yield from _expanded(one.body)
+
+
+def names(action: Action, surfaces: tuple[str, ...] = (TABLE, PLATE)) -> tuple[str, ...]:
+    """Return the objects that a step is about, that which it moves first; surfaces are none."""
+    match action:
+        case PutOn(name, on) | ExpectOn(name, on):
+            return (name,) if on in surfaces else (name, on)
+        case Grasp(name) | PutAt(name):
+            return (name,)
+        case ExpectHeld(name) if name is not None:
+            return (name,)
+        case _:
+            return ()
 
 
 def words(action: Action) -> str:

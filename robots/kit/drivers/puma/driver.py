@@ -64,7 +64,9 @@ class Driver(Session):
         self.line.open()
         self._begin()
         self.tasks.begin()
-        return self.state()
+        state = self.state()
+        self.tasks.look()
+        return state
 
     def _begin(self) -> None:
         self.line.boot = None
@@ -139,7 +141,9 @@ class Driver(Session):
             return self._jog(Instruction.JOG_TOOL, towards, 0.0, permit, on_stage)
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
-        return Outcome(dict(args), self._go(motion_of("puma", kind, args), permit, on_stage))
+        state = self._go(motion_of("puma", kind, args), permit, on_stage)
+        self.tasks.look()
+        return Outcome(dict(args), state)
 
     def _grip(self, closed: bool, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         free = until_held(permit, lambda: self.line.holds)
@@ -149,6 +153,7 @@ class Driver(Session):
         self.clock.sleep(float(self._description["gripper"]["seconds"]))
         state = self.state()
         self.tasks.gripped(closed, state)
+        self.tasks.look()
         return Outcome(dict(args), state)
 
     def _go(self, motion: Motion, permit: Permit, on_stage: OnStage) -> RobotState:

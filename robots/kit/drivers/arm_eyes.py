@@ -1,0 +1,149 @@
+"""Looks at the objects around an arm with its fixed, calibrated cameras: where they are, and which are gone.
+
+An arm has such eyes if its `robot.toml` has `[[view]]`s and `markers` on its objects. Nothing is looked at by itself:
+whoever wants to know calls `look`, so that an arm at rest costs nothing.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from math import inf
+
+import cv2
+import numpy as np
+
+from robots.kit.arms.arrangement import Arrangement
+from robots.kit.arms.chain import Joints, Matrix
+from robots.kit.arms.described import chain, limbs
+from robots.kit.arms.hiding import Hiding
+from robots.kit.arms.objects import objects_of, pose_of
+from robots.kit.arms.solids import Solid, is_over
+from robots.kit.contract.errors import CameraFault
+from robots.kit.contract.session import Session
+from robots.kit.description import load
+from robots.kit.vision.alignment import Grey
+from robots.kit.vision.measuring import Heights, Measurement, Measurer, faced
+from robots.kit.vision.prints import FixedCamera, cameras_of, codes_of, prints_of
+from robots.kit.vision.stability import BLACK
+
+PAUSE_S = 30.0  # in which a camera that did not answer is asked only by who insists
+CLEAR_PX = 5.5  # edge of a marker in a picture of which at least a hint is seen
+NO_PICTURE, DARK = "the camera {} gives no picture", "the picture of the camera {} is black"
+FROZEN = "the picture of the camera {} stands still"  # a sensor has noise: two pictures are never the same
+OTHER_SIZE = "the pictures of the camera {} are not as large as described"
+NOTHING = "no marker can be read in the pictures"
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a look has shown: measured poses (4 x 4) by name, and the names of those whose marker is seen at all.
+
+    `missing`: those whose place is in view and not hidden, and whose markers are not there. `blind`: why nothing is
+    known, as words for people; empty where something is.
+    """
+
+    poses: Mapping[str, Matrix] = field(default_factory=dict)
+    noticed: frozenset[str] = frozenset()
+    missing: frozenset[str] = frozenset()
+    blind: str = ""
+
+
+def eyes_of(session: Session, driver: str) -> "ArmEyes | None":
+    """Return the eyes of an arm, None where its description has no calibrated cameras, or no markers."""
+    description = load(driver)
+    measurer = Measurer(cameras_of(description), prints_of(description), codes_of(description))
+    return ArmEyes(session, driver, measurer) if measurer.cameras and measurer.prints else None
+
+
+class ArmEyes:
+    """Takes pictures through the session and measures the objects in them. One thread at a time."""
+
+    def __init__(self, session: Session, driver: str, measurer: Measurer) -> None:
+        self._session, self._measurer, self._table = session, measurer, objects_of(driver)
+        arm = chain(driver)
+        self._chain, self._hiding = arm, Hiding(arm, limbs(load(driver), arm), self._table)
+        self._asked_again: dict[str, float] = {}
+
+    def look(
+        self, arrangement: Arrangement, q: Joints, insists: bool = False, or_at: Mapping[str, Matrix] | None = None
+    ) -> Sight:
+        """Return what the cameras show of the objects, which are believed to be arranged so; the arm rests at `q`.
+
+        `insists`: also ask a camera that did not answer a moment ago. `or_at`: where objects may be too (4 x 4).
+        """
+        tool = self._chain.forward(q)
+        believed = {name: pose_of(at) for name, at in arrangement.places.items()}
+        believed = {name: tool @ at if arrangement.places[name].held else at for name, at in believed.items()}
+        near = {name: [at] for name, at in believed.items()}
+        for name, at in (or_at or {}).items():
+            near.setdefault(name, []).append(at)
+        first, blind = self._once(near, partial(self._heights, arrangement), insists)
+        missing = self._missing(first, believed, arrangement, q)
+        if missing:  # one picture is no proof
+            again, _ = self._once(near, partial(self._heights, arrangement), insists)
+            missing &= self._missing(again, believed, arrangement, q)
+        return Sight(first.poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING)
+
+    def _once(self, near: Mapping[str, Sequence[Matrix]], heights: Heights, insists: bool) -> tuple[Measurement, str]:
+        """Return what a picture of each camera shows, and why a camera shows nothing."""
+        pictures, blind = dict[str, Grey](), []
+        for name, camera in self._measurer.cameras.items():
+            picture, why = self._picture(camera, insists)
+            if picture is None:
+                blind.append(why.format(name))
+            else:
+                pictures[name] = picture
+        return self._measurer.measure(pictures, near, heights), ", ".join(blind)
+
+    def _picture(self, camera: FixedCamera, insists: bool) -> tuple[Grey | None, str]:
+        """Return the mean of two pictures, which has less noise, or None and why there is none of the present."""
+        now = self._session.clock.monotonic()
+        if not insists and now < self._asked_again.get(camera.name, -inf):
+            return None, NO_PICTURE
+        try:
+            first, second = (self._session.look(camera.name) for _ in range(2))
+        except CameraFault:
+            self._asked_again[camera.name] = now + PAUSE_S
+            return None, NO_PICTURE
+        self._asked_again.pop(camera.name, None)
+        if first.shape != camera.size[::-1] or second.shape != first.shape:
+            return None, OTHER_SIZE
+        if float(second.mean()) < BLACK:
+            return None, DARK
+        if np.array_equal(first, second):
+            return None, FROZEN
+        return np.asarray(cv2.addWeighted(first, 0.5, second, 0.5, 0.0), np.uint8), ""
+
+    def _heights(self, arrangement: Arrangement, name: str, pose: Matrix) -> list[float]:
+        """Return at which heights (m) the middle of an object may be that lies about a pose, or hangs where it was."""
+        described, placed, plate = self._table.objects[name], arrangement.places.get(name), self._table.plate
+        found = [] if placed is None or placed.held else [placed.place[2]]
+        if described.hangs:
+            return found
+        solid, x, y = described.solid(pose_of(described.first)), float(pose[0, 3]), float(pose[1, 3])
+        tops = [there.top for _, there in arrangement.lying(name) if is_over(there, x, y)]
+        if plate is None or not is_over(plate.solid, x, y):
+            tops.append(self._table.height)
+        return found + [top + (solid.top - solid.bottom) / 2 for top in tops]
+
+    def _missing(
+        self, looked: Measurement, believed: Mapping[str, Matrix], arrangement: Arrangement, q: Joints
+    ) -> set[str]:
+        """Return the objects that are not noticed, though a camera that shows others would show them."""
+        found = set()
+        for name in self._measurer.prints:
+            if name in looked.noticed or name not in believed:
+                continue
+            others = [solid for _, solid in arrangement.lying(name)]
+            if any(self._shows(camera, name, believed[name], q, others) for camera in looked.cameras):
+                found.add(name)
+        return found
+
+    def _shows(self, camera: FixedCamera, name: str, pose: Matrix, q: Joints, others: list[Solid]) -> bool:
+        """Tell whether a camera would show a marker of an object at a pose."""
+        for one in self._measurer.prints[name]:
+            if faced(camera, one, pose, CLEAR_PX) is not None:
+                points = np.vstack([one.corners, one.middle]) @ pose[:3, :3].T + pose[:3, 3]
+                if not self._hiding.hides(q, others, camera.seat, points):
+                    return True
+        return False

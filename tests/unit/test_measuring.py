@@ -1,0 +1,143 @@
+"""Objects are measured in pictures by the markers that are printed on them; judged by the simulator's positions."""
+
+import cv2
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from robots.kit.arms.described import posture
+from robots.kit.description import load
+from robots.kit.vision.measuring import Measurer
+from robots.kit.vision.prints import cameras_of, codes_of, prints_of
+from simulators.puma.cell import bricks, things
+from simulators.puma.plant import Plant
+from simulators.puma.render import RasterRenderer
+
+DESCRIPTION = load("puma")
+
+
+def on_table(name, pose):
+    return [0.0096]
+
+
+FIRST = {name: [things()[name].first] for name in bricks()}
+NEAR_M, NEAR_DEG = 0.0005, 0.5
+
+
+@pytest.fixture(scope="module")
+def measurer():
+    return Measurer(cameras_of(DESCRIPTION), prints_of(DESCRIPTION), codes_of(DESCRIPTION))
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    return RasterRenderer(Plant(posture(DESCRIPTION, "ready")).model, 640, 480)
+
+
+@pytest.fixture
+def plant():
+    return Plant(posture(DESCRIPTION, "ready"))
+
+
+def pictures(renderer, plant, dice, *views):
+    """Return grey pictures as the owner gets them: with a sensor's noise, as JPEG."""
+    mujoco.mj_kinematics(plant.model, plant.data)
+    found = {}
+    for view in views or ("front", "side"):
+        drawn = renderer.take(plant.data, view).astype(int)
+        noisy = np.clip(drawn + dice.integers(-2, 3, drawn.shape), 0, 255).astype(np.uint8)
+        coded = cv2.imencode(".jpg", noisy[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, 94])[1]
+        found[view] = cv2.cvtColor(cv2.imdecode(coded, cv2.IMREAD_COLOR), cv2.COLOR_BGR2GRAY)
+    return found
+
+
+def scatter(plant, dice):
+    """Put the bricks anywhere on the table, turned anyhow."""
+    for number, name in enumerate(bricks()):
+        place = np.array([dice.uniform(0.36, 0.64), -0.46 + 0.12 * number + dice.uniform(0, 0.06), 0.0096])
+        half = dice.uniform(0, np.pi)
+        plant.put(name, place, np.array([np.cos(half), 0.0, 0.0, np.sin(half)]))
+
+
+def off(pose, true):
+    """Return how far (m, degrees) a pose is from the true one."""
+    turned = Rotation.from_matrix(pose[:3, :3].T @ true[:3, :3]).magnitude()
+    return float(np.linalg.norm(pose[:3, 3] - true[:3, 3])), float(np.degrees(turned))
+
+
+def check_near(pose, true, times=1):
+    metres, degrees = off(pose, true)
+    assert metres < times * NEAR_M, f"{1000 * metres:.2f} mm"
+    assert degrees < 3 * NEAR_DEG, f"{degrees:.2f} degrees"
+
+
+def test_bricks_anywhere_on_the_table_are_measured_within_half_a_millimetre(measurer, renderer, plant):
+    """Nothing is known of where they lie. None is measured wrongly, most are measured; one is in the arm's shadow."""
+    dice, all_off, count = np.random.default_rng(1), [], 0
+    for _ in range(16):
+        scatter(plant, dice)
+        looked = measurer.measure(pictures(renderer, plant, dice), {}, on_table)
+        assert looked.noticed >= looked.poses.keys()
+        all_off += [off(pose, plant.pose(name)) for name, pose in looked.poses.items()]
+        count += len(bricks())
+    metres, degrees = np.array(all_off).T
+    assert len(all_off) >= 0.85 * count
+    assert metres.max() < NEAR_M
+    assert np.mean(degrees < NEAR_DEG) >= 0.95
+    assert degrees.max() < 3 * NEAR_DEG
+    assert np.median(metres) < 0.0002
+
+
+def test_one_camera_alone_is_enough_where_the_height_is_known_and_not_without(measurer, renderer, plant):
+    dice = np.random.default_rng(2)
+    front = pictures(renderer, plant, dice, "front")
+    looked = measurer.measure(front, FIRST, on_table)
+    assert len(looked.poses) >= 4
+    for name, pose in looked.poses.items():
+        check_near(pose, plant.pose(name), 2)
+    unknown = measurer.measure(front, {}, lambda name, pose: [])
+    assert unknown.poses == {}
+    assert unknown.noticed >= looked.poses.keys()
+
+
+def test_a_stack_is_measured_brick_by_brick(measurer, renderer, plant):
+    a = plant.place("a")
+    for level, name in enumerate("bc", 1):
+        plant.put(name, a + np.array([0.0, 0.0, level * 0.0192]), np.array([1.0, 0.0, 0.0, 0.0]))
+    taken = pictures(renderer, plant, np.random.default_rng(3))
+    looked = measurer.measure(taken, {}, lambda name, pose: [0.0096 + 0.0192 * level for level in range(4)])
+    for name in "bc":
+        check_near(looked.poses[name], plant.pose(name))
+
+
+@pytest.mark.parametrize("bad", ["noise", "black", "white", "nobody"])
+def test_a_bad_picture_shows_nothing(measurer, renderer, plant, bad):
+    dice = np.random.default_rng(4)
+    shape = (480, 640)
+    made = {
+        "noise": lambda: dice.integers(0, 256, shape).astype(np.uint8), "black": lambda: np.zeros(shape, np.uint8),
+        "white": lambda: np.full(shape, 255, np.uint8),
+    }  # fmt: skip
+    if bad == "nobody":
+        for name in bricks():
+            plant.put(name, np.array([-2.2, 0.3 * ord(name), -0.74]), np.array([1.0, 0.0, 0.0, 0.0]))
+        looked = measurer.measure(pictures(renderer, plant, dice), FIRST, on_table)
+    else:
+        looked = measurer.measure({view: made[bad]() for view in ("front", "side")}, FIRST, on_table)
+    assert (looked.poses, looked.noticed, looked.cameras) == ({}, frozenset(), ())
+
+
+def test_one_bad_picture_does_not_spoil_the_other(measurer, renderer, plant):
+    dice = np.random.default_rng(5)
+    both = pictures(renderer, plant, dice)
+    both["side"] = dice.integers(0, 256, both["side"].shape).astype(np.uint8)
+    looked = measurer.measure(both, FIRST, on_table)
+    assert [camera.name for camera in looked.cameras] == ["front"]
+    for name, pose in looked.poses.items():
+        check_near(pose, plant.pose(name), 2)
+
+
+def test_a_picture_of_another_size_is_refused(measurer):
+    with pytest.raises(ValueError, match="described with pictures of"):
+        measurer.measure({"front": np.zeros((240, 320), np.uint8)}, {}, on_table)

@@ -50,9 +50,9 @@ class Writer:
     async def _empty(self, viewer: Viewer) -> None:
         """Send everything in the mailbox, the newest of each kind, the most important first, in rounds.
 
-        Before each message the path and the events are sent that have come meanwhile. A round has the newest state, what
-        has come of sound and byte streams, then pictures, of several cameras in turns. Of what is long over a thin line
-        it has one piece, so that no state waits for more than that.
+        Before each message the path and the events are sent that have come meanwhile. A round has the newest state,
+        what has come of sound and byte streams, then texts and pictures, of several cameras in turns. Of what is long
+        over a thin line it has one piece, so that no state waits for more than that.
         """
         steps = (
             self._requests,

@@ -196,6 +196,30 @@ def test_deltas_that_follow_have_short_heads_also_where_they_come_in_pieces():
     assert len(whole(pieces[ended[0] + 1 :])) == 3 + 150
 
 
+WHOLE = b"\x01" + bytes(range(100))
+
+
+def test_a_whole_state_between_compact_ones_lets_them_pass():
+    def put(viewer, before):
+        viewer.put_state(STATE + bytes((before,)))
+        if before == 0:
+            viewer.put_state(WHOLE)
+
+    got = asyncio.run(written(put, 9))
+    pieces = [one for one in got if one[0] == 7]
+    assert whole(pieces) == WHOLE
+    assert got[1] != WHOLE
+    assert [one[0] for one in got[:4]] == [200, 7, 200, 7]
+
+
+def test_where_no_compact_states_come_a_whole_one_is_sent_as_such():
+    def put(viewer, before):
+        if before == 0:
+            viewer.put_state(WHOLE)
+
+    assert asyncio.run(written(put)) == [WHOLE]
+
+
 def test_of_the_stages_of_a_command_that_wait_the_newest_is_sent():
     def put(viewer, before):
         for command, state in (

@@ -173,6 +173,13 @@ class Viewer:
         self.seat.sent_bytes += len(frame)
         self.connection.write(frame)  # type: ignore[union-attr]
 
+    def write_urgent(self, frame: bytes) -> bool:
+        """Write a frame over a thin line whatever is on the way, as answers are; False if it has to be put instead."""
+        if not self.piece or self.connection is None or self.connection.is_closing():
+            return False
+        self.write(frame)
+        return True
+
     def write_text(self, text: str) -> None:
         """Write a text message to the connection, which there must be."""
         self.write(self.connection.text_frame(text))  # type: ignore[union-attr]

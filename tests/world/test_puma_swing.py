@@ -78,26 +78,28 @@ def test_the_rod_is_caught_while_it_swings(portal):
 @hunts(1, 4, 20)
 def test_a_rod_that_swings_too_far_is_not_caught_and_the_task_says_so(portal):
     swings(portal, 5.0, 3.0)
-    portal.until(lambda: widest(portal) < 0.16, 60, "a swing that is seen")
+    portal.until(lambda: widest(portal) < 0.2, 60, "a swing that is seen")
     far = widest(portal)
     assert far > 0.1
+    moved = portal.rig.count("motion")
     command = portal.final(portal.issue("task", text=TASK), 120)
     assert command.reason.startswith("Line 1 of 3, grasp rod: rod swings by "), command.reason
     assert "wait until it swings less. The arm was held." in command.reason
     told = float(command.reason.split(" swings by ")[1].split()[0]) / 1000
-    assert told == pytest.approx(far, abs=0.02)
+    assert widest(portal) - 0.01 < told < far + 0.01, "it swings less and less"
     assert command.state == "failed"
-    assert portal.rig.count("motion") == 0, "nothing has moved"
+    assert portal.rig.count("motion") == moved, "nothing has moved"
 
 
 @hunts(1, 4, 20)
 def test_a_rod_that_is_blown_out_of_sight_is_not_grasped_where_it_was(portal):
     swings(portal, 12.0, 12.0)
     assert widest(portal) > 0.3
+    moved = portal.rig.count("motion")
     command = portal.final(portal.issue("task", text=TASK), 120)
     assert command.state in ("failed", "rejected")
     assert "wait until it swings less" in command.reason or "evenly" in command.reason, command.reason
-    assert portal.rig.count("motion") == 0, "nothing has moved"
+    assert portal.rig.count("motion") == moved, "nothing has moved"
 
 
 @hunts(1, 3, 20)

@@ -9,7 +9,7 @@ PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
 TRIAL = 25  # px of a pull that shows where a handle leads
 FARTHEST = 400  # px of one pull
 LOOK_MS = 250  # until the list has followed
-NEAR_MM = 2.0  # a millimetre is less than a pixel, and the list tells whole ones
+NEAR_MM = 1.0  # the list tells whole ones; nearer than 2 mm the ghost snaps
 VIEWS = {"Side": (0, 2), "Top": (0, 1)}  # the axes that lie across each
 SCALES = ("1", "5", "5")  # of the hand's motion to the ghost's: first far, then near
 

@@ -25,6 +25,8 @@ def main() -> None:
     with database():
         _take_arm(folder)
     with database():
+        _take_scene(folder)
+    with database():
         _take_irat(folder)
     with database():
         _take_rules(folder)
@@ -54,13 +56,7 @@ def _take_mercury(folder: Path) -> None:
 
 def _take_arm(folder: Path) -> None:
     """The museum arm's console: a place filled in, the ghost shown."""
-    from accounts.models import Clearance, User
-    from portal.keep.seeding import add_robot
-    from robots.kit.clock import SYSTEM
-
-    robot = add_robot("pa10")
-    person = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
-    Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
+    robot, person = _cleared("pa10")
     for name, page in _looks(robot, person, 1150, ("arm", "arm-dark", "arm-phone")):
         page.wait_for_selector("#model canvas")
         page.wait_for_timeout(2500)
@@ -70,6 +66,40 @@ def _take_arm(folder: Path) -> None:
             page.fill(f"#pose-{field}", str(number))
         page.wait_for_timeout(2500)
         page.screenshot(path=folder / f"{name}.png")
+
+
+def _take_scene(folder: Path) -> None:
+    """The virtual reality arm: two bricks of the figure stand on the plate, the ghost is at the rod."""
+    robot, person = _cleared("puma")
+    for name, page in _looks(robot, person, 1150, ("scene", "scene-dark", "scene-phone")):
+        page.wait_for_selector("#model canvas")
+        page.wait_for_timeout(2500)
+        if name == "scene":
+            page.click("#tab-task")
+            page.fill("#task-text", "put a on plate at 2 5\nput b on plate at 6 5\nmove ready")
+            page.click("[data-command=run-task]")
+            page.locator("#ladder li[data-state=completed]").first.wait_for(timeout=120_000)
+            page.click("#tab-scene")
+        page.select_option("#ghost-step", "2")
+        page.focus("#ghost-handle")
+        for key in ["ArrowDown"] * 4 + ["ArrowLeft"] * 14 + ["PageDown"] * 5:
+            page.keyboard.press(key)
+        page.evaluate("document.activeElement.blur(); scrollTo({ top: 0, behavior: 'instant' })")
+        page.wait_for_timeout(1500)
+        page.screenshot(path=folder / f"{name}.png")
+
+
+def _cleared(driver: str):
+    """Return a robot that was just added, and a person who may drive it."""
+    from accounts.models import Clearance, User
+    from portal.keep.seeding import add_robot
+    from robots.kit.clock import SYSTEM
+    from tests.conftest import PASSWORD
+
+    robot = add_robot(driver)
+    person = User.objects.create(username="ada", email="ada@example.org", password=PASSWORD)
+    Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
+    return robot, person
 
 
 def _take_irat(folder: Path) -> None:
@@ -112,14 +142,7 @@ def _take_irat(folder: Path) -> None:
 
 def _take_rules(folder: Path) -> None:
     """The rover with a mission that is being written; its rules while it patrols, figure 6, one changed, one refused."""
-    from accounts.models import Clearance, User
-    from portal.keep.seeding import add_robot
-    from robots.kit.clock import SYSTEM
-    from tests.conftest import PASSWORD
-
-    robot = add_robot("srv1")
-    person = User.objects.create(username="ada", email="ada@example.org", password=PASSWORD)
-    Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
+    robot, person = _cleared("srv1")
     for name, page in _looks(robot, person, 1150, ("rover-rules", "rover-rules-dark", "rover-rules-phone")):
         page.click("#mission > summary")
         page.wait_for_timeout(2500)

@@ -1,17 +1,27 @@
-"""The PUMA 560 in its scene, in a browser: the rod by keyboard, mouse, touch and task."""
+"""The PUMA 560 in its scene, in a browser: the rod by keyboard, mouse, touch and task, also over a line of 100 bytes/s."""
 
 import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from robots.kit.arms.goals import goals_of
+from robots.kit.description import load, programs_of
 from tests.e2e.ghost import KEYS, Fingers, Mouse, place
+from tests.e2e.thin_line import ThinLine
+from tests.rig import free_port
 
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["puma"], indirect=True)]
 
 WIDE = {"viewport": {"width": 1440, "height": 900}}
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 ABOVE, AT, LIFTED = (550, 300, 400), (550, 300, 300), (550, 300, 345)  # mm, of the tool beside the rod
-LIFTED_M = 0.33
+LIFTED_M, NEAR_M = 0.33, 0.001
+FIGURE = {goal.name: goal for goal in goals_of("puma")}["figure"]
+PUTS = [
+    line for line in dict(programs_of("puma", "task"))["The figure of five bricks"].splitlines() if line[:3] == "put"
+]
+FOUR = "\n".join([*PUTS[:4], "move ready"])
+E_BACK = "put e at 600 80 0\nmove ready"  # from the figure, for the next test: the robot runs on
 PRESSES = 10
 
 
@@ -95,3 +105,84 @@ def test_the_rod_is_lifted_by_a_pointer(transactional_db, portal, operator, hand
     ada = operator(**options)
     lift(ada, hand(ada).go)
     assert_lifted(portal, ada)
+
+
+def by_buttons(page):
+    """Turn the ghost by its buttons, by so many degrees about z."""
+    page.select_option("#ghost-step", "2")
+    for _ in range(6):
+        page.click("[aria-label='↻ z: Turn the ghost about z']")
+
+
+def mm(place):
+    return np.round(np.array(place) * 1000)
+
+
+def last_brick(person, go):
+    """Put the fifth brick of the figure onto the others: take it, turn it, press it on."""
+    objects = load("puma")["objects"]
+    start = next(one["place"] for one in load("puma")["object"] if one["name"] == "e")
+    grasp_z = 0.001  # the tool is so much higher than the middle of a brick
+    there, end = np.add(start, [0, 0, grasp_z]), FIGURE.parts["e"][:3, 3] + [0, 0, grasp_z + objects["release"]]
+    above = [0, 0, 0.10]
+    for target in (there + above, there):
+        go(mm(target))
+        send(person)
+    person.press("close")
+    go(mm(there + above))
+    send(person)
+    go(mm(end + above))
+    by_buttons(person.page)
+    send(person)
+    go(mm(end))
+    send(person)
+    person.press("open")
+    go(mm(end + above))
+    send(person)
+
+
+@pytest.mark.parametrize(
+    ("hand", "options"), [(by_keys, WIDE), (Mouse, WIDE), (Fingers, PHONE)], ids=["keys", "mouse", "touch"]
+)
+def test_the_figure_is_finished_by_hand_and_won(transactional_db, portal, operator, hand, options):
+    ada = operator(**options)
+    page = ada.page
+    page.click("#tab-task")
+    there = portal.sim.status()["objects"]
+    page.fill("#task-text", E_BACK if there["e"][2] > there["a"][2] + NEAR_M else FOUR)
+    ada.give("run-task")
+    ada.ladder("completed", 180)
+    page.click("#tab-scene")
+    expect(page.locator("#goals-list")).to_contain_text("✓ d: in its place")
+    last_brick(ada, hand(page) if hand is by_keys else hand(ada).go)
+    there = portal.sim.status()["objects"]
+    assert there["e"] == pytest.approx(np.add(there["d"], [0, 0, 0.0192]), abs=NEAR_M)
+    expect(page.locator("#goals-list")).to_contain_text("✓ e: in its place")
+    expect(page.locator("#goals-said")).to_contain_text("The figure of five bricks")
+
+
+def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transactional_db, portal, visitor):
+    line = ThinLine(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
+    ada = visitor(**WIDE).cleared("ada", address=None)
+    ada.allowed = ("ERR_", "WebSocket", "Failed to load")
+    page = ada.page
+    pictures = []
+    page.on("request", lambda request: pictures.append(request.url) if request.url.endswith(".jpg") else None)
+    page.goto(f"http://localhost:{line.at[1]}/robots/puma/")
+    ada.take_turn()
+    expect(page.locator("#model canvas")).to_be_visible(timeout=60_000)
+    expect(page.locator("#model-said")).to_have_text("The ghost is at the arm", timeout=30_000)
+    page.select_option("#pace", "states")
+    page.wait_for_timeout(1000)
+    pictures.clear()
+    line.thin(100, 0.3)
+    lift(ada, by_keys(page))
+    assert_lifted(portal, ada)
+    assert pictures == [], "a picture keeps everything else back"
+    line.set("cut")
+    before = portal.sim.status()["q"]
+    by_keys(page)((560, 280, 400))
+    expect(page.locator("#ghost-list")).to_contain_text("Place: x, y, z 560, 280, 400 mm")
+    assert portal.sim.status()["q"] == pytest.approx(before, abs=1e-3), "nothing moves while the line is cut"
+    expect(page.locator("body")).to_contain_text("Connection lost", timeout=60_000)
+    line.close()

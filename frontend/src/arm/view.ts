@@ -99,7 +99,7 @@ export class ArmView extends View3D {
   /** Draw these forbidden boxes. */
   boxes(boxes: ForbiddenBox[]): void {
     disposeContent(this.forbidden);
-    this.forbidden.add(...boxes.map(boxOf));
+    for (const box of boxes) this.forbidden.add(boxOf(box));
     this.ask();
   }
 

@@ -70,7 +70,7 @@ class Bench {
   }
 
   get newest(): Record<string, number> {
-    return this.sent.filter(([name]) => name === "keep").at(-1)![1]!;
+    return this.sent.filter(([name, args]) => name === "keep" && args).at(-1)![1]!;
   }
 }
 
@@ -89,6 +89,19 @@ test("it begins where the arm is, tells where the ghost is, and ends with the ha
   bench.run(2000);
   assert.deepEqual([bench.count("begin"), bench.count("release"), bench.follow.on], [1, 1, false]);
   assert.equal("closed" in bench.newest, false, "a gripper that nobody has told anything stays as it is");
+});
+
+test("a ghost that rests is told seldom, though each keep-alive goes out", () => {
+  const bench = new Bench();
+  bench.readings[0] = held([0.01, 0, 0, 0, 0, 0]);
+  bench.run(TICK_MS * 3);
+  bench.readings[0] = held();
+  bench.run(2000); // it has come to the ghost
+  const before = bench.sent.length;
+  bench.run(4000);
+  const [all, told] = [bench.sent.slice(before), bench.sent.slice(before).filter(([, args]) => args)];
+  assert.ok(all.length >= 45, `${all.length}`);
+  assert.ok(told.length >= 8 && told.length <= 10, `${told.length}: one that was lost is told again`);
 });
 
 test("the pose is taken afresh when the hand holds again, and nothing is left of the time before", () => {

@@ -1,7 +1,8 @@
-"""The template tag that puts a robot's console into its page."""
+"""Template tags of a robot's page: its console, and the code that leads a phone to it."""
 
 import secrets
 
+import segno
 from django import template
 from django.template import Context
 from django.utils.safestring import SafeString, mark_safe
@@ -20,3 +21,11 @@ def parts_of(context: Context, console: str) -> dict[str, SafeString]:
         if not found["screen"]:  # the page cannot do without it
             found["screen"] = engine.get_template("consoles/_screen.html").render(context)
     return {name: mark_safe(text) for name, text in found.items()}  # noqa: S308 - rendered by templates, which escape
+
+
+@register.simple_tag(takes_context=True)
+def page_code(context: Context, fragment: str) -> SafeString:
+    """Return a QR code of this page's own address with a fragment. It carries no key: who follows it has to sign in."""
+    request = context["request"]
+    code = segno.make(f"{request.build_absolute_uri(request.path)}#{fragment}", micro=False)
+    return mark_safe(code.svg_inline(scale=4, light="#fff"))  # noqa: S308 - squares only

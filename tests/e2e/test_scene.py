@@ -60,7 +60,7 @@ def operator(visitor):
 
 def tool(portal):
     """Return where the simulated arm's tool is: m and rad."""
-    return numbers(chain("pa10").forward(portal.sim.status()["q"][:6]))
+    return numbers(chain(portal.robot.driver).forward(portal.sim.status()["q"][:6]))
 
 
 def assert_there(portal):

@@ -259,20 +259,22 @@ def test_the_rod_is_won_when_it_is_held_and_lifted():
 
 
 @pytest.mark.parametrize(
-    ("swing_mm", "late_ms", "how", "won"),
+    ("places_mm", "late_ms", "how", "won"),
     [
-        (40, 100, How.MEASURED, ["swing"]),
-        (20, 100, How.MEASURED, []),  # it hangs almost still
-        (40, SWUNG_MS + 100, How.MEASURED, []),  # that was before it came to rest
-        (40, 100, How.STAFF, []),  # nobody has seen it swing
+        ((40,), 100, How.MEASURED, ["swing"]),  # that far from where it hangs
+        ((20, -20), 100, How.MEASURED, ["swing"]),
+        ((10, -10, 15), 100, How.MEASURED, []),  # it hangs almost still
+        ((40,), SWUNG_MS + 100, How.MEASURED, []),  # that was before it came to rest
+        ((40, -40), 100, How.STAFF, []),  # nobody has seen it swing
+        ((), 100, How.MEASURED, []),
     ],
 )
-def test_the_rod_is_caught_if_it_was_seen_to_swing_right_before(swing_mm, late_ms, how, won):
+def test_the_rod_is_caught_if_it_was_seen_to_swing_right_before(places_mm, late_ms, how, won):
     cell, hangs = Cell(), pose_of(TABLE.first()["rod"])
     cell.look()
-    for n in range(5):
+    for mm in places_mm:
         cell.now_ms += 200
-        cell.put("rod", moved(hangs, mm=swing_mm * (n % 2)), how)
+        cell.put("rod", moved(hangs, mm), how)
         cell.look()
     cell.now_ms += late_ms
     cell.put("rod", np.linalg.inv(tool(0.3)) @ hangs, held=True)

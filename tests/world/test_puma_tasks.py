@@ -87,3 +87,18 @@ def test_the_figure_of_five_bricks_is_built_by_its_task_and_won_once(portal):
     assert told(portal, "figure")["won_ms"] is not None
     findings = [one.text for one in Finding.objects.filter(command=command)]
     assert findings == ["won: The figure of five bricks"]
+
+
+@hunts(1, 5, 20)
+def test_a_part_that_is_gone_is_missing_again_and_the_rod_is_won_with_its_command(portal):
+    command = run(portal, "put a on plate at 2 5\nmove ready")
+    assert (command.state, command.reason) == ("completed", "")
+    assert told(portal, "figure") == {"there": ["a"], "won_ms": None}
+    portal.rig.fault("vanish", 1)
+    portal.world.sleep(0.5)
+    assert portal.final(portal.issue("task", text="wait 1")).state == "completed"
+    assert told(portal, "figure")["there"] == []
+    command = portal.final(portal.issue("task", text=GALLERY["The rod, lifted"]), 120)
+    assert (command.state, command.reason) == ("completed", "")
+    assert told(portal, "rod")["won_ms"] is not None
+    assert "won: The rod, lifted from its threads" in [one.text for one in Finding.objects.filter(command=command)]

@@ -3,7 +3,8 @@ import type { KeepAlive } from "../socket/held_motion.ts";
 import { argumentsOf, isLost, Steering } from "./steering.ts";
 import { type Move, STILL } from "./source.ts";
 
-const KEEP_MS = 60; // at least between two keep-alives; the loop comes every 40 ms
+const KEEP_MS = 60, // at least between two keep-alives; the loop comes every 40 ms
+  AGAIN_MS = 480; // where the ghost rests it is told again so seldom, because the line may be thin
 
 export interface FollowUse extends KeepAlive {
   /** Why it may not begin; empty if it may. */
@@ -21,6 +22,7 @@ export class Follow {
   private steering = new Steering();
   private closed: number | undefined; // what the gripper was told meanwhile
   private keptAt = 0;
+  private told = { words: "", at: 0 }; // the newest values that were sent
   private readonly use: FollowUse;
   private readonly now: () => number;
 
@@ -43,6 +45,7 @@ export class Follow {
     this.steering = new Steering(); // nothing is left of the time before
     this.closed = undefined;
     this.keptAt = this.now();
+    this.told = { words: "", at: 0 };
     this.seq = this.use.begin(argumentsOf(STILL));
     return this.on;
   }
@@ -68,7 +71,10 @@ export class Follow {
     this.keptAt = now;
     const args = this.steering.next(this.use.way(), passed / 1000);
     if (this.closed !== undefined) args["closed"] = this.closed;
-    this.use.keep(this.seq, args);
+    const words = JSON.stringify(args),
+      isNews = words !== this.told.words || now - this.told.at >= AGAIN_MS;
+    if (isNews) this.told = { words, at: now };
+    this.use.keep(this.seq, isNews ? args : undefined);
   }
 
   /** The control was released, or is lost. */

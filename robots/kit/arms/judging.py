@@ -11,7 +11,7 @@ from robots.kit.arms.chain import Matrix
 from robots.kit.arms.goals import BUILD, LIFT, Goal, missing
 from robots.kit.arms.objects import ObjectTable, pose_of
 
-SWUNG_MS = 3000  # before it was taken: within this a swing counts, longer than a period of a thread of 1.7 m
+SWUNG_MS = 5000  # before it was taken, within which a swing counts: two periods of a thread of 1.7 m
 
 
 class GoalJudge:
@@ -85,8 +85,10 @@ class GoalJudge:
             seen.clear()
         elif placed.held:
             if name not in self._swung:
-                places = np.array([at for ms, at in seen if belief.at_ms - ms <= SWUNG_MS])
-                self._swung[name] = float(np.ptp(places, axis=0).max()) if len(places) > 1 else 0.0
+                places = [at for ms, at in seen if belief.at_ms - ms <= SWUNG_MS]
+                if places and self._table.objects[name].hangs:
+                    places.append(np.array(self._table.objects[name].first.place))
+                self._swung[name] = max((float(np.linalg.norm(a - b)) for a in places for b in places), default=0.0)
         else:
             self._swung.pop(name, None)
             if belief.how is How.MEASURED and (not seen or belief.at_ms > seen[-1][0]):

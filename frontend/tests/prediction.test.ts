@@ -74,6 +74,17 @@ test("the motion is expected from its path before any state has come", () => {
   }
 });
 
+test("states that come late confirm the motion, and the arm is expected where it is by now", () => {
+  const { clock, expected } = begun();
+  for (let ms = 200; ms < 4000; ms += 200) {
+    clock.ms = BEGAN + ms + 250;
+    expected.state(told(jointsAt(PATH, ms / 1000), BEGAN + ms));
+    assert.deepEqual(expected.joints, { predicted: jointsAt(PATH, (ms + 250) / 1000) });
+  }
+  expected.state(told(jointsAt(PATH, 4), BEGAN + 4100, { moving: false }));
+  assert.equal(expected.runs, false);
+});
+
 test("a state on the path is shown alone; once states stay away the motion is expected again, to its end", () => {
   const { clock, expected } = begun();
   clock.ms = BEGAN + 1000;

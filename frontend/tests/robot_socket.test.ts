@@ -262,10 +262,10 @@ for (const [name, before] of Object.entries({ "before the operator's stream is a
   test(`a motion that is pressed ${name} keeps the socket that carried its command`, async () => {
     let over = false;
     const live = page("rover", [], { busy: () => held.held });
-    const held = new HeldMotion({ send: (m) => live.send(m), ended: () => over, refused: () => undefined });
+    const held = new HeldMotion({ send: (m) => live.send(m), ended: () => over, refused: () => undefined, late: () => false });
     const press = (): void => {
       live.send({ t: "command", kind: "drive", args: {}, seq: 1 });
-      held.hold(1);
+      held.hold(1, "drive");
     };
     const asking = mock.method(globalThis, "fetch", () => Promise.resolve({ ok: true, json: () => Promise.resolve({ code: "c" }) }));
     pass(50);

@@ -6,7 +6,10 @@ pieces; the first piece of another drops what came of the one before.
 
 from collections.abc import Callable
 
+from portal.live.messages import LONGEST, NotUnderstood
+
 TYPE, FIRST, LAST = 7, 1, 2
+MARK = "\x07"  # of a piece of a text
 
 
 class Pieces:
@@ -37,6 +40,28 @@ class Pieces:
         if not self.left:
             self.drop()
         return piece
+
+
+class JoinedText:
+    """Puts a long text together whose pieces a page sends, in the form of `TextPieces`."""
+
+    def __init__(self) -> None:
+        self._text: str | None = None  # what has come; None: no first piece has
+
+    def take(self, text: str) -> str | None:
+        """Return a message, this one or the one that this piece ends; None: it is not whole. Raises NotUnderstood."""
+        if text[:1] != MARK:
+            return text
+        flags = int(text[1]) if text[1:2] in ("0", "1", "2", "3") else None
+        if flags is None or (self._text is None and not flags & FIRST):
+            raise NotUnderstood("A piece of a message came without its first one.", hopeless=True)
+        self._text = text[2:] if flags & FIRST else (self._text or "") + text[2:]
+        if len(self._text) > LONGEST:
+            raise NotUnderstood(f"A message is a JSON object of at most {LONGEST} bytes.", hopeless=True)
+        if not flags & LAST:
+            return None
+        whole, self._text = self._text, None
+        return whole
 
 
 class TextPieces:
@@ -79,4 +104,4 @@ class TextPieces:
 
     def _piece(self, count: int) -> str:
         flags = (FIRST if self._at == 0 else 0) + (LAST if self._at + count == len(self._text) else 0)
-        return f"\x07{flags}{self._text[self._at : self._at + count]}"
+        return f"{MARK}{flags}{self._text[self._at : self._at + count]}"

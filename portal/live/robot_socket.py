@@ -31,6 +31,7 @@ from portal.live.messages import (
     Watch,
 )
 from portal.live.people import Role, current_user
+from portal.live.pieces import JoinedText
 from portal.live.presence import Presence
 from portal.live.previews import Question
 from portal.live.sessions import NOT_STAFF, UNCLEARED, Ending
@@ -42,13 +43,14 @@ from portal.live.writer import Writer
 from portal.stores import down_text
 from robots import bus
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.command_packet import TYPE, CommandLayout
+from robots.kit.contract.command_packet import HOLD, PING, TYPE, CommandLayout
 from robots.kit.description import coding, views
 from robots.models import Robot
 
 log = logging.getLogger(__name__)
 WAITING = 64
-PACKED = bytes((TYPE,))  # the first byte of a command in bytes
+PACKED = (TYPE, HOLD, PING)  # the first byte of a command, or of a word about one, in bytes
+PING_BYTES = 3
 UNKNOWN_COMMANDS = "The robot's commands could not be read; reload the page."
 OUR_FAULT = "The portal failed at this request. Staff can find the reason in the log."
 
@@ -79,6 +81,7 @@ class RobotSocket(Socket):
         self.presence = Presence(self, self.slug, self.access)
         self.controls = HeldControls(self.slug)
         self.requests = Requests(self, self.viewer, self.controls, self.snapshots)
+        self.joined = JoinedText()
         self.plans = PlanSender(self, self.slug, self.writer)
 
     async def open(self) -> None:
@@ -155,17 +158,22 @@ class RobotSocket(Socket):
             await self.controls.release()
             await self.presence.leave()
 
-    def read(self, text: str | None, data: bytes | None) -> RobotMessage:
-        """Return the message in a frame; in bytes it may be a command for this robot. Raises NotUnderstood."""
-        if data is None or data[:1] != PACKED:
-            return ROBOT.decode(text)
+    def read(self, text: str | None, data: bytes | None) -> RobotMessage | None:
+        """Return the message in a frame; None for a piece of a long one. Raises NotUnderstood.
+
+        In bytes it may be a command for this robot, or a keep-alive or the release of one.
+        """
+        if data is None or not data or data[0] not in PACKED:
+            whole = self.joined.take(text or "")
+            return None if whole is None else ROBOT.decode(whole)
+        if data[0] == PING and len(data) == PING_BYTES:
+            return Ping(n=int.from_bytes(data[1:], "big"))
         if self.layout is None:
             raise NotUnderstood(SIGN_IN.text if self.stranger else UNKNOWN_COMMANDS, "command")
         try:
-            found = self.layout.decode(data, int(SYSTEM.now().timestamp() * 1000))
+            return _unpacked(self.layout, data)
         except ValueError as error:
             raise NotUnderstood(f"That command was not understood: {error}; reload the page.", "command") from error
-        return Command(kind=found.kind, seq=found.seq, args=dict(found.args), seen=found.seen_ms)
 
     async def take(self, message: RobotMessage) -> None:
         """Carry out urgent messages at once; queue the others. Strangers are answered without a thread."""
@@ -214,6 +222,15 @@ class RobotSocket(Socket):
         self.hub.detach(self.viewer)
         person = self.sign_in.user if self.sign_in else 0  # a later snapshot has no person any more
         await asyncio.gather(self.close(ending.code, ending.text), self.presence.give_up(person, ending))
+
+
+def _unpacked(layout: CommandLayout, data: bytes) -> RobotMessage:
+    """Return the message in a packet. Raises ValueError."""
+    if data[0] == TYPE:
+        found = layout.decode(data, int(SYSTEM.now().timestamp() * 1000))
+        return Command(kind=found.kind, seq=found.seq, args=dict(found.args), seen=found.seen_ms)
+    hold = layout.decode_hold(data)
+    return Keep(seq=hold.seq, args=dict(hold.args)) if hold.held else Released(seq=hold.seq)
 
 
 class Requests:

@@ -132,7 +132,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         return OF_ADDRESS.take(address) or calm
 
     def read(self, text: str | None, data: bytes | None) -> Any:
-        """Return the message in a frame. Raises NotUnderstood."""
+        """Return the message in a frame; None if that is a part of one. Raises NotUnderstood."""
         return self.wire.decode(text)
 
     async def _receive(self, text: str | None, data: bytes | None) -> None:
@@ -148,7 +148,8 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
             else:
                 await self.refuse(error)
             return
-        await self.take(message)
+        if message is not None:
+            await self.take(message)
 
     def begin(self, coroutine: Coroutine[Any, Any, None]) -> None:
         """Run a task of this socket; it ends with the socket, and if it fails, the socket ends."""

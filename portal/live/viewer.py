@@ -15,7 +15,7 @@ from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.packet_chain import Cursor
 from robots.kit.description import CODING
-from robots.kit.packets import Event
+from robots.kit.packets import CommandStage, Event
 
 EVENTS = 100
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
@@ -216,7 +216,12 @@ class Viewer:
         self.wake()
 
     def put_event(self, event: Event) -> None:
-        """Queue an event; if the queue is full, ask for a new snapshot instead."""
+        """Queue an event; if the queue is full, ask for a new snapshot instead.
+
+        Over a thin line the newest stage of a command takes the place of one that waits.
+        """
+        if self.wish.pieces and isinstance(event, CommandStage):
+            self._events = deque(e for e in self._events if not isinstance(e, CommandStage) or e.id != event.id)
         if len(self._events) >= EVENTS:
             self._events.clear()
             self._snapshot = True

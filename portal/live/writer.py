@@ -50,14 +50,13 @@ class Writer:
     async def _empty(self, viewer: Viewer) -> None:
         """Send everything in the mailbox, the newest of each kind, the most important first, in rounds.
 
-        Before each message the events are sent that have come meanwhile. A round has the newest state and path, what
-        has come of sound and byte streams, then pictures, of several cameras in turns. Of what is long over a thin line
-        it has one piece, so that no state waits for more than that.
+        Before each message the path and the events are sent that have come meanwhile. A round has the newest state,
+        what has come of sound and byte streams, then texts and pictures, of several cameras in turns. Of what is long
+        over a thin line it has one piece, so that no state waits for more than that.
         """
         steps = (
             self._requests,
             self._state,
-            self._path,
             self._sound,
             self._packets,
             self._count,
@@ -74,9 +73,11 @@ class Writer:
         viewer.set_empty()
 
     async def _urgent(self, viewer: Viewer) -> bool:
-        """Send the events that wait, and return once the connection is free and none does; whether there was one."""
-        found = False
+        """Send the path and the events that wait, and return once the connection is free; whether there was one."""
         await self.wait_until_free()
+        found = await self._path(viewer)  # a path says soonest what a command does
+        if found:
+            await self.wait_until_free()
         while (event := viewer.take_event()) is not None:
             found = True
             if isinstance(event, Changed):

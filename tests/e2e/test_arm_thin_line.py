@@ -30,7 +30,7 @@ def test_a_motion_is_shown_as_expected_until_states_confirm_it(transactional_db,
     ada.take_turn()
     expect(page.locator("#model canvas")).to_be_visible(timeout=60_000)
     page.select_option("#pace", "states")
-    expect(page.locator("#model-said")).to_have_text("The arm is there", timeout=20_000)
+    expect(page.locator("#model-said")).to_have_text("The ghost is at the arm", timeout=20_000)
     page.fill("#speed", "10")
     page.fill(".joint:nth-child(1) input[type=number]", "60")
     expect(page.locator("#model-said")).to_contain_text("s on the way", timeout=60_000)

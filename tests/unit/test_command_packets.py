@@ -7,8 +7,9 @@ from django.conf import settings
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from portal.live.messages import Command, NotUnderstood
+from portal.live.messages import Command, Keep, NotUnderstood, Ping, Released
 from portal.live.people import Role
+from portal.live.pieces import JoinedText
 from portal.live.robot_socket import RobotSocket
 from robots.kit.contract.command_packet import CommandLayout
 from robots.kit.contract.spec import Argument, CommandKind, Spec
@@ -51,6 +52,38 @@ def test_a_command_that_is_cut_off_or_goes_on_or_is_of_other_commands_is_refused
         layout.decode(bytes((8, data[1] ^ 1)) + data[2:], one["now_ms"])
 
 
+@pytest.mark.parametrize("one", [one for one in VECTORS["holds"] if one["hex"]], ids=lambda one: one["what"])
+def test_a_keep_alive_is_read_as_the_browser_packs_it_and_nothing_else_is(one):
+    spec, message = SPECS[one["robot"]], one["message"]
+    layout, data = CommandLayout.of(spec), bytes.fromhex(one["hex"])
+    read = layout.decode_hold(data)
+    assert len(data) <= MOST
+    assert (read.seq, read.held) == (message["seq"], message["t"] == "keep")
+    asked = message.get("args", {})
+    assert read.args == pytest.approx(asked, abs=6.4 / 2**17)
+    assert all(read.args[name] == 0 for name, value in asked.items() if value == 0)
+    for wrong in (*(data[:n] for n in range(len(data))), data + b"\0", data + bytes(300), b"\x08" + data[1:]):
+        with pytest.raises(ValueError, match=r"this is no command|the end is missing|something follows its end"):
+            layout.decode_hold(wrong)
+    with pytest.raises(ValueError, match="the robot's commands have changed"):
+        layout.decode_hold(bytes((10, data[1] ^ 1)) + data[2:])
+
+
+@given(st.sampled_from(sorted(SPECS)), st.binary(max_size=300))
+def test_any_bytes_are_a_keep_alive_within_its_ranges_or_refused(name, data):
+    spec = SPECS[name]
+    layout = CommandLayout.of(spec)
+    try:
+        read = layout.decode_hold(bytes((10, layout.mark)) + data)
+    except ValueError as error:
+        assert 5 < len(str(error)) < 100
+        return
+    assert 1 <= read.seq < 1 << 16
+    assert not read.args or read.held
+    ranges = {a.name: a for a in spec.commands[data[0] >> 1].arguments}
+    assert all(ranges[n].low <= value <= ranges[n].high for n, value in read.args.items())
+
+
 @given(st.sampled_from(sorted(SPECS)), st.binary(max_size=300), st.booleans())
 @example("nobody", b"", True)
 def test_any_bytes_are_a_command_within_its_ranges_or_refused(name, data, marked):
@@ -83,6 +116,7 @@ def test_texts_and_large_whole_numbers_are_left_to_json():
 
 def socket(layout, stranger=False):
     made = RobotSocket.__new__(RobotSocket)
+    made.joined = JoinedText()
     made.layout, made.role, made.scope = layout, Role(7, stranger), {"cookies": {settings.SESSION_COOKIE_NAME: "k"}}
     return made
 
@@ -104,3 +138,17 @@ def test_a_socket_reads_commands_in_bytes_and_json_alike_and_says_what_is_wrong(
         with pytest.raises(NotUnderstood) as refused:
             known.read(None, sent)
         assert refused.value.hopeless
+
+
+def test_a_socket_reads_keep_alives_in_bytes_and_long_texts_in_pieces():
+    found = {one["what"]: bytes.fromhex(one["hex"]) for one in VECTORS["holds"] if one["hex"]}
+    arm = socket(CommandLayout.of(SPECS["Museum arm"]))
+    assert arm.read(None, found["a joint is still held"]) == Keep(seq=7)
+    assert arm.read(None, found["some values of it"]) == Keep(seq=300, args={"dz": pytest.approx(0.25, abs=1e-5)})
+    assert arm.read(None, found["it was released"]) == Released(seq=7)
+    assert arm.read(None, b"\x0b\x01\x02") == socket(None, True).read(None, b"\x0b\x01\x02") == Ping(n=258)
+    with pytest.raises(NotUnderstood, match="this is no command"):
+        arm.read(None, b"\x0b\x01\x02\x03")
+    assert arm.read('\x071{"t": "command", "kind"', None) is None
+    assert arm.read(None, found["it was released"]) == Released(seq=7)
+    assert arm.read('\x072: "ready", "seq": 2}', None) == Command(kind="ready", seq=2)

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.edge.window import LEAST, PAYLOAD, PING_BYTES, SendWindow
-from portal.live.pieces import Pieces, TextPieces
+from portal.live.messages import LONGEST, NotUnderstood
+from portal.live.pieces import JoinedText, Pieces, TextPieces
 from tests.environment import ROOT
 
 STATE, STEP_S = 23, 0.001  # bytes of a compact state with the head of its frame; s
@@ -151,12 +152,18 @@ def test_pieces_are_cut_as_the_browser_reads_them(one):
     assert got == one["pieces"]
 
 
-@given(st.text(max_size=400), st.integers(0, 120), st.sampled_from([1, 3, 10]))
+@given(
+    st.text(st.characters(exclude_characters="\x07", exclude_categories=["Cs"]), max_size=400),
+    st.integers(0, 120),
+    st.sampled_from([1, 3, 10]),
+)
 def test_a_text_in_pieces_is_whole_again(text, most, ratio):
     pieces, got = TextPieces(), []
     pieces.put("one", text)
     while pieces.left:
         got.append(pieces.take(most, lambda piece: len(piece.encode()) // ratio))
+    joined = JoinedText()
+    assert [joined.take(one) for one in got] == [*[None] * (len(got) - 1), text]
     if len(got) == 1 and got[0] == text:
         return
     assert "".join(one[2:] for one in got) == text
@@ -174,3 +181,21 @@ def test_texts_are_cut_as_the_browser_reads_them(one):
         got.append(pieces.take(one["most"], lambda piece: len(piece.encode())))
     whole = "".join(piece[2:] if piece[0] == "\x07" else piece for piece in got)
     assert (got, whole) == (one["pieces"], one["message"])
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["\x070", "\x071", "\x072", "\x073", "\x07", "\x079", ""]), st.text(max_size=5000)),
+        max_size=8,
+    )
+)
+def test_pieces_of_strangers_keep_little_and_are_joined_or_refused(pieces):
+    joined = JoinedText()
+    for head, text in pieces:
+        try:
+            whole = joined.take(head + text)
+        except NotUnderstood as refused:
+            assert refused.hopeless
+            continue
+        assert whole is None or len(whole) <= max(LONGEST, len(text))
+        assert len(joined._text or "") <= LONGEST

@@ -1,6 +1,7 @@
 """What is written first to a viewer whose line takes one message at a time."""
 
 import asyncio
+import json
 from types import SimpleNamespace
 
 from websockets.frames import Frame, Opcode
@@ -10,7 +11,7 @@ from portal.live.viewer import Viewer, Wish
 from portal.live.writer import Writer
 from robots.kit.contract.short_heads import FIRST, ShortHeads
 from robots.kit.contract.streams import StreamPacket, pack
-from robots.kit.packets import Notice
+from robots.kit.packets import CommandStage, Notice
 
 THIN = Wish(frozenset({0}), 5.0, compact=True, pieces=True)
 STATE, PATH, PICTURE = b"\xc8state", b"\x06path", b"\x02" + bytes(200)
@@ -110,7 +111,7 @@ def whole(pieces):
     return b"".join(piece[2:] for piece in pieces)
 
 
-def test_events_come_first_then_state_path_packets_and_pieces_of_a_picture_in_rounds():
+def test_a_path_and_events_come_first_then_state_packets_and_pieces_of_a_picture_in_rounds():
     def put(viewer, before):
         if before == 0:
             viewer.put_picture(0, PICTURE)
@@ -121,8 +122,9 @@ def test_events_come_first_then_state_path_packets_and_pieces_of_a_picture_in_ro
         return None
 
     got = asyncio.run(written(put))
-    assert "first" in got[0]
-    assert got[1:4] == [STATE, PATH, DELTAS[0]]
+    assert got[0] == PATH
+    assert "first" in got[1]
+    assert got[2:4] == [STATE, DELTAS[0]]
     assert got[4] == bytes((FIRST, 0, 2 << 4, 2)), "the delta, with a short head; the picture is not begun before"
     pieces = [one for one in got[4:] if one[0] == 7]
     assert whole(pieces) == PICTURE
@@ -192,6 +194,17 @@ def test_deltas_that_follow_have_short_heads_also_where_they_come_in_pieces():
     assert reader.restore(short) == packets[1]
     assert reader.restore(whole(pieces[ended[0] + 1 :])) == long
     assert len(whole(pieces[ended[0] + 1 :])) == 3 + 150
+
+
+def test_of_the_stages_of_a_command_that_wait_the_newest_is_sent():
+    def put(viewer, before):
+        for command, state in (
+            ((1, "accepted"), (2, "accepted"), (1, "sent"), (1, "acknowledged")) if before == 0 else ()
+        ):
+            viewer.put_event(CommandStage(command, 1, 1, "move", state))
+
+    got = [json.loads(text) for text in asyncio.run(written(put))]
+    assert [(told["id"], told["state"]) for told in got] == [(2, "accepted"), (1, "acknowledged")]
 
 
 SNAPSHOT = "a snapshot of " + "many words " * 30

@@ -12,7 +12,8 @@ export interface Predicted {
 const OFF_M = 0.01; // a state whose tool is farther off ends the prediction
 const OFF_RAD = (2 * Math.PI) / 180; // or one of whose joints is
 const LATE_MS = [0, -50, 50, -100, 100, -150, 150]; // by which the times of path and state may differ
-const FRESH_MS = 300; // a confirmed state is shown alone for so long
+const FRESH_MS = 300; // a confirmed state is shown alone for so long,
+const PROMPT_MS = 100; // if it was no older when it came: over a slow line the arm is farther by then
 const COMMANDS = 2 ** 32;
 const MOST_OVER = 32; // commands that are remembered
 
@@ -54,7 +55,7 @@ export class Prediction {
     const endMs = path.beganMs + 1000 * path.seconds;
     const near = LATE_MS.some((late) => this.alike(state.joints, jointsAt(path, (state.atMs + late - path.beganMs) / 1000)));
     if (state.stopped || !near) return this.end(path.command);
-    this.confirmedMs = Math.max(this.confirmedMs, state.atMs);
+    if (this.now() - state.atMs <= PROMPT_MS) this.confirmedMs = Math.max(this.confirmedMs, state.atMs);
     if (state.atMs >= endMs && !state.moving) this.end(path.command);
   }
 

@@ -1,7 +1,7 @@
 /** The commands of this page under the present grant: their numbers, their list, and the held motion. */
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
-import { HeldMotion } from "../socket/held_motion.ts";
+import { HeldMotion, SILENT_MS } from "../socket/held_motion.ts";
 import type { Answer, CommandInfo, Snapshot } from "../socket/messages.ts";
 import { laterStage } from "../socket/stages.ts";
 import { CommandList } from "./command_list.ts";
@@ -27,6 +27,7 @@ export class Commands {
       send: (m) => use.live.send(m),
       ended: (seq) => this.list.ended(this.grant, seq),
       refused: (why) => use.refuse(why),
+      late: () => (use.live.lateMs ?? 0) > SILENT_MS || use.live.overdue,
     });
   }
 
@@ -43,7 +44,7 @@ export class Commands {
     this.list.update({ id: 0, seq, grant: this.grant, kind, state: "sending", reason: "", result: {}, ...sent });
     performance.mark(`command-${seq}`);
     live.send({ t: "command", kind, args, seq, ...(seen ? { seen } : {}) });
-    if (facts.commands.some((c) => c.kind === kind && c.held)) this.heldMotion.hold(seq);
+    if (facts.commands.some((c) => c.kind === kind && c.held)) this.heldMotion.hold(seq, kind);
     return seq;
   }
 

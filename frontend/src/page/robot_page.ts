@@ -7,7 +7,7 @@ import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
 import { TurnPanel } from "../queue/turn_panel.ts";
 import { type Connection, isReplay, openConnection } from "../socket/connection.ts";
-import { type CommandMessage, packCommand } from "../socket/command_packet.ts";
+import { type CommandLayout, type CommandMessage, packCommand, packHold, packPing } from "../socket/command_packet.ts";
 import type { Answer, CommandInfo, Message, PlanAnswer, Snapshot } from "../socket/messages.ts";
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import type { Tolerance } from "../socket/poses.ts";
@@ -67,11 +67,8 @@ export class RobotPage {
       () => (this.operating ? 2000 : 10_000),
       facts.compact,
       (moved) => media.subscription.wish(moved),
-      (message) => {
-        const { packed } = facts;
-        const thin = packed && "kind" in message && "seq" in message && media.subscription.pace !== "live";
-        return thin ? packCommand(packed, message as CommandMessage, this.live.now()) : null;
-      },
+      (message) => (this.thin && facts.packed ? this.packed(facts.packed, message) : null),
+      () => this.thin,
     );
     this.stop = new StopButton({
       connection: this.live,
@@ -215,6 +212,18 @@ export class RobotPage {
   /** Hide the last refusal: the person has chosen something else. */
   settle(): void {
     this.notices.settle();
+  }
+
+  private get thin(): boolean {
+    return this.media.subscription.pace !== "live";
+  }
+
+  /** Return a message in few bytes; null if it is sent as JSON. */
+  private packed(layout: CommandLayout, message: object): Uint8Array<ArrayBuffer> | null {
+    const { t = "", seq = 0, n = 0 } = message as { t?: string; seq?: number; n?: number };
+    if (t === "ping") return packPing(n);
+    if (t === "command") return packCommand(layout, message as CommandMessage, this.live.now());
+    return t === "keep" || t === "released" ? packHold(layout, this.keepAlive.kindOf(seq), { ...message, t, seq }) : null;
   }
 
   private gotLine(up: boolean): void {

@@ -10,6 +10,8 @@ export interface Connection {
   readonly latency: number | null;
   readonly best: number;
   readonly overdue: boolean;
+  /** How much later than over the empty line what is sent now arrives, ms; a recording sends nothing. */
+  readonly lateMs?: number;
   /** Server time, or the time of the recording, ms. */
   now(): number;
   heardSince(at: number): boolean;

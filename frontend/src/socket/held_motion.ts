@@ -15,10 +15,19 @@ export interface KeepAlive {
 interface HeldLine extends Pick<KeepAlive, "ended"> {
   send(message: object): unknown;
   refused(why: () => string): void;
+  /** Whether what is sent now reaches the portal too late for a held motion. */
+  late(): boolean;
 }
+
+/** The robot rests if it hears nothing for so long (workers/guard/deadman.py), ms. */
+export const SILENT_MS = 250;
+export const TOO_SLOW =
+  "The line is too slow for a motion that is held: the robot hears too late that you hold it, and rests by itself. " +
+  "Send single moves instead.";
 
 export class HeldMotion implements KeepAlive {
   private seq = 0;
+  private last = { seq: 0, kind: "" };
   private readonly line: HeldLine;
 
   constructor(line: HeldLine) {
@@ -31,12 +40,21 @@ export class HeldMotion implements KeepAlive {
   }
 
   /** Note that the command of a held motion has been sent. */
-  hold(seq: number): void {
+  hold(seq: number, kind: string): void {
     this.seq = seq;
+    this.last = { seq, kind };
+  }
+
+  /** Return the kind of that held motion, which is the last one; empty for another. */
+  kindOf(seq: number): string {
+    return this.last.seq === seq ? this.last.kind : "";
   }
 
   // members of the object itself, because consoles spread it
-  readonly keep = (seq: number, args?: Record<string, number>): void => void this.line.send({ t: "keep", seq, ...(args ? { args } : {}) });
+  readonly keep = (seq: number, args?: Record<string, number>): void => {
+    this.line.send({ t: "keep", seq, ...(args ? { args } : {}) });
+    if (this.line.late()) this.line.refused(() => TOO_SLOW);
+  };
   readonly release = (seq: number): void => {
     if (seq === this.seq) this.seq = 0;
     this.line.send({ t: "released", seq });

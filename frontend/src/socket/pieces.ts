@@ -51,11 +51,9 @@ export class TextPieces {
     if (flags & FIRST) [this.text, this.open] = ["", true];
     if (!this.open) return null;
     this.text += piece.slice(HEAD);
-    if (this.text.length > MOST) this.clear();
-    if (!(flags & LAST) || !this.open) return null;
     const whole = this.text;
-    this.clear();
-    return whole;
+    if (flags & LAST || whole.length > MOST) this.clear();
+    return flags & LAST && whole.length <= MOST ? whole : null;
   }
 
   /** Forget what came of a text. */

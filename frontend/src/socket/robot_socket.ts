@@ -5,6 +5,7 @@ import { decode } from "./decoder.ts";
 import type { Message } from "./messages.ts";
 import { STREAM_OVER, OperatorStream } from "./operator_stream.ts";
 import type { PathPacket, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
+import { type Data, Outgoing } from "./outgoing.ts";
 import { PIECE, Pieces, TEXT_PIECE, TextPieces } from "./pieces.ts";
 import { RoundTrip } from "./round_trip.ts";
 import { isShort, ShortHeads } from "./short_heads.ts";
@@ -50,6 +51,7 @@ export class RobotSocket {
   private readonly layout: CompactLayout | null;
   private readonly wish: ((moved: boolean) => object) | null;
   private readonly pack: (message: object) => Uint8Array<ArrayBuffer> | null;
+  private readonly outgoing: Outgoing;
   private socket: WebSocket | null = null;
   private tries = 0;
   private retry = 0;
@@ -71,7 +73,7 @@ export class RobotSocket {
 
   /**
    * `wish` returns the `watch` message for a new socket; `moved`: the connection worked, and another socket takes over.
-   * `pack` returns a message in few bytes, null if it is sent as JSON.
+   * `pack` returns a message in few bytes, null if it is sent as JSON. `thin`: little may be on the way.
    */
   constructor(
     slug: string,
@@ -80,8 +82,10 @@ export class RobotSocket {
     layout: CompactLayout | null = null,
     wish: ((moved: boolean) => object) | null = null,
     pack: (message: object) => Uint8Array<ArrayBuffer> | null = () => null,
+    thin: () => boolean = () => false,
   ) {
     [this.slug, this.handlers, this.pingEvery, this.layout, this.wish, this.pack] = [slug, handlers, pingEvery, layout, wish, pack];
+    this.outgoing = new Outgoing({ write: (data: Data) => this.socket?.send(data), ping: () => this.ping(), best: () => this.best, thin });
     this.own = new OperatorStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
     this.open();
     this.beat();
@@ -124,6 +128,11 @@ export class RobotSocket {
     return this.roundTrip.overdue;
   }
 
+  /** How much later than over the empty line what is sent now arrives, as far as is known, ms. */
+  get lateMs(): number {
+    return this.outgoing.lateMs;
+  }
+
   /** Send a ping, unless one was sent a short time ago. */
   check(): void {
     if (this.roundTrip.due) this.ping();
@@ -136,7 +145,7 @@ export class RobotSocket {
   send(message: object): boolean {
     if ((message as { t?: string }).t === "plan") this.plan = message;
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(this.pack(message) ?? JSON.stringify(message));
+    this.outgoing.send(message, this.pack(message) ?? JSON.stringify(message));
     return true;
   }
 
@@ -172,6 +181,7 @@ export class RobotSocket {
     this.pieces.clear();
     this.texts.clear();
     this.heads.clear();
+    this.outgoing.clear();
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -254,14 +264,19 @@ export class RobotSocket {
     const message = JSON.parse(text) as Message;
     this.known ||= message.t === "snapshot";
     if (message.t === "plan") this.plan = null;
-    if (message.t === "pong") this.roundTrip.pong(message.n, message.now_ms);
-    else if (message.t === "snapshot") this.roundTrip.serverTime(message.now_ms);
+    if (message.t === "pong") {
+      this.roundTrip.pong(message.n, message.now_ms);
+      this.outgoing.answered(message.n);
+    } else if (message.t === "snapshot") this.roundTrip.serverTime(message.now_ms);
     this.handlers.message(message);
   }
 
-  private ping(): void {
+  /** Send a ping. Returns its number; 0 without an open socket. */
+  private ping(): number {
     const n = this.roundTrip.ping();
-    if (!this.send({ t: "ping", n })) this.roundTrip.unsent(n);
+    if (this.send({ t: "ping", n })) return n;
+    this.roundTrip.unsent(n);
+    return 0;
   }
 
   private beat(): void {

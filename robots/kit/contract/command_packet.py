@@ -4,7 +4,11 @@ A packet is one big-endian number: 8, the digest of the layout, the number of th
 command's sequence number (16), whether the page tells when the picture that it shows was taken, and if so the low 22
 bits of that in ms since 1970; then each argument in the order of the spec, an optional one behind a bit that says
 whether it is given. An argument that is called like a joint has that joint's scale, a whole number its own steps, any
-other number 18 bits of its range. What does not fit, as a text, is sent as JSON. `tests/vectors/command_packets.json`
+other number 18 bits of its range. What does not fit, as a text, is sent as JSON.
+
+A keep-alive of a held motion, or its release, is 10, the digest, the number of the kind, the sequence number of the
+motion's command, whether it is still held; of a keep-alive each argument follows behind a bit that says whether a newer
+value of it is given. A ping is 11 and its number (16 bits). `tests/vectors/command_packets.json`
 holds packets that Python and TypeScript write and read alike.
 """
 
@@ -16,7 +20,7 @@ from typing import Any
 from robots.kit.contract.bits import BitReader
 from robots.kit.contract.spec import Argument, CommandKind, Spec
 
-TYPE = 8
+TYPE, HOLD, PING = 8, 10, 11
 HEAD_BITS = 8 + 8 + 7 + 16 + 1
 SEEN_BITS, MOST_SEQ, MOST_KINDS = 22, (1 << 16) - 1, 128
 FINE = 18  # bits of a number without a scale
@@ -76,6 +80,15 @@ class PackedCommand:
 
 
 @dataclass(frozen=True)
+class PackedHold:
+    """What a keep-alive (`held`) or a release says of the held motion `seq`; `args`: newer values of it."""
+
+    seq: int
+    held: bool
+    args: dict[str, float]
+
+
+@dataclass(frozen=True)
 class CommandLayout:
     """The kinds of a spec and how their arguments are packed."""
 
@@ -108,24 +121,49 @@ class CommandLayout:
 
         Raises ValueError, with the reason, for anything else than a packet of this layout.
         """
-        if not HEAD_BITS <= 8 * len(data) <= 8 * LONGEST or data[0] != TYPE:
-            raise ValueError("this is no command")
-        if data[1] != self.mark:
-            raise ValueError("the robot's commands have changed")
-        reader = BitReader(data, 16)
+        kind, fields, reader = self._begun(data, TYPE)
         take = reader.take
-        index, seq, seen_ms = take(7), take(16), 0
-        if index >= len(self.kinds) or not seq:
+        seq, seen_ms = take(16), 0
+        if not seq:
             raise ValueError("there is no such command")
         if take(1):
             latest = now_ms + SLACK_MS
             seen_ms = latest - (latest - take(SEEN_BITS)) % (1 << SEEN_BITS)
-        (kind, fields), args = self.kinds[index], {}
-        for field in fields:
-            if field.required or take(1):
-                if not field.bits:
-                    raise ValueError(f"{field.name} cannot be packed")
-                args[field.name] = field.number(take(field.bits))
-        if reader.left >= 8 or reader.rest:
-            raise ValueError("something follows its end")
+        args = _arguments(reader, [(field, field.required) for field in fields])
         return PackedCommand(kind, seq, args, max(0, seen_ms))
+
+    def decode_hold(self, data: bytes) -> PackedHold:
+        """Return the keep-alive or the release in a packet.
+
+        Raises ValueError, with the reason, for anything else than a packet of this layout.
+        """
+        _, fields, reader = self._begun(data, HOLD)
+        seq, held = reader.take(16), bool(reader.take(1))
+        if not seq:
+            raise ValueError("there is no such command")
+        return PackedHold(seq, held, _arguments(reader, [(field, False) for field in fields if held]))
+
+    def _begun(self, data: bytes, what: int) -> tuple[str, tuple[Field, ...], BitReader]:
+        """Return the kind that a packet names, its fields, and a reader of what follows. Raises ValueError."""
+        if not HEAD_BITS <= 8 * len(data) <= 8 * LONGEST or data[0] != what:
+            raise ValueError("this is no command")
+        if data[1] != self.mark:
+            raise ValueError("the robot's commands have changed")
+        reader = BitReader(data, 16)
+        index = reader.take(7)
+        if index >= len(self.kinds):
+            raise ValueError("there is no such command")
+        return *self.kinds[index], reader
+
+
+def _arguments(reader: BitReader, fields: list[tuple[Field, bool]]) -> dict[str, float]:
+    """Return the arguments that are left, each field with whether it is always given. Raises ValueError."""
+    args = {}
+    for field, given in fields:
+        if given or reader.take(1):
+            if not field.bits:
+                raise ValueError(f"{field.name} cannot be packed")
+            args[field.name] = field.number(reader.take(field.bits))
+    if reader.left >= 8 or reader.rest:
+        raise ValueError("something follows its end")
+    return args

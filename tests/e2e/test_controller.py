@@ -82,9 +82,9 @@ def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(trans
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     expect(page.get_by_role("button", name="Stop", exact=True)).to_be_visible()
     expect(page.locator("#picture")).to_be_hidden()
-    phone.axe("a phone as a controller")
     page.check("#follow-on")
     page.locator(".more-input summary").click()
+    phone.axe("a phone as a controller")
     page.check("#tilt-on")
     page.locator("#touch-pad").scroll_into_view_if_needed()
     for _ in range(4):  # a page that stalled has lost the hand: it is taken again
@@ -112,6 +112,7 @@ def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(trans
     turned = math.degrees(abs(math.remainder(moved[5], math.tau)))
     assert 10 < turned < 22, "the phone was turned by 20 degrees"
     expect(wide.page.locator("#ladder li").first).to_contain_text("Follow the hand")
+    wide.axe("the page with the code for a phone")
     page.click("#controller-link")
     expect(page.locator("#picture")).to_be_visible()
 

@@ -105,3 +105,32 @@ def test_the_gripper_moves_only_while_the_arm_follows_and_once_for_each_wish(arm
     hand.at = STILL | {"closed": 0.0}
     world.sleep(2.0)
     assert rig.count("gripper") == before + 3
+
+
+def test_after_a_lost_line_the_arm_holds_where_it_is_and_follows_again(arm):
+    """Nothing takes it to a posture of rest by itself, and nothing has to be started anew."""
+    world, rig, session = arm
+    hand = Hand(world, rig, session)
+    hand.at = STILL | {"dy": -0.05}
+    world.sleep(0.4)
+    assert rig.moving
+    rig.cable.pull()
+    world.until(lambda: not rig.moving, 5, "rest")
+    hand.held = False
+    world.until(lambda: hand.over, 30, "the end")
+    motions, where = rig.count("motion"), rig.sim.plant.measured().q[:6].copy()
+    world.sleep(10.0)
+    assert rig.count("motion") == motions
+    assert np.abs(rig.sim.plant.measured().q[:6].copy() - where).max() < 1e-3
+    rig.cable.plug()
+    session.close()
+    session.connect()
+    begin = tool(rig, session)
+    again = Hand(world, rig, session)
+    world.sleep(1.0)
+    assert tool(rig, session) == pytest.approx(begin, abs=NEAR_M), "it begins where the arm is, not where the hand was"
+    again.at = STILL | {"dz": 0.02}
+    world.sleep(2.0)
+    assert tool(rig, session) - begin == pytest.approx([0.0, 0.0, 0.02], abs=NEAR_M)
+    again.held = False
+    assert again.rested(5) <= RESTS_S

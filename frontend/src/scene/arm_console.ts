@@ -208,7 +208,7 @@ export class ArmConsole implements Console, Judge {
     this.plan = null;
     this.joints.take(this.page.state?.joints ?? []);
     this.position.take();
-    this.scene?.home();
+    this.scene?.turn();
   }
 
   command(c: CommandInfo): void {

@@ -126,6 +126,12 @@ export class Handling implements LoopUse {
     );
   }
 
+  /** Let the arm follow nobody before the person says so again. */
+  disarm(): void {
+    this.armed.checked = false;
+    say(byId("follow-said"), "");
+  }
+
   /** Whether the arm follows a hand now. */
   get follows(): boolean {
     return this.follow.on;

@@ -226,6 +226,12 @@ export class Scene implements ArmMode {
     if (!this.edited.now && !this.ghost.isHeld) this.home();
   }
 
+  /** Another turn has begun: the arm follows nobody before that person says so. */
+  turn(): void {
+    this.handling.disarm();
+    this.home();
+  }
+
   /** Take the ghost back to the arm. */
   home(): void {
     this.handling.drop();

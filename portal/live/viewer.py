@@ -84,7 +84,8 @@ class Viewer:
 
     __slots__ = (
         "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_packed", "_path", "_pictures", "_snapshot",
-        "_sounds", "_state", "_whole", "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors", "visitor", "wish",
+        "_sounds", "_state", "_whole", "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors",
+        "visitor", "wish",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None, wish: Wish = Wish()) -> None:

@@ -281,7 +281,8 @@ export class Scene implements ArmMode {
 
   private judged(pose: Pose): Judgement {
     this.judgedFrom = this.joints;
-    return this.judge?.judge({ pose, straight: this.straight.checked, share: this.use.share() }, this.joints) ?? FREE;
+    const straight = this.straight.checked || this.follows; // an arm that follows needs no plan, and the page no pause
+    return this.judge?.judge({ pose, straight, share: this.use.share() }, this.joints) ?? FREE;
   }
 
   private say(text: string): void {
@@ -335,6 +336,7 @@ export class Scene implements ArmMode {
     const { judgement, refusal } = this.ghost;
     if (refusal) return sentence(refusal);
     if (this.note) return this.note;
+    if (this.follows) return "The arm follows the ghost";
     if (!this.ghost.pose) return "";
     if (!this.ghost.away) return "The ghost is at the arm";
     if (judgement?.verdict === "way") return sentence(judgement.text);

@@ -15,7 +15,7 @@ from robots.kit.arms.commands import motion_planner
 from robots.kit.arms.described import posture
 from robots.kit.arms.goals import goal_facts, goals_in, goals_of, missing
 from robots.kit.arms.judging import SWUNG_MS, GoalJudge
-from robots.kit.arms.objects import object_table, objects_of, placed_of, pose_of
+from robots.kit.arms.objects import object_table, objects_of, placed_of, pose_of, yaw_of
 from robots.kit.arms.tables import BadDescription
 from robots.kit.arms.tasks.acts import StepImpossible
 from robots.kit.arms.tasks.parsing import parse
@@ -113,6 +113,19 @@ def test_an_arm_without_goals_tells_none_and_has_no_plate():
     assert objects_of("pa10").plate is None
     with pytest.raises(BadRequest, match=r"Line 1: there is no object plate"):
         check_request(objects_of("pa10"), "task", {"text": "put red on plate"})
+
+
+def test_any_arm_with_objects_may_declare_a_figure_that_stands_on_its_table():
+    parts = [
+        {"object": "yellow", "on": "table", "at_m": [0.5, 0.2], "turned_deg": 30.0},
+        {"object": "red", "on": "yellow", "by_m": [0.01, 0.0]},
+    ]
+    made = copy.deepcopy(load("pa10")) | {"goal": [{"name": "two", "title": "Two", "kind": "build", "part": parts}]}
+    (two,) = goals_in(made, objects_of("pa10"))
+    assert two.parts["yellow"][:3, 3] == pytest.approx([0.5, 0.2, 0.02])
+    there = np.array([0.5, 0.2, 0.06]) + 0.01 * np.array([np.cos(radians(30)), np.sin(radians(30)), 0.0])
+    assert two.parts["red"][:3, 3] == pytest.approx(there)
+    assert yaw_of(two.parts["red"]) == pytest.approx(radians(30))
 
 
 def planned(text, arrangement=FIRST):

@@ -120,8 +120,8 @@ def test_a_bad_picture_shows_nothing(measurer, renderer, plant, bad):
         "white": lambda: np.full(shape, 255, np.uint8),
     }  # fmt: skip
     if bad == "nobody":
-        for name in bricks():
-            plant.put(name, np.array([-2.2, 0.3 * ord(name), -0.74]), np.array([1.0, 0.0, 0.0, 0.0]))
+        for count, name in enumerate((*bricks(), "rod")):
+            plant.put(name, np.array([-2.2, 0.4 * count, -0.74]), np.array([1.0, 0.0, 0.0, 0.0]))
         looked = measurer.measure(pictures(renderer, plant, dice), FIRST, on_table)
     else:
         looked = measurer.measure({view: made[bad]() for view in ("front", "side")}, FIRST, on_table)

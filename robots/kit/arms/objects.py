@@ -45,6 +45,7 @@ class DescribedObject:
 
     `first` is where it is in the beginning. `turns`: by how many equal turns about its z it looks the same. `carries`:
     what may be put on it; `*`: everything. `hangs`: nothing has to be beneath it.
+    `threads`: how long those are on which it hangs (m), and the names of their boxes; None: it does not swing.
     """
 
     name: str
@@ -57,6 +58,7 @@ class DescribedObject:
     turns: int = 1
     carries: tuple[str, ...] = ()
     hangs: bool = False
+    threads: tuple[float, tuple[str, ...]] | None = None
 
     def solid(self, pose: Matrix) -> Solid:
         """Return the box around it at a pose (4 x 4)."""
@@ -241,8 +243,27 @@ def _object(number: int, table: Any) -> DescribedObject:
     if not grasps:
         raise BadDescription(f"{who}: it needs at least one [[object.grasp]]")
     return DescribedObject(
-        name, number, shape, size, colour, first, grasps, turns, tuple(carries), table.get("hangs", False) is True
+        name,
+        number,
+        shape,
+        size,
+        colour,
+        first,
+        grasps,
+        turns,
+        tuple(carries),
+        table.get("hangs", False) is True,
+        _threads(who, table, first),
     )
+
+
+def _threads(who: str, table: Mapping[str, Any], first: Placed) -> tuple[float, tuple[str, ...]] | None:
+    if "hangs_from" not in table:
+        return None
+    length, names = number(who, table, "hangs_from") - first.place[2], table.get("threads", ())
+    if not length > 0.0 or not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise BadDescription(f"{who}: hangs_from is above its first place, threads are names of boxes")
+    return length, tuple(names)
 
 
 def _grasp(who: str, table: Any) -> Grasp:

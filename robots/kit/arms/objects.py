@@ -193,6 +193,8 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
         raise BadDescription("objects: fingers_low lies below fingers_high")
     slow = number("objects", common, "slow") if "slow" in common else None
     hand = [tuple(three("objects", {"hand": corner}, "hand") for corner in one) for one in common.get("hand", ())]
+    if not all(len(corners) == 2 and all(a < b for a, b in zip(*corners, strict=True)) for corners in hand):
+        raise BadDescription("objects: each box of hand has two corners, the first below the second")
     objects = [_object(number, one) for number, one in enumerate(listed)]
     if len({one.name for one in objects}) != len(objects):
         raise BadDescription("two objects have the same name")

@@ -19,7 +19,7 @@ from tests.proof import SEEDS, VIRTUAL, without_seed
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = ROOT / "docs" / "reference" / "proofs.json"
 PAGE = ROOT / "docs" / "reference" / "proofs.md"
-ROBOTS = ("mercury", "pa10", "irat", "srv1")
+ROBOTS = ("mercury", "pa10", "irat", "srv1", "puma")
 ON_BOTH = (4, 7, 21, 22, 23)  # promises that are run on both databases
 LIST = "proofs.txt"
 OF_SECONDS = (6, 7, 14, 22, 23, 24, 28, 29, 31, 32, 43, 48, 49)  # only a real machine can show how many

@@ -17,6 +17,7 @@ from simulators.puma.shapes import Shape, box, cylinder, flat, together, tube
 TILE_M = 0.2  # of the table's pattern
 PLATE_TINT: Colour = (132.0, 142.0, 150.0)
 THREAD_M, THREAD_TINT = 0.0011, (70.0, 66.0, 74.0)
+COLLAR_M = 0.0135  # half the edge of a collar of the rod, which is only seen
 BOW_M = 0.4  # the lowest part of a slack thread, which bends
 ABOVE_M = 0.0002  # a print over its surface
 
@@ -107,14 +108,15 @@ def _brick(bearer: Bearer, atlas: Atlas) -> Shape:
     return together(*parts)
 
 
-def _rod() -> Shape:
-    """Return the rod with a light band where it is grasped."""
+def _rod(atlas: Atlas) -> Shape:
+    """Return the rod with a light band where it is grasped, and with the collars that carry its markers."""
     thing = things()[rod.ROD]
     r, g, b = (255.0 * part for part in thing.colour)
     radius, half = thing.size[0] / 2, thing.size[2] / 2
     ends = [cylinder(radius + 0.0003, 0.006, (240, 240, 236)).moved(_at(0, 0, s * (half - 0.006))) for s in (-1, 1)]
     band = cylinder(radius + 0.0003, 0.02, (240, 240, 236))
-    return together(cylinder(radius, half, (r, g, b)), band, *ends)
+    collars = [box((COLLAR_M, COLLAR_M, COLLAR_M), (240, 240, 236)).moved(_at(0, 0, s * 0.09)) for s in (-1, 1)]
+    return together(cylinder(radius, half, (r, g, b)), band, *ends, *collars, *_prints(rod.ROD, atlas))
 
 
 def _mug() -> Shape:
@@ -152,7 +154,7 @@ def moving(model: mujoco.MjModel, atlas: Atlas) -> dict[str, Shape]:
     by_name = {bearer.name: bearer for bearer in bearers()}
     for name in bricks():
         found[name] = _brick(by_name[name], atlas)
-    return {**found, rod.ROD: _rod(), MUG: _mug()}
+    return {**found, rod.ROD: _rod(atlas), MUG: _mug()}
 
 
 def thread(above: Floats, below: Floats, length: float) -> Mesh:

@@ -1,5 +1,7 @@
 """Objects are measured in pictures by the markers that are printed on them; judged by the simulator's positions."""
 
+import copy
+
 import cv2
 import mujoco
 import numpy as np
@@ -120,8 +122,8 @@ def test_a_bad_picture_shows_nothing(measurer, renderer, plant, bad):
         "white": lambda: np.full(shape, 255, np.uint8),
     }  # fmt: skip
     if bad == "nobody":
-        for name in bricks():
-            plant.put(name, np.array([-2.2, 0.3 * ord(name), -0.74]), np.array([1.0, 0.0, 0.0, 0.0]))
+        for count, name in enumerate((*bricks(), "rod")):
+            plant.put(name, np.array([-2.2, 0.4 * count, -0.74]), np.array([1.0, 0.0, 0.0, 0.0]))
         looked = measurer.measure(pictures(renderer, plant, dice), FIRST, on_table)
     else:
         looked = measurer.measure({view: made[bad]() for view in ("front", "side")}, FIRST, on_table)
@@ -141,3 +143,10 @@ def test_one_bad_picture_does_not_spoil_the_other(measurer, renderer, plant):
 def test_a_picture_of_another_size_is_refused(measurer):
     with pytest.raises(ValueError, match="described with pictures of"):
         measurer.measure({"front": np.zeros((240, 320), np.uint8)}, {}, on_table)
+
+
+def test_a_number_on_two_faces_is_refused():
+    described = copy.deepcopy(DESCRIPTION)
+    described["object"][1]["markers"][0]["number"] = described["object"][0]["markers"][0]["number"]
+    with pytest.raises(ValueError, match="two faces"):
+        prints_of(described)

@@ -48,6 +48,10 @@ def changed(*path, to):
         (("object", 0, "grasp", 0, "tool"), [0, 0, 0.5], "object red: a grasp holds it within 0.256 m of the tool"),
         (("objects", "size"), [2.0, 0.0, 1.0], "objects: a box needs finite numbers and a size above zero"),
         (("objects", "area"), [[0.7, 0.4], [0.3, -0.4]], "objects: the first corner of area lies below the second"),
+        (("objects", "hand"), [[[0, 0, 0]]], "objects: each box of hand has two corners"),
+        (("objects", "hand"), [[[0, 0, 0], [1, 0, 1]]], "objects: each box of hand has two corners"),
+        (("objects", "hand"), [[[0, 0], [1, 1]]], "objects: hand needs 3 numbers"),
+        (("object", 0, "hangs_from"), 0.0, "object red: hangs_from is above its first place"),
         (("objects",), 3, "the table [objects] is needed"),
     ],
 )

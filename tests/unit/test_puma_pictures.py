@@ -131,7 +131,7 @@ def around(renderer, plant, place, name):
 
 @pytest.mark.parametrize("name", ["front", "side"])
 def test_rod_and_threads_are_seen_where_they_are(renderer, plant, name):
-    for along in (-0.09, 0.08):
+    for along in (-0.05, 0.06):
         seen = around(renderer, plant, plant.place(rod.ROD) + np.array([along, 0.0, 0.0]), name)
         assert (np.abs(seen - (204, 120, 166)).max(axis=1) < 40).mean() > 0.4
     lit = renderer.take(plant.data, name).astype(int).sum(axis=2)

@@ -23,7 +23,7 @@ def test_promise_10_a_bad_line_causes_no_wrong_move(worlds, proof, seed, how):
         if how == "noise":
             for verb in ("drop", "corrupt", "double"):
                 if verb in rig.faults:
-                    rig.fault(verb, 0.01)
+                    rig.fault(verb, rig.strengths[verb] / 10)  # of each byte: longer lines take less of it
         asked, before = set(), set(history.begun)
         for _ in range(number):
             portal.ready_again()

@@ -45,6 +45,7 @@ class DescribedObject:
 
     `first` is where it is in the beginning. `turns`: by how many equal turns about its z it looks the same. `carries`:
     what may be put on it; `*`: everything. `hangs`: nothing has to be beneath it.
+    `threads`: how long those are on which it hangs (m), and the names of their boxes; None: it does not swing.
     """
 
     name: str
@@ -57,6 +58,7 @@ class DescribedObject:
     turns: int = 1
     carries: tuple[str, ...] = ()
     hangs: bool = False
+    threads: tuple[float, tuple[str, ...]] | None = None
 
     def solid(self, pose: Matrix) -> Solid:
         """Return the box around it at a pose (4 x 4)."""
@@ -191,6 +193,8 @@ def object_table(description: Mapping[str, Any]) -> ObjectTable:
         raise BadDescription("objects: fingers_low lies below fingers_high")
     slow = number("objects", common, "slow") if "slow" in common else None
     hand = [tuple(three("objects", {"hand": corner}, "hand") for corner in one) for one in common.get("hand", ())]
+    if not all(len(corners) == 2 and all(a < b for a, b in zip(*corners, strict=True)) for corners in hand):
+        raise BadDescription("objects: each box of hand has two corners, the first below the second")
     objects = [_object(number, one) for number, one in enumerate(listed)]
     if len({one.name for one in objects}) != len(objects):
         raise BadDescription("two objects have the same name")
@@ -241,8 +245,27 @@ def _object(number: int, table: Any) -> DescribedObject:
     if not grasps:
         raise BadDescription(f"{who}: it needs at least one [[object.grasp]]")
     return DescribedObject(
-        name, number, shape, size, colour, first, grasps, turns, tuple(carries), table.get("hangs", False) is True
+        name,
+        number,
+        shape,
+        size,
+        colour,
+        first,
+        grasps,
+        turns,
+        tuple(carries),
+        table.get("hangs", False) is True,
+        _threads(who, table, first),
     )
+
+
+def _threads(who: str, table: Mapping[str, Any], first: Placed) -> tuple[float, tuple[str, ...]] | None:
+    if "hangs_from" not in table:
+        return None
+    length, names = number(who, table, "hangs_from") - first.place[2], table.get("threads", ())
+    if not length > 0.0 or not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise BadDescription(f"{who}: hangs_from is above its first place, threads are names of boxes")
+    return length, tuple(names)
 
 
 def _grasp(who: str, table: Any) -> Grasp:

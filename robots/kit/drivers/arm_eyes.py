@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from math import inf
 
-import cv2
 import numpy as np
 
 from robots.kit.arms.arrangement import Arrangement
@@ -18,6 +17,7 @@ from robots.kit.arms.described import chain, limbs
 from robots.kit.arms.hiding import Hiding
 from robots.kit.arms.objects import objects_of, pose_of
 from robots.kit.arms.solids import Solid, is_over
+from robots.kit.arms.swing import height
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
@@ -96,7 +96,7 @@ class ArmEyes:
         return self._measurer.measure(pictures, near, heights), ", ".join(blind)
 
     def _picture(self, camera: FixedCamera, insists: bool) -> tuple[Grey | None, str]:
-        """Return the mean of two pictures, which has less noise, or None and why there is none of the present."""
+        """Return a picture, or None and why there is none of the present: of two, the second is new."""
         now = self._session.clock.monotonic()
         if not insists and now < self._asked_again.get(camera.name, -inf):
             return None, NO_PICTURE
@@ -112,12 +112,32 @@ class ArmEyes:
             return None, DARK
         if np.array_equal(first, second):
             return None, FROZEN
-        return np.asarray(cv2.addWeighted(first, 0.5, second, 0.5, 0.0), np.uint8), ""
+        return second, ""
+
+    def glance(self, arrangement: Arrangement, name: str) -> tuple[float, Matrix | None] | None:
+        """Return when (s, on the session's clock) one picture was taken and where one object was, None: not to be seen.
+
+        A quick look at an object that moves: the pictures of two cameras are not of one moment. None without a picture
+        in which markers can be read.
+        """
+        camera, placed = next(iter(self._measurer.cameras.values())), arrangement.places.get(name)
+        at = self._session.clock.monotonic()
+        try:
+            picture = self._session.look(camera.name)
+        except CameraFault:
+            return None
+        if placed is None or picture.shape != camera.size[::-1]:
+            return None
+        near = {name: [pose_of(placed)]}
+        found = self._measurer.measure({camera.name: picture}, near, partial(self._heights, arrangement))
+        return (at, found.poses.get(name)) if found.cameras else None
 
     def _heights(self, arrangement: Arrangement, name: str, pose: Matrix) -> list[float]:
         """Return at which heights (m) the middle of an object may be that lies about a pose, or hangs where it was."""
         described, placed, plate = self._table.objects[name], arrangement.places.get(name), self._table.plate
         found = [] if placed is None or placed.held else [placed.place[2]]
+        if described.threads is not None:
+            found.append(height(described.threads[0], np.array(described.first.place), pose[:3, 3]))
         if described.hangs:
             return found
         solid, x, y = described.solid(pose_of(described.first)), float(pose[0, 3]), float(pose[1, 3])
@@ -132,7 +152,8 @@ class ArmEyes:
         """Return the objects that are not noticed, though a camera that shows others would show them."""
         found = set()
         for name in self._measurer.prints:
-            if name in looked.noticed or name not in believed:
+            hangs = self._table.objects[name].threads is not None  # it may have swung out of view
+            if name in looked.noticed or name not in believed or (hangs and not arrangement.places[name].held):
                 continue
             others = [solid for _, solid in arrangement.lying(name)]
             if any(self._shows(camera, name, believed[name], q, others) for camera in looked.cameras):

@@ -20,6 +20,7 @@ from robots.kit.arms.judging import GoalJudge
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
 from robots.kit.arms.objects import objects_of
+from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
@@ -27,6 +28,7 @@ from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import JSON, Observation, OnStage, Outcome, Permit, RobotState, Session
 from robots.kit.description import load
 from robots.kit.drivers.arm_eyes import Sight, eyes_of
+from robots.kit.drivers.catching import Catch
 from robots.kit.drivers.sights import accept
 from robots.kit.drivers.step_judge import StepJudge
 from robots.kit.drivers.task_runner import TaskRunner
@@ -52,7 +54,7 @@ class ArmTasks:
         self.model = ObjectModel(table, file, _now_ms, self._tell)
         self._eyes = eyes_of(session, driver)
         judge = StepJudge(self.model, self._look, lambda: self._tool(session.state()))
-        self._runner = TaskRunner(session, self.model, self.hand, planner, holds, judge)
+        self._runner = TaskRunner(session, self.model, self.hand, planner, holds, judge, self._catch)
 
     def begin(self) -> None:
         """Tell where the objects are; whoever listened to an earlier connection is gone."""
@@ -96,6 +98,17 @@ class ArmTasks:
         sight = self._eyes.look(self.model.arrangement, joints, insists, or_at)
         accept(self.model, sight, self._tool(state), _now_ms())
         return sight
+
+    def _catch(self, of: steps.Step) -> Catch | None:
+        """Return the attempt to take what may swing, None where a step takes nothing of the kind or has no eyes."""
+        eyes, name = self._eyes, of.action.name if isinstance(of.action, steps.Grasp) else ""
+        described = self.model.table.named(name)
+        if eyes is None or described is None or described.threads is None:
+            return None
+        return Catch(
+            self._session.clock, self.model, lambda name: eyes.glance(self.model.arrangement, name), self._planner(),
+            of, name,
+        )  # fmt: skip
 
     def observe(self, state: RobotState) -> RobotState:
         """Take over what a gripper that tells its opening says of the model, and return the state.

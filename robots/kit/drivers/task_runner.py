@@ -13,6 +13,7 @@ import numpy as np
 
 from robots.kit.arms.arrangement import NotPossible
 from robots.kit.arms.beliefs import How, ObjectModel
+from robots.kit.arms.chain import Joints
 from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.tasks import steps
@@ -29,6 +30,7 @@ from robots.kit.contract.errors import (
     RobotError,
 )
 from robots.kit.contract.session import Observation, OnStage, Outcome, Permit, Progress, RobotState, Session
+from robots.kit.drivers.catching import Catch
 from robots.kit.drivers.permits import until_held
 from robots.kit.drivers.step_judge import StepJudge
 
@@ -43,15 +45,15 @@ class GripLost(GaveUp):
 class TaskRunner:
     """Runs one task at a time. `holds` counts the session's holds: one of them ends a task for good.
 
-    `judge` looks at what each step has done.
+    `judge` looks at what each step has done; `catching` returns the attempt to take an object that may swing.
     """
 
     def __init__(
         self, session: Session, model: ObjectModel, hand: Hand, planner: Callable[[], MotionPlanner],
-        holds: Callable[[], int], judge: StepJudge,
+        holds: Callable[[], int], judge: StepJudge, catching: Callable[[Step], Catch | None],
     ) -> None:  # fmt: skip
         self._session, self._model, self._hand, self._judge = session, model, hand, judge
-        self._planner, self._holds = planner, holds
+        self._planner, self._holds, self._catching = planner, holds, catching
         self._load: str | None = None  # the object that the gripper has to hold now
         self.runs = False
 
@@ -94,9 +96,13 @@ class TaskRunner:
         with self._named(name, begun):
             if begun and self._judge.sees and carries:
                 waiting = self._again(of)
-        while waiting:
-            act = waiting.popleft()
+            if (catch := self._swinging(of, free, stages)) is not None:
+                waiting = deque(catch.approach)
+        while waiting or catch is not None:
             with self._named(name, begun):
+                if catch is not None and not waiting:
+                    waiting, catch = deque(catch.last(self._joints(), free)), None
+                act = waiting.popleft()
                 self._carry_out(act, free, stages)
                 lifted, closed = closed and carries, act.kind == "gripper" and bool(act.args["closed"])
                 if lifted and self._judge.lifted(act, first, stages.note) and waiting:
@@ -107,12 +113,27 @@ class TaskRunner:
 
     def _again(self, of: Step) -> deque[Act]:
         """Return the acts of a step from where arm and objects are now. Raises NotPossible."""
-        planner, state = self._planner(), self._session.state()
-        joints = np.array(state.joints[: len(planner.planner.chain.joints)])
         try:
-            return deque(plan(planner, Task((of,)), self._model.arrangement, joints))
+            return deque(plan(self._planner(), Task((of,)), self._model.arrangement, self._joints()))
         except StepImpossible as error:
             raise NotPossible(error.why) from error
+
+    def _joints(self) -> Joints:
+        state = self._session.state()
+        return np.array(state.joints[: len(self._planner().planner.chain.joints)])
+
+    def _swinging(self, of: Step, permit: Permit, stages: "_Stages") -> Catch | None:
+        """Return the attempt to take what swings, once it has been watched; None where nothing swings."""
+        catch = self._catching(of)
+        if catch is None:
+            return None
+        permit()
+        stages.begin()
+        swing = catch.watch(permit)
+        if swing is None:
+            return None
+        catch.begin(swing, self._joints())
+        return catch
 
     def _at_rest(self, permit: Permit) -> RobotState:
         state = self._session.state()

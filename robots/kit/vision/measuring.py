@@ -22,7 +22,7 @@ from robots.kit.vision.prints import FixedCamera, Floats, Print
 FACING = 0.2  # cosine between a face and the way to the camera from which its print is looked for
 SMALLEST_PX = 5.0  # edge of a marker in the picture from which its print is looked for
 WORST_PX = 0.2  # root mean square of the corners' distances from those of the fitted pose
-LEVEL, ALONE_LEVEL = np.radians((2.0, 8.0))  # an object that leans less lies level; one that one camera alone sees
+LEVEL, ALONE_LEVEL = np.radians((2.0, 12.0))  # an object that leans less lies level; one that one camera alone sees
 ALONG_M = np.arange(-0.06, 0.0601, 0.003)  # of the way from one camera, on which another looks for the object
 SAME_M = 0.012  # one camera alone tells no exact depth: an object is as high as one may be that is so near
 

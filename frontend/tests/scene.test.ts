@@ -9,6 +9,7 @@ import {
   type Move,
   moved,
   numbersOfPose,
+  placeInWords,
   pointingDown,
   shareOf,
   stepMove,
@@ -57,6 +58,10 @@ test("a way is told in words, and a way of nothing is none", () => {
   assert.equal(wayInWords(START, START), "");
   assert.equal(wayInWords(START, moved(START, [0, 0.012, 0.003, 0, 0, (3 * Math.PI) / 180])), "12 mm left, 3 mm up, 3° about z");
   assert.equal(wayInWords(START, moved(START, [-0.02, -0.001, -0.1, 0, 0, 0])), "20 mm back, 1 mm right, 100 mm down");
+});
+
+test("a place in words has whole numbers, no zero with a sign, and half a turn as 180", () => {
+  assert.equal(placeInWords(moved(START, [0.0004, -0.1003, 0, 0, 0, 0])), "x, y, z 500, 0, 300 mm; roll, pitch, yaw 180, 0, 180°");
 });
 
 test("keys move by a step and turn with Shift; other keys do nothing", () => {

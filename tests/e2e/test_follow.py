@@ -1,5 +1,6 @@
 """The arm follows the ghost while a control is held: who may, what it does, and each way in which the page loses the hand."""
 
+import math
 import time
 
 import pytest
@@ -10,7 +11,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command
 from tests.conftest import wait_for
 from tests.e2e.test_held import FLAT, GAMEPAD, INJECTED, rest
-from tests.e2e.test_scene import tool
+from tests.e2e.test_scene import grip, tool
 from tests.faults.controls import LOST
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
@@ -27,13 +28,12 @@ HOLD, ARMED = "#follow-hold", "#follow-on"
 
 @pytest.fixture
 def operator(visitor):
-    def make(level=2, **options):
+    def make(level=2, flat=True, **options):
         person = visitor(**options)
         person.page.context.add_init_script(GAMEPAD)
-        person.page.context.add_init_script(
-            FLAT
-        )  # drawn without a graphics card the page stalls for longer than a hand may
-        person.allowed = ("WebGL",)
+        if flat:  # drawn without a graphics card the page stalls for longer than a hand may
+            person.page.context.add_init_script(FLAT)
+        person.allowed = ("WebGL",) if flat else ()
         person.cleared("ada", None)
         if level > 1:
             Clearance.objects.create(user=person.user, robot=person.portal.robot, level=level, granted_at=SYSTEM.now())
@@ -148,6 +148,33 @@ def test_it_follows_while_the_button_is_held_and_rests_when_it_is_released(trans
     assert portal.sim.count("gripper") == grips + 1, "and does nothing while it does not"
     assert portal.sim.count("motion") == motions, "it holds, and returns nowhere by itself"
     ada.axe("the scene of who may let the arm follow")
+
+
+@MUSEUM_ARM
+def test_it_follows_the_handles_that_a_mouse_drags(transactional_db, portal, operator):
+    ada = operator(flat=False, viewport={"width": 500, "height": 700})  # little to draw
+    page = ada.page
+    page.check(ARMED)
+    page.locator("#model canvas").scroll_into_view_if_needed(timeout=20_000)
+    page.wait_for_timeout(500)
+    for _ in range(6):  # a page that stalled has lost the hand: it is taken again
+        before = tool(portal)
+        x, y = grip(page)
+        page.mouse.down()
+        for step in range(1, 21):
+            page.mouse.move(x - 2 * step, y + step)
+            page.wait_for_timeout(40)
+        came = by(lambda at=before: math.dist(tool(portal)[:3], at[:3]) > 0.005 or not holds(ada), ada)
+        if came and holds(ada):
+            break
+        page.mouse.up()
+        wait_for(lambda: newest().final, 20, "the end of the command")
+    assert holds(ada), page.inner_text("#ladder")
+    at = time.monotonic()
+    page.mouse.up()
+    assert rest(portal, at) <= RESTS_S
+    assert (newest().kind, newest().result["ended"]) == ("follow", "released")
+    expect(page.locator("#ghost-list")).to_contain_text("The ghost is at the arm")
 
 
 @MUSEUM_ARM

@@ -64,6 +64,20 @@ export function wayInWords(from: Pose, to: Pose): string {
   return [...lengths, ...turns].filter(Boolean).join(", ");
 }
 
+/** Return where a pose is, as "x, y, z 663, 0, 456 mm; roll, pitch, yaw 180, 0, 180°". */
+export function placeInWords(pose: Pose): string {
+  const numbers = numbersOfPose(pose),
+    at = numbers.slice(0, 3).map((v) => whole(v * 1000)),
+    turn = numbers.slice(3).map((v) => whole((v * 180) / Math.PI, true));
+  return `x, y, z ${at.join(", ")} mm; roll, pitch, yaw ${turn.join(", ")}°`;
+}
+
+/** Return a number without decimals; no zero with a sign, and half a turn as 180. */
+function whole(value: number, isAngle = false): string {
+  const rounded = Math.round(value) || 0;
+  return String(isAngle && rounded === -180 ? 180 : rounded);
+}
+
 export type { Move };
 type Way = readonly [number, number, number];
 const KEYS: Record<string, { move: Way; turn: Way }> = {

@@ -1,5 +1,5 @@
 /** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
-import { TargetEdit, type ArmMode, type Target, deg } from "../arm/types.ts";
+import { TargetEdit, type ArmMode, type Target } from "../arm/types.ts";
 import { byId, make, sayLines, set } from "../kit/dom.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
@@ -9,7 +9,7 @@ import { Ghost } from "./ghost.ts";
 import { Hand } from "./hand.ts";
 import { Handling } from "./handling.ts";
 import type { Judgement, PoseJudge } from "./judge.ts";
-import { type Move, numbersOfPose, pointingDown, wayInWords } from "./moves.ts";
+import { type Move, numbersOfPose, placeInWords, pointingDown, wayInWords } from "./moves.ts";
 import type { GoalFacts } from "./goals.ts";
 import type { ObjectFacts, PlateFacts } from "./known.ts";
 import type { SceneObjects } from "./objects.ts";
@@ -281,7 +281,8 @@ export class Scene implements ArmMode {
 
   private judged(pose: Pose): Judgement {
     this.judgedFrom = this.joints;
-    return this.judge?.judge({ pose, straight: this.straight.checked, share: this.use.share() }, this.joints) ?? FREE;
+    const straight = this.straight.checked || this.follows; // an arm that follows needs no plan, and the page no pause
+    return this.judge?.judge({ pose, straight, share: this.use.share() }, this.joints) ?? FREE;
   }
 
   private say(text: string): void {
@@ -335,6 +336,7 @@ export class Scene implements ArmMode {
     const { judgement, refusal } = this.ghost;
     if (refusal) return sentence(refusal);
     if (this.note) return this.note;
+    if (this.follows) return "The arm follows the ghost";
     if (!this.ghost.pose) return "";
     if (!this.ghost.away) return "The ghost is at the arm";
     if (judgement?.verdict === "way") return sentence(judgement.text);
@@ -346,15 +348,13 @@ export class Scene implements ArmMode {
   private fillList(): void {
     const { pose } = this.ghost,
       arm = this.armPose();
-    const [x = 0, y = 0, z = 0, ...turn] = pose ? numbersOfPose(pose) : [];
-    const at = [x, y, z].map((v) => whole(v * 1000)).join(", ");
     const words = !pose
       ? ["It is not known yet where the arm is."]
       : [
           this.ghost.away
             ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.`
             : "The ghost is at the arm.",
-          `Place: x, y, z ${at} mm; roll, pitch, yaw ${turn.map((v) => whole(deg(v), true)).join(", ")}°.`,
+          `Place: ${placeInWords(pose)}.`,
           ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
           ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
@@ -373,12 +373,6 @@ export class Scene implements ArmMode {
     if (wait) this.telling = window.setTimeout(now, wait);
     else now();
   }
-}
-
-/** Return a number without decimals; no zero with a sign, and half a turn as 180. */
-function whole(value: number, isAngle = false): string {
-  const rounded = Math.round(value) || 0;
-  return String(isAngle && rounded === -180 ? 180 : rounded);
 }
 
 function sentence(text: string): string {

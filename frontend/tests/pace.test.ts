@@ -80,3 +80,19 @@ test("an answer is quick by the line's own best, within limits", () => {
   assert.ok(!isQuick(1600, 3000), "a line that was never quick");
   assert.ok(!isQuick(null, 20), "no answer");
 });
+
+test("a line whose pictures come late is not asked for more, however quickly it answers", () => {
+  const judge = new LineJudge(0);
+  for (const pace of ["coarse", "stills"]) {
+    judge.down(0);
+    assert.equal(judge.pace, pace);
+  }
+  for (let now = 0; now < 600_000; now += 250) {
+    if (now % 8000 === 0) judge.arrived(8000);
+    judge.judge(now, true, true);
+  }
+  assert.equal(judge.pace, "stills");
+  judge.arrived(2000);
+  judge.judge(600_000, true, true);
+  assert.equal(judge.pace, "coarse", "once one has come in time it is tried");
+});

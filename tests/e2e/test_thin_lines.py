@@ -126,6 +126,8 @@ def test_an_operator_who_connects_again_over_1_kb_a_second_drives_on(operator):
     expect(ada.page.locator("#banner")).to_be_hidden(timeout=60_000)
     expect(ada.page.locator("#pace-said")).to_have_text(re.compile(FEW_BYTES), timeout=90_000)
     told_age_is_true(ada.page, "old")
+    ready = ada.page.locator("[data-command=down]")  # what was on its way before has to come first
+    expect(ready).to_have_attribute("aria-disabled", "false", timeout=60_000)
     ada.press("down")
 
 

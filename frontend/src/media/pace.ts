@@ -25,6 +25,7 @@ export class LineJudge {
   private tried = false; // this pace was tried after a lower one
   private hold = FIRST_HOLD_MS; // before more is tried; doubled after a failure
   private least = Infinity; // the least age in this window
+  private newest = 0; // the age of the newest picture when it arrived
   private windowAt: number;
   private shortFor = 0; // windows
 
@@ -37,6 +38,7 @@ export class LineJudge {
   /** Note that a picture of that age has arrived. */
   arrived(ageMs: number): void {
     this.least = Math.min(this.least, ageMs);
+    this.newest = ageMs;
   }
 
   /** Whether nothing has arrived in time in this window; the answer to a ping shows why. */
@@ -58,6 +60,7 @@ export class LineJudge {
     }
     if (this.pace === "live" && now - this.since > LONGEST_HOLD_MS) this.hold = FIRST_HOLD_MS;
     const above = PACES[PACES.indexOf(this.pace) - 1];
+    if (this.newest > LATE_MS[this.pace]) return false; // answers overtake pictures, so they say little of what the line carries
     if (!fast || short || above === undefined || this.pace === this.top || now - this.since < this.hold) return false;
     this.tried = true;
     return this.go(above, now);
@@ -76,7 +79,7 @@ export class LineJudge {
     this.pace = pace;
     this.since = this.windowAt = now;
     this.least = Infinity;
-    this.shortFor = 0;
+    this.newest = this.shortFor = 0;
     return true;
   }
 }

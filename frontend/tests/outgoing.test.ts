@@ -136,6 +136,14 @@ test("a line that becomes thin, or was stopped often, carries what is sent after
   assert.deepEqual(line.whole.at(-1), '{"t":"command","seq":2}');
 });
 
+test("a wish for less is sent at once though no answer comes", () => {
+  const line = new Line(0);
+  line.send(program);
+  const before = line.bytes;
+  line.send({ t: "watch" });
+  assert.equal(line.bytes - before, HEAD + '{"t":"watch"}'.length);
+});
+
 test("of keep-alives that cannot be sent the newest alone waits, and a release takes its place", () => {
   const line = new Line(0);
   for (let n = 0; n < 100; n += 1) line.send({ t: "keep", seq: 4, args: { x: n } });

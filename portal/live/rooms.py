@@ -198,8 +198,10 @@ class Room:
     def give_path(self, data: bytes) -> None:
         """Give everybody the path on which the robot begins to move. Raises ValueError."""
         self._path, self._path_until = data, SYSTEM.awake() + seconds_of(data)
-        for viewer in self._write_some(self.viewers, binary_frame(data)):
-            viewer.put_path(data)
+        frame = binary_frame(data)
+        for viewer in self._write_some(self.viewers, frame):
+            if not viewer.write_urgent(frame):
+                viewer.put_path(data)
 
     def give_running_path(self, viewer: Viewer) -> None:
         """Give a viewer that has come the path on which the robot moves already."""

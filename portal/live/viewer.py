@@ -19,7 +19,8 @@ from robots.kit.packets import CommandStage, Event
 
 EVENTS = 100
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
-SHORTEST = 64  # bytes of a piece of a long message
+SHORTEST = 40  # bytes of a piece of a long message
+COMPACT = 128  # the first byte of a compact state is not below
 NEWEST_S = 1.0  # between two times that a viewer which changes its wish is given the newest pictures
 STRANGER = -1  # as a visitor: a page of somebody who is not signed in
 Write = Callable[[bytes], None]
@@ -82,8 +83,9 @@ class Viewer:
     """
 
     __slots__ = (
-        "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_path", "_pictures", "_snapshot", "_sounds",
-        "_state", "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors", "visitor", "wish",
+        "_count", "_due", "_events", "_groups", "_mail", "_newest_from", "_packed", "_path", "_pictures", "_snapshot",
+        "_sounds", "_state", "_whole", "connection", "seat", "slug", "stream_cursors", "trace", "video_cursors",
+        "visitor", "wish",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None, wish: Wish = Wish()) -> None:
@@ -96,6 +98,8 @@ class Viewer:
         self._newest_from = 0.0  # when it may be given the newest pictures again
         self._pictures: dict[int, bytes] = {}
         self._state: bytes | None = None
+        self._whole: bytes | None = None  # a whole state, while compact ones come
+        self._packed = False  # compact states come
         self._path: bytes | None = None
         self._sounds: deque[bytes] = deque(maxlen=SOUNDS)
         self._events: deque[Event] = deque()
@@ -170,6 +174,13 @@ class Viewer:
         self.seat.sent_bytes += len(frame)
         self.connection.write(frame)  # type: ignore[union-attr]
 
+    def write_urgent(self, frame: bytes) -> bool:
+        """Write a frame over a thin line whatever is on the way, as answers are; False if it has to be put instead."""
+        if not self.piece or self.connection is None or self.connection.is_closing():
+            return False
+        self.write(frame)
+        return True
+
     def write_text(self, text: str) -> None:
         """Write a text message to the connection, which there must be."""
         self.write(self.connection.text_frame(text))  # type: ignore[union-attr]
@@ -200,8 +211,12 @@ class Viewer:
                 self.put_picture(camera, data)
 
     def put_state(self, data: bytes) -> None:
-        """Replace the state that waits."""
-        self._state = data
+        """Replace the state that waits; over a thin line a whole one between compact ones is less urgent."""
+        self._packed = self._packed or data[0] >= COMPACT
+        if self.piece and self._packed and data[0] < COMPACT:
+            self._whole = data
+        else:
+            self._state = data
         self.wake()
 
     def put_path(self, data: bytes | None) -> None:
@@ -268,6 +283,11 @@ class Viewer:
         """Return the state that waits; None if there is none."""
         state, self._state = self._state, None
         return state
+
+    def take_whole(self) -> bytes | None:
+        """Return the whole state that waits and is not urgent; None if there is none."""
+        whole, self._whole = self._whole, None
+        return whole
 
     def take_path(self) -> bytes | None:
         """Return the path that waits; None if there is none."""

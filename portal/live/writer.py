@@ -34,6 +34,7 @@ class Writer:
         self._one_by_one = asyncio.Lock()
         self._waiting: deque[bytes] = deque()  # packets of byte streams, in their order
         self._pieces, self._ordered = Pieces(), False  # of a long message; whether packets must not come before its end
+        self._picture = False  # it is a picture
         self._heads, self._texts = ShortHeads(), TextPieces()
         self._told = asyncio.Event()  # set while no text is left
         self._told.set()
@@ -160,7 +161,7 @@ class Writer:
         """Send the next piece of what is in pieces; a picture waits for texts."""
         if self._texts.left and not self._ordered:
             return False
-        if self._pieces.left and not self._ordered and not viewer.wish.cameras:
+        if self._pieces.left and self._picture and not viewer.wish.cameras:
             self._pieces.drop()  # nobody looks at this picture any more
         if not self._pieces.left:
             return False
@@ -170,6 +171,9 @@ class Writer:
     async def _pictures(self, viewer: Viewer) -> bool:
         if self._pieces.left or self._texts.left:
             return False
+        if (whole := viewer.take_whole()) is not None:
+            self._begin(whole, ordered=False)
+            return await self._long(viewer)
         packets = self._hub.video(viewer)
         if packets:
             await self._send_together(packets)
@@ -177,15 +181,15 @@ class Writer:
         if picture is None:
             return bool(packets)
         if viewer.piece and len(picture) > viewer.piece:
-            self._begin(picture, ordered=False)
+            self._begin(picture, ordered=False, picture=True)
         else:
             await self.send_bytes(picture)
         return True
 
-    def _begin(self, data: bytes, ordered: bool) -> None:
+    def _begin(self, data: bytes, ordered: bool, picture: bool = False) -> None:
         """Send a message in pieces; `ordered`: packets of byte streams must not come before its end."""
         self._pieces.begin(data)
-        self._ordered = ordered
+        self._ordered, self._picture = ordered, picture
 
     async def _send_if(self, data: bytes | None) -> bool:
         if data is not None:

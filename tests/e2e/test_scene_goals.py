@@ -5,7 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from robots.models import Command
+from robots.kit.arms.goals import goals_of
+from robots.models import Command, Finding
 from tests.e2e.test_scene import PHONE, WIDE, Wire
 
 # drawing in three dimensions without a graphics card takes a core of its own
@@ -41,8 +42,9 @@ def follow(page, goal):
         said = page.inner_text("#ghost-list")
         if f"The ghost is at {goal}." in said:
             return
-        (words,) = re.findall(rf"To {goal}: (.*)\.", said)
-        for size, unit, way in re.findall(r"(-?\d+)(°| mm) (about z|\w+)", words):
+        words = re.search(rf"To {goal}: (.*)\.", said)
+        assert words, f"to {goal}: {said}"
+        for size, unit, way in re.findall(r"(-?\d+)(°| mm) (about z|\w+)", words[1]):
             key = WAYS[way] if unit == " mm" else f"Shift+Arrow{'Left' if int(size) > 0 else 'Right'}"
             if unit == " mm" or way == "about z":
                 press(page, 0, key, abs(int(size)))
@@ -113,6 +115,58 @@ def test_a_task_is_recorded_by_keys_with_the_line_cut_and_builds_a_part_of_the_f
     expect(page.locator("#goals-list li").first).to_have_text("✓ a: in its place")
     x, y, _ = portal.sim.status()["objects"]["a"]
     assert (x, y) == pytest.approx((0.3882, -0.36), abs=0.001)
+
+
+def carry(page, x, y, z):
+    """Move the ghost near a place (mm), over everything on the way."""
+    for way in ("up", "beside", "down"):
+        here = [int(n) for n in re.search(r"Place: x, y, z (.*) mm", page.inner_text("#ghost-list"))[1].split(", ")]
+        steps(
+            page,
+            *{"up": (0, 0, 200 - here[2]), "beside": (x - here[0], y - here[1], 0), "down": (0, 0, z - here[2])}[way],
+        )
+
+
+def test_the_figure_is_recorded_by_keys_alone_sent_as_one_task_and_won(transactional_db, portal, operator):
+    ada = operator(**WIDE)
+    page = ada.page
+    page.focus("#record")
+    page.keyboard.press("Enter")
+    for name, first, there in (
+        ("a", -240, (388, -360, 14)), ("b", -160, (452, -360, 14)), ("c", -80, (420, -360, 33)),
+        ("d", 0, (436, -360, 53)), ("e", 80, (436, -360, 72)),
+    ):  # fmt: skip
+        carry(page, 600, first, 20)
+        follow(page, f"the grasp of {name}")
+        page.keyboard.press("p")
+        expect(page.locator("#record-said")).to_have_text(f"Recorded: grasp {name}.")
+        carry(page, *there[:2], there[2] + 12)
+        if name in "de":
+            press(page, 2, "Shift+ArrowLeft", 6)  # a quarter
+        follow(page, "its place in the figure")
+        page.keyboard.press("p")
+    lines = page.locator("#record-list li").all_inner_texts()
+    assert lines == [
+        "grasp a", "put a on plate at 2 5", "grasp b", "put b on plate at 6 5", "grasp c", lines[5],
+        "grasp d", "put d on c by 15.9 0 turned 90", "grasp e", "put e on d",
+    ]  # fmt: skip
+    assert lines[5] in ("put c on a by 31.8 0", "put c on b by -31.8 0")
+    page.focus("#record-edit")
+    page.keyboard.press("Enter")
+    expect(page.locator("#task-said")).to_contain_text("Checked with the objects as the arm knows them", timeout=30_000)
+    page.focus("[data-command=run-task]")
+    page.keyboard.press("Enter")
+    page.click("#tab-scene")
+    expect(page.locator("#goals-said")).to_have_text("Won: The figure of five bricks.", timeout=240_000)
+    expect(page.locator("#goals-count")).to_have_text("figure 5 of 5")
+    there = portal.sim.status()["objects"]
+    goal = next(one for one in goals_of("puma") if one.name == "figure")
+    for name, pose in goal.parts.items():
+        assert there[name] == pytest.approx(pose[:3, 3], abs=0.002), name
+    ada.ladder("completed")
+    won = Finding.objects.get(text="won: The figure of five bricks")
+    assert won.frame is not None
+    assert won.command.kind == "task"
 
 
 def test_the_rod_is_won_once_and_said_once(transactional_db, portal, operator):

@@ -7,6 +7,7 @@ import time
 import pytest
 from playwright.sync_api import expect
 
+from robots.kit.contract.command_packet import PING
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
 from tests.e2e.thin_line import ThinLine
@@ -50,7 +51,10 @@ class Pings:
         socket.on("framereceived", self._answered)
 
     def _asked(self, data):
-        if isinstance(data, str) and (said := json.loads(data))["t"] == "ping":
+        if isinstance(data, bytes):
+            if data[0] == PING:
+                self._sent[int.from_bytes(data[1:], "big")] = time.monotonic()
+        elif data[0] != "\x07" and (said := json.loads(data))["t"] == "ping":
             self._sent[said["n"]] = time.monotonic()
 
     def _answered(self, data):

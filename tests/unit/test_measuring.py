@@ -150,3 +150,24 @@ def test_a_number_on_two_faces_is_refused():
     described["object"][1]["markers"][0]["number"] = described["object"][0]["markers"][0]["number"]
     with pytest.raises(ValueError, match="two faces"):
         prints_of(described)
+
+
+def test_any_picture_is_measured_or_not_without_an_error(measurer, renderer, plant):
+    """Pictures that are warped, mirrored, cut and mixed: cameras that somebody has pushed, hands, other markers."""
+    dice = np.random.default_rng(6)
+    taken = pictures(renderer, plant, dice)
+    for _ in range(15):
+        odd = {}
+        for view, picture in taken.items():
+            corners = np.array([[0, 0], [640, 0], [640, 480], [0, 480]], np.float32)
+            moved = (corners + dice.normal(0, 90, (4, 2))).astype(np.float32)
+            made = cv2.warpPerspective(picture, cv2.getPerspectiveTransform(corners, moved), (640, 480))
+            made = made[:, ::-1] if dice.random() < 0.2 else made
+            x, y = dice.integers(0, 500), dice.integers(0, 300)
+            made = made.copy()
+            made[y : y + 150, x : x + 120] = dice.integers(0, 256)
+            odd[view] = made
+        if dice.random() < 0.3:
+            odd["front"] = odd["side"]
+        looked = measurer.measure(odd, FIRST, on_table)
+        assert all(np.isfinite(pose).all() for pose in looked.poses.values())

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from websockets.frames import Frame, Opcode
 from websockets.streams import StreamReader
 
+from portal.live.rooms import Room
 from portal.live.viewer import Viewer, Wish
 from portal.live.writer import Writer
 from robots.kit.contract.short_heads import FIRST, ShortHeads
@@ -194,6 +195,44 @@ def test_deltas_that_follow_have_short_heads_also_where_they_come_in_pieces():
     assert reader.restore(short) == packets[1]
     assert reader.restore(whole(pieces[ended[0] + 1 :])) == long
     assert len(whole(pieces[ended[0] + 1 :])) == 3 + 150
+
+
+def test_the_path_of_a_motion_that_begins_waits_for_nothing_over_a_thin_line():
+    line, packet = ThinLine(), bytes((6, *bytes(40)))
+    viewer, room = Viewer("arm", line), Room("arm")
+    viewer.choose(THIN)
+    room.add(viewer)
+    line._taken = False  # something is on the way
+    room.give_path(packet)
+    assert [read(frame) for frame in line.written] == [packet]
+    assert viewer.take_path() is None
+    viewer.choose(Wish())
+    room.give_path(packet)
+    assert viewer.take_path() == packet
+
+
+WHOLE = b"\x01" + bytes(range(100))
+
+
+def test_a_whole_state_between_compact_ones_lets_them_pass():
+    def put(viewer, before):
+        viewer.put_state(STATE + bytes((before,)))
+        if before == 0:
+            viewer.put_state(WHOLE)
+
+    got = asyncio.run(written(put, 9))
+    pieces = [one for one in got if one[0] == 7]
+    assert whole(pieces) == WHOLE
+    assert got[1] != WHOLE
+    assert [one[0] for one in got[:4]] == [200, 7, 200, 7]
+
+
+def test_where_no_compact_states_come_a_whole_one_is_sent_as_such():
+    def put(viewer, before):
+        if before == 0:
+            viewer.put_state(WHOLE)
+
+    assert asyncio.run(written(put)) == [WHOLE]
 
 
 def test_of_the_stages_of_a_command_that_wait_the_newest_is_sent():

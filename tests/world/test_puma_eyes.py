@@ -51,6 +51,23 @@ def test_where_the_bricks_are_is_measured_once_the_arm_is_connected(portal):
     check_measured(portal, *names)
 
 
+@hunts(1, 2, 5)
+def test_an_arm_at_rest_looks_at_nothing_and_a_motion_makes_it_look_once(portal):
+    portal.grant()
+    owned, asked = portal.owner.owned, []
+    take = owned.look
+
+    def look(view):
+        asked.append(view)
+        return take(view)
+
+    owned.look = look
+    portal.world.sleep(120.0)
+    assert asked == []
+    assert portal.final(portal.issue("line", x=0.55, y=-0.1, z=0.25, roll=np.pi, pitch=0.0, yaw=np.pi)).reason == ""
+    assert asked == ["front", "front", "side", "side"]
+
+
 @hunts(2, 6, 20)
 def test_a_brick_that_was_put_is_measured_where_it_is(portal):
     command = run(portal, "put a on b\nexpect a on b")

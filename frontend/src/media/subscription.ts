@@ -205,6 +205,11 @@ export class Subscription {
     return this.pace === "live" || this.pace === "coarse";
   }
 
+  /** Whether long messages come in pieces, so that answers are never far behind. */
+  get inPieces(): boolean {
+    return this.pace === "stills" || this.pace === "states";
+  }
+
   private get filming(): boolean {
     return this.film && performance.now() >= this.restsUntil && this.whole && this.cameras.length > 0;
   }
@@ -218,7 +223,7 @@ export class Subscription {
       compact: pace !== "live",
       ...(this.filming ? { video: this.coding } : {}),
       ...(pace === "coarse" ? { coarse: true } : {}),
-      ...(pace === "stills" || pace === "states" ? { pieces: true } : {}),
+      ...(this.inPieces ? { pieces: true } : {}),
       ...(this.sound && !this.soundless ? { sound: true } : {}),
     };
   }

@@ -68,7 +68,7 @@ export class RobotPage {
       facts.compact,
       (moved) => media.subscription.wish(moved),
       (message) => (this.thin && facts.packed ? this.packed(facts.packed, message) : null),
-      () => this.thin,
+      () => media.subscription.inPieces,
     );
     this.stop = new StopButton({
       connection: this.live,

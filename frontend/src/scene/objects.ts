@@ -28,6 +28,7 @@ export interface Goal {
 
 const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const ALONE_M = 0.005; // an object stands on another one if no more than this is between them
+const SAME = 1e-6; // of two costs
 const MOST = 100_000; // bytes of a packet of beliefs
 
 export class SceneObjects {
@@ -185,7 +186,7 @@ export class SceneObjects {
     const inHand = inverse(held.pose),
       { facts } = held,
       first = facts.first && [{ at: Float64Array.from(facts.first), what: `where ${facts.name} was first` }];
-    return [...this.tops(held), ...(first ?? []), ...this.built(facts), ...this.studs(held, tool)].flatMap(({ at, what }) =>
+    return [...this.built(facts), ...this.tops(held), ...(first ?? []), ...this.studs(held, tool)].flatMap(({ at, what }) =>
       turnsOf(facts).map((angle) => ({ pose: product(product(at, uprightAt([0, 0, 0], angle)), inHand), what })),
     );
   }
@@ -218,8 +219,9 @@ export class SceneObjects {
   }
 }
 
+/** Return the nearest goal, of goals at the same place the first one. */
 function nearest<One extends Goal>(tool: Pose, goals: readonly One[]): One | null {
-  return goals.reduce<One | null>((best, one) => (!best || costOf(tool, one) < costOf(tool, best) ? one : best), null);
+  return goals.reduce<One | null>((best, one) => (!best || costOf(tool, one) < costOf(tool, best) - SAME ? one : best), null);
 }
 
 function raised(pose: Float64Array, by: number): Float64Array {

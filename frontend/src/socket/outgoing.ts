@@ -23,6 +23,7 @@ interface Waiting {
   at: number; // characters of it that were written
 }
 
+const URGENT = ["stop", "ping", "watch"]; // the last may ask for less
 const LEAST = 64,
   FIRST = 128,
   MOST = 1 << 16, // bytes that may be on the way
@@ -63,7 +64,7 @@ export class Outgoing {
       this.line.write(data); // it is not counted, because nothing measures when it arrives
       return;
     }
-    if (t === "stop" || t === "ping") {
+    if (URGENT.includes(t)) {
       this.write(data);
       return;
     }

@@ -215,9 +215,8 @@ def _lean(pose: Floats, lies: Floats) -> float:
 
 def _off(seen: Sequence[Seen], pose: Floats) -> Floats:
     """Return how far (px) each corner is from that of the pose."""
-    return np.concatenate(
-        [(one.camera.project(one.print.corners @ pose[:3, :3].T + pose[:3, 3]) - one.corners).ravel() for one in seen]
-    )
+    at = [one.camera.project(one.print.corners @ pose[:3, :3].T + pose[:3, 3]) - one.corners for one in seen]
+    return np.nan_to_num(np.concatenate(at).ravel(), nan=BEHIND_PX)
 
 
 def _rms(seen: Sequence[Seen], pose: Floats) -> float:
@@ -250,6 +249,7 @@ def _fit_level(seen: Sequence[Seen], lies: Floats, height: float | None) -> Floa
     return moved(least_squares(lambda x: _off(seen, moved(x)), start, method="lm", x_scale=scale).x)
 
 
+BEHIND_PX = 1e4  # how far off a corner is that would be behind the camera
 SCALE6 = np.array([0.1, 0.1, 0.1, 0.01, 0.01, 0.01])  # rad, m
 
 

@@ -33,13 +33,21 @@ class Finger:
         self.cdp.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
     def down(self):
-        self._tell("touchStart", [{"x": self.at[0], "y": self.at[1]}])
+        self._tell("touchStart", [{"x": self.at[0], "y": self.at[1], "id": 0}])
 
     def move(self, right, down, steps=20):
         for _ in range(steps):
             self.at = [self.at[0] + right / steps, self.at[1] + down / steps]
-            self._tell("touchMove", [{"x": self.at[0], "y": self.at[1]}])
+            self._tell("touchMove", [{"x": self.at[0], "y": self.at[1], "id": 0}])
             self.page.wait_for_timeout(40)
+
+    def beside(self, control):
+        """Tap a control with a second finger, while this one stays where it is."""
+        box, own = control.bounding_box(), {"x": self.at[0], "y": self.at[1], "id": 0}
+        other = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2, "id": 1}
+        self._tell("touchStart", [own, other])
+        self.page.wait_for_timeout(100)
+        self._tell("touchMove", [own])
 
     def up(self):
         self._tell("touchEnd", [])
@@ -86,7 +94,7 @@ def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(trans
     page.locator(".more-input summary").click()
     phone.axe("a phone as a controller")
     page.check("#tilt-on")
-    page.locator("#touch-pad").scroll_into_view_if_needed()
+    page.evaluate("scrollTo(0, 0)")  # the pad and the buttons of the gripper are in view
     for _ in range(4):  # a page that stalled has lost the hand: it is taken again
         before = tool(portal)
         finger = Finger(page)
@@ -97,6 +105,8 @@ def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(trans
         for degrees in range(41, 61):
             page.evaluate(TURNED, [degrees, 0, 0])
             page.wait_for_timeout(40)
+        grips = portal.sim.count("gripper")
+        finger.beside(page.locator("[data-command=close]"))
         page.wait_for_timeout(2500)
         newest = Command.objects.order_by("-pk")[0]
         finger.up()
@@ -106,6 +116,7 @@ def test_a_finger_and_the_turns_of_a_phone_move_the_arm_of_the_same_person(trans
     newest = Command.objects.order_by("-pk")[0]
     assert (newest.kind, newest.result["ended"]) == ("follow", "released")
     moved = [there - here for there, here in zip(tool(portal), before, strict=True)]
+    assert portal.sim.count("gripper") == grips + 1, "a second finger closes the gripper meanwhile"
     # what a hand did while the page stalled for a quarter of a second is not done, so it may be less
     assert 0.02 < moved[0] < 0.043, "up on the pad is away from the base"
     assert abs(moved[1]) < 0.005

@@ -105,6 +105,10 @@ export class Handling implements LoopUse {
     document.addEventListener("visibilitychange", () => document.hidden && this.drop());
     addEventListener("gamepaddisconnected", () => this.tick());
     byId("six-axis").addEventListener("click", () => void this.six.connect().then((words) => say(byId("six-axis-said"), words)));
+    for (const name of ["open", "close"] as const)
+      // a second finger makes no click
+      for (const button of document.querySelectorAll(`[data-command="${name}"]`))
+        button.addEventListener("pointerdown", () => this.grip(name));
     addEventListener("hashchange", layOut);
     layOut();
     const tilts = byId<HTMLInputElement>("tilt-on");

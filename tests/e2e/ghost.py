@@ -7,11 +7,10 @@ import numpy as np
 KEYS = (("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown"))  # of x, y, z: more and less
 PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
 TRIAL = 25  # px of a pull that shows where a handle leads
-FARTHEST = 400  # px of one pull
+FARTHEST, TRIES = 400, 4  # px of one pull; how often it is corrected
 LOOK_MS = 250  # until the list has followed
-NEAR_MM = 1.0  # the list tells whole ones; nearer than 2 mm the ghost snaps
 VIEWS = {"Side": (0, 2), "Top": (0, 1)}  # the axes that lie across each
-SCALES = ("1", "5", "5")  # of the hand's motion to the ghost's: first far, then near
+SCALES = {"1": 6.0, "5": 3.0}  # of the hand's motion to the ghost's, and how near it is to come (mm)
 
 
 def place(page):
@@ -28,20 +27,18 @@ class Mouse:
 
     def go(self, target):
         """Bring the ghost to a place (mm), by one handle after another."""
-        for scale in SCALES:
+        for scale, near in SCALES.items():
             self.page.select_option("#ghost-scale", scale)
             for view, axes in VIEWS.items():
-                if self._off(target)[list(axes)].max() <= NEAR_MM:
+                if self._off(target)[list(axes)].max() <= near:
                     continue
                 self.page.locator("#viewpoints button", has_text=view).first.click()
                 self.page.wait_for_timeout(LOOK_MS)
                 for x, y in self._handles():
                     self._pull(x, y, np.array(target, float))
-                    if self._off(target)[list(axes)].max() <= NEAR_MM:
+                    if self._off(target)[list(axes)].max() <= near:
                         break
-            if self._off(target).max() <= NEAR_MM:
-                return
-        raise AssertionError(f"not {target}: {self.page.inner_text('#ghost-list')}")
+        assert self._off(target).max() <= near, f"not {target}: {self.page.inner_text('#ghost-list')}"
 
     def _off(self, target):
         return np.abs(place(self.page) - target)
@@ -72,8 +69,10 @@ class Mouse:
             leads.append((place(self.page) - begun) / TRIAL)
         self.to(at)
         there, by = np.linalg.pinv(np.array(leads).T, rcond=0.2), np.zeros(2)
-        while np.abs(more := there @ (target - place(self.page))).max() > 1 and np.abs(by).max() < FARTHEST:
-            by = by + more
+        for _ in range(TRIES):
+            if np.abs(more := there @ (target - place(self.page))).max() <= 1:
+                break
+            by = np.clip(by + more, -FARTHEST, FARTHEST)
             self.to(at + by)
         self.up(at + by)
         self.page.wait_for_timeout(LOOK_MS)

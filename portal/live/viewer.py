@@ -13,6 +13,7 @@ from portal.live.messages import CAMERAS, Watch
 from portal.live.video import VideoCursors
 from robots import bus
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.compact import FIRST as COMPACT
 from robots.kit.contract.packet_chain import Cursor
 from robots.kit.description import CODING
 from robots.kit.packets import CommandStage, Event
@@ -20,7 +21,6 @@ from robots.kit.packets import CommandStage, Event
 EVENTS = 100
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
 SHORTEST = 40  # bytes of a piece of a long message
-COMPACT = 128  # the first byte of a compact state is not below
 NEWEST_S = 1.0  # between two times that a viewer which changes its wish is given the newest pictures
 STRANGER = -1  # as a visitor: a page of somebody who is not signed in
 Write = Callable[[bytes], None]

@@ -57,9 +57,9 @@ def visible_program(robot: Robot, user: Any, pk: int, kind: str | None = None) -
 def load_gallery(robot: Robot, now: datetime) -> None:
     """Put the programs of the robot's package into its gallery."""
     spec = spec_or_none(robot.driver)
-    kinds = [one.kind for one in (spec.all_of(Programs) if spec is not None else ())]
-    for folder in ("", *kinds):
-        kind = "" if folder in kinds[:1] else folder
+    folders = [one.kind for one in (spec.all_of(Programs) if spec is not None else ())]
+    for folder in ("", *folders):
+        kind = stored_kind(robot, folder)
         for name, text in description.programs_of(robot.driver, folder):
             Program.objects.get_or_create(
                 robot=robot, author=None, name=name,

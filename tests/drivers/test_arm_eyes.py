@@ -12,6 +12,7 @@ from robots.kit.arms.objects import objects_of, placed_of, pose_of
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
+from robots.kit.drivers import arm_eyes
 from robots.kit.drivers.arm_eyes import PAUSE_S, eyes_of
 from simulators.puma.plant import Plant
 from simulators.puma.render import RasterRenderer
@@ -64,6 +65,12 @@ def believed():
 
 def test_an_arm_without_markers_has_no_eyes(viewer):
     assert eyes_of(viewer, "pa10") is None
+
+
+def test_an_arm_with_calibrated_cameras_but_without_markers_has_no_eyes(viewer, monkeypatch):
+    bare = {**load("puma"), "object": [{**one, "markers": []} for one in load("puma")["object"]]}
+    monkeypatch.setattr(arm_eyes, "load", lambda driver: bare)
+    assert eyes_of(viewer, "puma") is None
 
 
 def test_what_is_there_is_measured_and_nothing_is_missing(viewer):

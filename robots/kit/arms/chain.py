@@ -3,6 +3,7 @@
 Independent of any robot. Lengths in m, angles in rad; poses are 4 x 4 homogeneous matrices in the frame of the base.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
@@ -83,6 +84,10 @@ class Chain:
             elif kind != "fixed":
                 raise ValueError(f"joint {element.get('name')} of type {kind} cannot be in the chain")
         return cls(tuple(joints), here)
+
+    def joints_in(self, values: Sequence[float]) -> Joints:
+        """Return this chain's joints (rad) of a state's, which may end with those of a gripper."""
+        return np.array(values[: len(self.joints)])
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ def check_target(planner: MotionPlanner, kind: str, args: dict[str, Any], state:
             arm.stand(np.array(motion.joints))
         else:
             ready = posture(load(planner.driver), "ready")
-            near = np.array(state.joints[: len(ready)]) if state else ready
+            near = arm.chain.joints_in(state.joints) if state else ready
             arm.stand(arm.reach(matrix(motion.pose), near))
     except Refused as error:
         raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error

@@ -6,16 +6,16 @@ A goal is to build a figure of objects, to lift an object, or to catch one that 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from math import pi, radians, remainder, tau
+from math import radians, tau
 from typing import Any
 
-import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.arrangement import Arrangement, NotPossible
 from robots.kit.arms.chain import Matrix
 from robots.kit.arms.objects import NAME, TABLE, DescribedObject, ObjectTable, objects_of, pose_of, upright, yaw_of
-from robots.kit.arms.plates import MOST_STUDS, PLATE
+from robots.kit.arms.plates import PLATE, are_studs
+from robots.kit.arms.pose import apart
 from robots.kit.arms.tables import BadDescription, number, numbers
 from robots.kit.description import load
 
@@ -46,7 +46,7 @@ def missing(described: DescribedObject, pose: Matrix, goal: Matrix) -> tuple[flo
     angle = min(
         float((Rotation.from_euler("z", -n * tau / described.turns) * turn).magnitude()) for n in range(described.turns)
     )
-    return float(np.linalg.norm(pose[:3, 3] - goal[:3, 3])), angle
+    return apart(pose, goal), angle
 
 
 @cache
@@ -135,25 +135,16 @@ def _figure(who: str, one: Mapping[str, Any], table: ObjectTable) -> dict[str, M
 
 def _part(who: str, part: Mapping[str, Any], described: DescribedObject, built: Arrangement) -> Matrix:
     """Return where a part belongs. Raises BadDescription, NotPossible."""
-    on, turned = part.get("on"), radians(number(who, part, "turned_deg", 0.0))
+    on, turned, first = part.get("on"), radians(number(who, part, "turned_deg", 0.0)), pose_of(described.first)
     if on not in (TABLE, PLATE, *built.places):
         raise BadDescription(f"{who}: on is {TABLE}, {PLATE}, or the object of a part before it")
     if on == TABLE:
         x, y = numbers(who, part, "at_m", 2)
-        return described.standing(_turned(described, turned), x, y, built.table.height)
+        return described.standing(upright(first, turned), x, y, built.table.height)
     stud = part.get("stud")
-    if stud is not None and (on != PLATE or not _is_stud(stud)):
+    if stud is not None and (on != PLATE or not are_studs(stud)):
         raise BadDescription(f"{who}: stud is a column and a row of the {PLATE}, two whole numbers from 1")
     dx, dy = numbers(who, part, "by_m", 2) if "by_m" in part else (0.0, 0.0)
     base, _ = built.bearing(on)
-    rotation = _turned(described, yaw_of(base) + turned)
+    rotation = upright(first, yaw_of(base) + turned)
     return built.on_top(described.name, rotation, on, (dx, dy), None if stud is None else (stud[0], stud[1]))
-
-
-def _is_stud(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 2 and all(type(n) is int and 1 <= n <= MOST_STUDS for n in value)
-
-
-def _turned(described: DescribedObject, yaw: float) -> Matrix:
-    turn = Rotation.from_euler("z", remainder(yaw, 2 * pi)).as_matrix()
-    return np.asarray(turn @ upright(pose_of(described.first)))

@@ -137,12 +137,12 @@ def yaw_of(pose: Matrix) -> float:
     return float(np.arctan2(pose[1, 0], pose[0, 0]))
 
 
-def upright(pose: Matrix) -> Matrix:
-    """Return a rotation (3 x 3) without its turn about the vertical, and without a lean of up to a degree."""
+def upright(pose: Matrix, yaw: float = 0.0) -> Matrix:
+    """Return a rotation (3 x 3) without a lean of up to a degree, and with this turn about the vertical (rad)."""
     rest = Rotation.from_euler("z", -yaw_of(pose)).as_matrix() @ pose[:3, :3]
     nearest = np.round(rest)
     straight = np.abs(rest - nearest).max() < pi / 180 and abs(np.linalg.det(nearest) - 1.0) < 1e-9
-    return np.asarray(nearest if straight else rest)
+    return np.asarray(Rotation.from_euler("z", yaw).as_matrix() @ (nearest if straight else rest))
 
 
 @cache

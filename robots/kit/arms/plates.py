@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -60,17 +60,18 @@ class Plate:
         return bool((solid.corners[:, :2] > low - 1e-6).all() and (solid.corners[:, :2] < high + 1e-6).all())
 
 
+def are_studs(value: Any) -> TypeGuard[list[int]]:
+    """Return whether a value of a table is a number of columns and one of rows."""
+    return isinstance(value, list) and len(value) == 2 and all(type(n) is int and 1 <= n <= MOST_STUDS for n in value)
+
+
 def plate_in(description: Mapping[str, Any]) -> Plate | None:
     """Return the plate of a description, None if it has none. Raises BadDescription."""
     if PLATE not in description:
         return None
     table = table_of(description, PLATE)
     studs = table.get("studs")
-    if (
-        not isinstance(studs, list)
-        or len(studs) != 2
-        or not all(type(count) is int and 1 <= count <= MOST_STUDS for count in studs)
-    ):
+    if not are_studs(studs):
         raise BadDescription(f"plate: studs is two whole numbers from 1 to {MOST_STUDS}, columns and rows")
     pitch, thick = (number("plate", table, name) for name in ("pitch_m", "thick_m"))
     if not (pitch > 0.0 and thick > 0.0 and pitch * max(studs) <= LARGEST_M):

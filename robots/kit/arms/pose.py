@@ -22,6 +22,16 @@ def matrix(values: Six, angles: str = RPY) -> Matrix:
     return pose
 
 
+def apart(one: Matrix, other: Matrix) -> float:
+    """Return how far (m) the middles of two poses (4 x 4) are from each other."""
+    return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
+
+
+def turned(one: Matrix, other: Matrix) -> float:
+    """Return by how much (rad) two poses (4 x 4) are turned against each other."""
+    return float(Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).magnitude())
+
+
 def numbers(pose: Matrix, angles: str = RPY) -> Six:
     """Return (x, y, z in m, three angles in rad); where the angles are not unique, the third is 0."""
     first, second, third = Rotation.from_matrix(pose[:3, :3]).as_euler(angles, suppress_warnings=True)

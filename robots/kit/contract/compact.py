@@ -18,6 +18,7 @@ from robots.kit.contract.channels import Scale
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
 
+FIRST = 128  # the first byte of a compact state is not below
 CLOCK = 1 << 16  # ms after which the stamp begins again
 HEAD_BITS = 8 + 16 + 2
 
@@ -58,9 +59,9 @@ class Layout:
 
     @cached_property
     def mark(self) -> int:
-        """Return the first byte: from 128 on, and most likely another for another layout."""
+        """Return the first byte: from `FIRST` on, and most likely another for another layout."""
         written = [(scale.low, scale.step, scale.bits) for scale in self.scales]
-        return 128 | zlib.crc32(repr((len(self.joints), written, self.modes)).encode()) & 127
+        return FIRST | zlib.crc32(repr((len(self.joints), written, self.modes)).encode()) & 127
 
     def facts(self) -> dict[str, Any]:
         """Return what a page needs to read the packets."""

@@ -8,6 +8,7 @@ that Python and TypeScript read alike.
 """
 
 import struct
+from dataclasses import replace
 
 from robots.kit.contract.streams import HEAD, MOST, StreamPacket, pack, unpack
 
@@ -62,9 +63,7 @@ class ShortHeads:
         return pack(packet)
 
     def _note(self, packet: StreamPacket) -> None:
-        self._newest[packet.stream] = StreamPacket(
-            packet.stream, packet.number, packet.at_ms, packet.key, b"", packet.run
-        )
+        self._newest[packet.stream] = replace(packet, data=b"")
 
 
 def _follows(packet: StreamPacket, before: StreamPacket) -> bool:

@@ -51,8 +51,8 @@ class Sight:
 def eyes_of(session: Session, driver: str) -> "ArmEyes | None":
     """Return the eyes of an arm, None where its description has no calibrated cameras, or no markers."""
     description = load(driver)
-    measurer = Measurer(cameras_of(description), prints_of(description), codes_of(description))
-    return ArmEyes(session, driver, measurer) if measurer.cameras and measurer.prints else None
+    cameras, prints = cameras_of(description), prints_of(description)
+    return ArmEyes(session, driver, Measurer(cameras, prints, codes_of(description))) if cameras and prints else None
 
 
 class ArmEyes:

@@ -10,8 +10,6 @@ import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from robots.kit.arms.beliefs import How, ObjectModel, Snapshot
 from robots.kit.arms.chain import Matrix
 from robots.kit.arms.goals import goals_of
@@ -94,7 +92,7 @@ class ArmTasks:
         state = self._session.latest()
         if self._eyes is None or state is None or state.moving:
             return None
-        joints = np.array(state.joints[: len(self._planner().planner.chain.joints)])
+        joints = self._planner().planner.chain.joints_in(state.joints)
         sight = self._eyes.look(self.model.arrangement, joints, insists, or_at)
         accept(self.model, sight, self._tool(state), _now_ms())
         return sight
@@ -151,7 +149,7 @@ class ArmTasks:
 
     def _tool(self, state: RobotState) -> Matrix:
         chain = self._planner().planner.chain
-        return chain.forward(np.array(state.joints[: len(chain.joints)]))
+        return chain.forward(chain.joints_in(state.joints))
 
 
 def _now_ms() -> int:

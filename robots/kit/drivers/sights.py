@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.arrangement import Arrangement, NotPossible
 from robots.kit.arms.beliefs import How, ObjectModel
 from robots.kit.arms.chain import Matrix
 from robots.kit.arms.objects import placed_of, pose_of
+from robots.kit.arms.pose import apart, turned
 from robots.kit.contract.objects import Placed
 from robots.kit.drivers.arm_eyes import Sight
 
@@ -56,16 +56,6 @@ def _hovers(model: ObjectModel, name: str, pose: Matrix) -> bool:
 def _inside(model: ObjectModel, pose: Matrix) -> bool:
     box = model.table.box
     return all(low <= at <= low + size for at, low, size in zip(pose[:3, 3], box.low, box.size, strict=True))
-
-
-def apart(one: Matrix, other: Matrix) -> float:
-    """Return how far (m) the middles of two poses are from each other."""
-    return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
-
-
-def turned(one: Matrix, other: Matrix) -> float:
-    """Return by how much (rad) two poses are turned against each other."""
-    return float(Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).magnitude())
 
 
 def is_same(one: Matrix, other: Matrix) -> bool:

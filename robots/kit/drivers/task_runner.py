@@ -9,8 +9,6 @@ from contextlib import contextmanager, suppress
 from itertools import groupby
 from operator import attrgetter
 
-import numpy as np
-
 from robots.kit.arms.arrangement import NotPossible
 from robots.kit.arms.beliefs import How, ObjectModel
 from robots.kit.arms.chain import Joints
@@ -119,8 +117,7 @@ class TaskRunner:
             raise NotPossible(error.why) from error
 
     def _joints(self) -> Joints:
-        state = self._session.state()
-        return np.array(state.joints[: len(self._planner().planner.chain.joints)])
+        return self._planner().planner.chain.joints_in(self._session.state().joints)
 
     def _swinging(self, of: Step, permit: Permit, stages: "_Stages") -> Catch | None:
         """Return the attempt to take what swings, once it has been watched; None where nothing swings."""
@@ -148,9 +145,8 @@ class TaskRunner:
         first = next(task.steps()).action
         if self._hand.holds(state) and arrangement.held is None and first != steps.Open():
             raise OutOfWorkspace(UNKNOWN_LOAD)
-        joints = np.array(state.joints[: len(planner.planner.chain.joints)])
         try:
-            return plan(planner, task, arrangement, joints)
+            return plan(planner, task, arrangement, planner.planner.chain.joints_in(state.joints))
         except StepImpossible as error:
             raise OutOfWorkspace(str(error)) from error
 

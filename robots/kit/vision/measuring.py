@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from robots.kit.arms.pose import turned
 from robots.kit.vision.alignment import HINT, READ_SURE, Grey, Template
 from robots.kit.vision.markers import Markers
 from robots.kit.vision.prints import FixedCamera, Floats, Print
@@ -175,7 +176,7 @@ class Measurer:
             if len({one.camera.name for one in seen}) == 1:
                 height = min(heights(pose), key=lambda one, z=pose[2, 3]: abs(one - z), default=None)  # type: ignore[misc]
                 certain = height is not None and abs(height - pose[2, 3]) < SAME_M
-            if _lean(pose, lies) < (LEVEL if height is None else ALONE_LEVEL):
+            if turned(lies, pose) < (LEVEL if height is None else ALONE_LEVEL):
                 pose = _fit_level(seen, lies, height if certain else None)
             else:
                 certain = certain and height is None
@@ -207,10 +208,6 @@ def level(pose: Floats) -> Floats:
     lies = pose.copy()
     lies[:3, :3] = turn.as_matrix() @ pose[:3, :3]
     return lies
-
-
-def _lean(pose: Floats, lies: Floats) -> float:
-    return float(Rotation.from_matrix(lies[:3, :3].T @ pose[:3, :3]).magnitude())
 
 
 def _off(seen: Sequence[Seen], pose: Floats) -> Floats:

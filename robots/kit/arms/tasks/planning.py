@@ -228,7 +228,7 @@ class _Planning:
         else:
             yaw = yaw_of(now) if action.yaw is None else radians(action.yaw)
         for turn in _turns(described, remainder(yaw_of(now) - yaw, tau)):
-            rotation = Rotation.from_euler("z", yaw + turn).as_matrix() @ upright(now)
+            rotation = upright(now, yaw + turn)
             if isinstance(action, steps.PutOn):
                 dx, dy = (v / 1000 for v in action.by or (0.0, 0.0))
                 yield self.arrangement.on_top(action.name, rotation, action.on, (dx, dy), action.stud)

@@ -8,13 +8,12 @@ from math import tau
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.described import posture
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import OBJECTS
-from robots.kit.arms.objects import TABLE, ObjectTable, pose_of, upright
+from robots.kit.arms.objects import TABLE, ObjectTable, placed_of, pose_of, upright
 from robots.kit.arms.plates import PLATE
 from robots.kit.arms.preview import Trail, start_of
 from robots.kit.arms.tasks import steps
@@ -77,11 +76,11 @@ def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
 def amendment(table: ObjectTable, args: dict[str, Any]) -> tuple[str, Placed]:
     """Return the object and the place that `amend` says: upright as at first, turned about the vertical by `yaw`."""
     wanted = int(number(args, "object"))
-    name, described = next(pair for pair in table.objects.items() if pair[1].number == wanted)
-    first = pose_of(described.first)
-    rotation = Rotation.from_euler("z", number(args, "yaw")) * Rotation.from_matrix(upright(first))
-    x, y, z, w = (float(v) for v in rotation.as_quat())
-    return name, Placed((number(args, "x"), number(args, "y"), number(args, "z")), (x, y, z, w))
+    described = next(one for one in table.objects.values() if one.number == wanted)
+    pose = pose_of(described.first)
+    pose[:3, :3] = upright(pose, number(args, "yaw"))
+    pose[:3, 3] = [number(args, name) for name in "xyz"]
+    return described.name, placed_of(pose)
 
 
 def arrangement_of(table: ObjectTable, packets: Packets) -> Arrangement:

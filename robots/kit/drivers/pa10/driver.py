@@ -119,11 +119,10 @@ class Driver(Session):
             return self.tasks.execute(kind, args, permit, on_stage)
         if kind.startswith("jog_"):
             request = self._velocity(kind, args)
-            return self._jog(lambda: request, permit, on_stage)
+            return self._jog(lambda _: request, permit, on_stage)
         if kind == "follow":
             follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
-            free = until_held(permit, lambda: self._holds)
-            return self._jog(lambda: self._towards(follower, self.steered(args), free), permit, on_stage)
+            return self._jog(lambda free: self._towards(follower, self.steered(args), free), permit, on_stage)
         if kind == "gripper":
             return self._do(Request("g", (float(number(args, "closed") >= 0.5),)), args, permit, on_stage)
         if kind == "program":
@@ -221,14 +220,17 @@ class Driver(Session):
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit:g} s and was held.")
 
-    def _jog(self, velocity: Callable[[], Request], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Send the velocity of each moment again and again while `permit` allows it."""
+    def _jog(self, velocity: Callable[[Permit], Request], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Send the velocity of each moment again and again while `permit` allows it.
+
+        `velocity` gets a permit that a hold ends, too.
+        """
         free = until_held(permit, lambda: self._holds)
         tell: OnStage | None = on_stage
         self._rest = None  # a reset after a jog must not return to its start
         try:
             while True:
-                self._say(velocity(), ANSWER_S, free, tell)
+                self._say(velocity(free), ANSWER_S, free, tell)
                 tell = None
                 state = self.state()
                 if state.fault:
@@ -253,7 +255,7 @@ class Driver(Session):
 
     def _tool(self, state: RobotState) -> Matrix:
         """Return the tool's pose (4 x 4)."""
-        return self._chain.forward(np.array(state.joints[: len(self._chain.names)]))
+        return self._chain.forward(self._chain.joints_in(state.joints))
 
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""

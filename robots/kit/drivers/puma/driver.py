@@ -133,12 +133,13 @@ class Driver(Session):
         if kind.startswith("jog_"):
             self.state()  # which tells the controller's clock too
             what, velocity = self._velocity(kind, args)
-            return self._jog(what, lambda: velocity, JOG_LOOK_S, permit, on_stage)
+            return self._jog(what, lambda _: velocity, JOG_LOOK_S, permit, on_stage)
         if kind == "follow":
             follower = Follower(self._tool(self.state()), JOG_M_S, JOG_RAD_S)
-            free = until_held(permit, lambda: self.line.holds)
-            towards = lambda: self._towards(follower, self.steered(args), free)  # noqa: E731 - one line of its call
-            return self._jog(Instruction.JOG_TOOL, towards, 0.0, permit, on_stage)
+            return self._jog(
+                Instruction.JOG_TOOL, lambda free: self._towards(follower, self.steered(args), free), 0.0, permit,
+                on_stage,
+            )  # fmt: skip
         if kind == "gripper":
             return self._grip(number(args, "closed") >= 0.5, args, permit, on_stage)
         state = self._go(motion_of("puma", kind, args), permit, on_stage)
@@ -218,11 +219,13 @@ class Driver(Session):
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
     def _jog(
-        self, what: Instruction, velocity: Callable[[], Numbers], look_s: float, permit: Permit, on_stage: OnStage
-    ) -> Outcome:
+        self, what: Instruction, velocity: Callable[[Permit], Numbers], look_s: float, permit: Permit,
+        on_stage: OnStage,
+    ) -> Outcome:  # fmt: skip
         """Send the velocity of each moment again and again while `permit` allows it.
 
-        The state is asked for so often (s). A jog needs it seldom, and a slow line has time for no more.
+        `velocity` gets a permit that a hold ends, too. The state is asked for so often (s). A jog needs it seldom, and
+        a slow line has time for no more.
         """
         free = until_held(permit, lambda: self.line.holds)
         sent: Callable[[], None] | None = lambda: on_stage("sent")  # noqa: E731 - for the first one only
@@ -231,7 +234,7 @@ class Driver(Session):
         try:
             while True:
                 paced = Limit(self.clock, JOG_S)
-                self._instruct(what, (self._latest_clock(), *velocity()), free, sent)
+                self._instruct(what, (self._latest_clock(), *velocity(free)), free, sent)
                 if sent is not None:
                     on_stage("acknowledged")
                 sent = None

@@ -4,8 +4,11 @@ import re
 
 import numpy as np
 
+from robots.kit.description import load
+
 KEYS = (("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown"))  # of x, y, z: more and less
 PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
+MOVED_M = 0.005  # a brick lies 1 mm beside its place in the description at first
 TRIAL = 25  # px of a pull that shows where a handle leads
 FARTHEST, TRIES = 400, 4  # px of one pull; how often it is corrected
 LOOK_MS = 250  # until the list has followed
@@ -17,6 +20,25 @@ def place(page):
     """Return where the ghost is (mm), as the list in words says."""
     numbers = PLACE.search(page.locator("#ghost-list").text_content()).groups()
     return np.array([float(text.replace("−", "-")) for text in numbers])
+
+
+def put_back(person, *names):
+    """Let a task put bricks of the PUMA back to their first places, the uppermost first: the robot runs on."""
+    first = {one["name"]: np.array(one["place"]) for one in load("puma")["object"]}
+    there = person.portal.sim.status()["objects"]
+    moved = sorted((n for n in names if np.abs(there[n] - first[n]).max() > MOVED_M), key=lambda n: -there[n][2])
+    if moved:
+        run_task(person, *(f"put {n} at {1000 * first[n][0]:g} {1000 * first[n][1]:g} 0" for n in moved), "move ready")
+
+
+def run_task(person, *lines):
+    """Run a task of these lines, and come back to the scene."""
+    page = person.page
+    page.click("#tab-task")
+    page.fill("#task-text", "\n".join(lines))
+    person.give("run-task")
+    person.ladder("completed", 180)
+    page.click("#tab-scene")
 
 
 class Mouse:

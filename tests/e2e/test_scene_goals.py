@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from robots.kit.arms.goals import goals_of
 from robots.models import Command, Finding
+from tests.e2e.ghost import put_back
 from tests.e2e.test_scene import PHONE, WIDE, Wire
 
 # drawing in three dimensions without a graphics card takes a core of its own
@@ -70,6 +71,7 @@ def test_a_task_is_recorded_by_keys_with_the_line_cut_and_builds_a_part_of_the_f
     ada = operator(**WIDE)
     ada.allowed = ("ERR_", "WebSocket")
     page = ada.page
+    put_back(ada, *"abcde")
     expect(page.locator("#goals-count")).to_have_text("figure 0 of 5")
     expect(page.locator("#goals-list li").first).to_have_text(
         re.compile(r"a: 2\d\d mm back, 1\d\d mm right, 4 mm up.*")
@@ -130,6 +132,7 @@ def carry(page, x, y, z):
 def test_the_figure_is_recorded_by_keys_alone_sent_as_one_task_and_won(transactional_db, portal, operator):
     ada = operator(**WIDE)
     page = ada.page
+    put_back(ada, *"abcde")
     page.focus("#record")
     page.keyboard.press("Enter")
     for name, first, there in (

@@ -1,10 +1,11 @@
 """A command that goes down with its connection is said to be lost, and blocks nothing."""
 
-import json
 import re
 
 import pytest
 from playwright.sync_api import expect
+
+from tests.e2e.frames import read
 
 pytestmark = pytest.mark.timed
 
@@ -19,7 +20,7 @@ def test_a_command_that_went_down_with_its_socket_is_said_to_be_lost_and_the_tur
         server = socket.connect_to_server()
 
         def say(message):
-            if not lost and isinstance(message, str) and json.loads(message)["t"] == "command":
+            if not lost and read(message).get("t") == "command":
                 lost.append(message)
                 socket.close(code=1012)
                 server.close()

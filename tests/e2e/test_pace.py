@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.conftest import wait_for
+from tests.e2e.frames import read
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
 
@@ -29,14 +30,14 @@ class Heard:
             return
         self.asked.append(json.loads(parse_qs(urlsplit(socket.url).query)["watch"][0]))
         socket.on("framereceived", self._received)
-        socket.on("framesent", lambda data: self.asked.append(json.loads(data)))
+        socket.on("framesent", lambda data: self.asked.append(read(data)))
 
     def _received(self, data):
         if isinstance(data, bytes):
             self.kinds.append(COMPACT if data[0] >= COMPACT else data[0])
 
     def wishes(self):
-        return [said for said in self.asked if said["t"] == "watch"]
+        return [said for said in self.asked if said.get("t") == "watch"]
 
     def count(self, kind):
         return self.kinds.count(kind)

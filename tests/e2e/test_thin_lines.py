@@ -1,6 +1,5 @@
 """The operator's console over thin lines: it stays usable, and what it shows of the line and of the picture is true."""
 
-import json
 import re
 import time
 
@@ -10,6 +9,7 @@ from playwright.sync_api import expect
 from robots.kit.contract.command_packet import PING
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
+from tests.e2e.frames import read
 from tests.e2e.thin_line import ThinLine
 from tests.rig import free_port
 
@@ -54,13 +54,11 @@ class Pings:
         if isinstance(data, bytes):
             if data[0] == PING:
                 self._sent[int.from_bytes(data[1:], "big")] = time.monotonic()
-        elif data[0] != "\x07" and (said := json.loads(data))["t"] == "ping":
+        elif (said := read(data)).get("t") == "ping":
             self._sent[said["n"]] = time.monotonic()
 
     def _answered(self, data):
-        if not isinstance(data, str) or data[0] == "\x07":
-            return  # bytes, or a piece of a long text
-        if (said := json.loads(data))["t"] == "pong" and said["n"] in self._sent:
+        if (said := read(data)).get("t") == "pong" and said["n"] in self._sent:
             self.took_ms.append((time.monotonic() - self._sent[said["n"]]) * 1000)
 
 

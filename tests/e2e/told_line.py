@@ -9,6 +9,7 @@ from queueing import services as queue
 from queueing.services import standings
 from robots import bus
 from robots.kit.clock import SYSTEM
+from tests.e2e.frames import read
 from tests.waiting import CEILING_S, wait_for
 
 ANY_LINE, OWN_LINE = re.compile("/ws/"), re.compile("/ws/me/")
@@ -33,7 +34,7 @@ def own_time(page):
         server.on_message(lambda text: passed(socket, text))
 
     def passed(socket, text):
-        said = json.loads(text) if isinstance(text, str) else {}
+        said = read(text)
         pong = said.get("t") == "pong"
         socket.send(json.dumps(said | {"n": 0}) if pong and told else text)  # answers no ping: somebody is there
         if pong:
@@ -54,7 +55,7 @@ class ToldLine:
 
     def _opened(self, socket):
         """Begin with the places, as the server does, once there are any to be told."""
-        socket.on_message(lambda text: self._asked(socket, json.loads(text)))
+        socket.on_message(lambda text: self._asked(socket, read(text)))
         self._socket = socket
         self._look()
 
@@ -64,9 +65,9 @@ class ToldLine:
             self._send()
 
     def _asked(self, socket, asked):
-        if asked["t"] == "look":
+        if asked.get("t") == "look":
             self._look()
-        if asked["t"] == "do":
+        if asked.get("t") == "do":
             wrong = act(self.user, asked["what"], asked["robot"], asked["ticket"], self.now)
             answer = {"t": "answer", "to": asked["what"], "robot": asked["robot"], "ok": not wrong, "text": wrong}
             socket.send(json.dumps(answer))

@@ -1,6 +1,7 @@
 /** What several tests need: vectors and packets, a browser's globals, places in queues, gamepads. */
 import { readFileSync } from "node:fs";
 import type { QueuePlace } from "../src/queue/person_socket.ts";
+import type { ObjectFacts } from "../src/scene/known.ts";
 import type { Placed } from "../src/socket/objects.ts";
 import type { Pad } from "../src/widgets/gamepad.ts";
 
@@ -33,6 +34,15 @@ export function stub(values: object): void {
 export function queuePlace(more: Partial<QueuePlace>): QueuePlace {
   const none = { until_ms: null, kept_until_ms: null, ended_ms: null, wait_s: null, idle_ms: null, end: null, turn: null };
   return { ...none, state: "waiting", ticket: 1, robot: "mercury", name: "Mercury", ahead: 0, away: false, ...more };
+}
+
+/** Return facts of a box that may carry everything and is grasped from above. */
+export function boxFacts(
+  name: string,
+  number: number,
+  more: Pick<ObjectFacts, "size" | "turns" | "grasps"> & Partial<ObjectFacts>,
+): ObjectFacts {
+  return { name, number, shape: "box", colour: [1, 0, 0], carries: ["*"], ...more };
 }
 
 export function gamepad(axes: number[], pressed: number[] = [], connected = true): Pad {

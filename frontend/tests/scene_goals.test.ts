@@ -10,20 +10,12 @@ import { inverse, poseAt, product, uprightAt } from "../src/scene/poses.ts";
 import { Recorder } from "../src/scene/recorder.ts";
 import type { Placed } from "../src/socket/objects.ts";
 import { parseTask, printTask } from "../src/widgets/task_text.ts";
-import { objectPacket } from "./helpers.ts";
+import { boxFacts, objectPacket } from "./helpers.ts";
 
 const DOWN = poseAt([0, 0, 0.001], [1, 0, 0, 0]),
   BOX = { low: [-1, -1, -0.1], size: [2, 2, 1.5] } as const;
-const brick = (name: string, number: number): ObjectFacts => ({
-  name,
-  number,
-  shape: "box",
-  size: [0.0636, 0.0318, 0.0192],
-  colour: [1, 0, 0],
-  turns: 2,
-  carries: ["*"],
-  grasps: [[...DOWN]],
-});
+const brick = (name: string, number: number): ObjectFacts =>
+  boxFacts(name, number, { size: [0.0636, 0.0318, 0.0192], turns: 2, grasps: [[...DOWN]] });
 const rod: ObjectFacts = { ...brick("rod", 2), size: [0.014, 0.014, 0.3], turns: 1, carries: [], hangs: true };
 const plate = { place: [0.42, -0.36, 0] as [number, number, number], studs: [10, 10] as [number, number], pitch: 0.0159, thick: 0.004 };
 const figure: GoalFacts = {
@@ -106,11 +98,17 @@ test("the nearest place on the studs, as the planner has it", () => {
   assert.equal(nearestStud(plate, a!.facts, uprightAt([0.6, -0.36, 0.02], 0)), null);
 });
 
-test("an object in the ghost's gripper snaps to its place in the figure and to the studs", () => {
+/** Return a cell, and a recorder by which the ghost's gripper has taken an object. */
+function holding(name: string): { made: SceneObjects; recorder: Recorder } {
   const made = cell(),
     recorder = new Recorder(made);
   recorder.begin();
-  recorder.grip(over(pose(made, "a")));
+  recorder.grip(over(pose(made, name)));
+  return { made, recorder };
+}
+
+test("an object in the ghost's gripper snaps to its place in the figure and to the studs", () => {
+  const { made } = holding("a");
   const tool = pressed(made, uprightAt([0.3892, -0.36, 0.0136], 0));
   assert.equal(made.goal(tool)!.what, "its place in the figure");
   assert.deepEqual([...made.goal(tool)!.pose].map((v) => v.toFixed(6)), [...moved(tool, [-0.001, 0, 0, 0, 0, 0])].map((v) => v.toFixed(6))); // prettier-ignore
@@ -119,10 +117,7 @@ test("an object in the ghost's gripper snaps to its place in the figure and to t
 });
 
 test("the place of a part is offered once what is beneath it is there", () => {
-  const made = cell(),
-    recorder = new Recorder(made);
-  recorder.begin();
-  recorder.grip(over(pose(made, "b")));
+  const { made, recorder } = holding("b");
   const tool = pressed(made, uprightAt([0.42, -0.36, 0.0328], 0));
   assert.doesNotMatch(made.goal(tool)!.what, /figure/);
   recorder.undo();
@@ -155,10 +150,7 @@ test("grasp and put are recorded as lines of a task, from the ghost alone", () =
 });
 
 test("an object under another one cannot be taken, and a record is taken back with what it did", () => {
-  const made = cell(),
-    recorder = new Recorder(made);
-  recorder.begin();
-  recorder.grip(over(pose(made, "a")));
+  const { made, recorder } = holding("a");
   recorder.grip(pressed(made, moved(pose(made, "b"), [0, 0, 0.0192, 0, 0, 0])));
   assert.equal(printTask(recorder.steps), "grasp a\nput a on b");
   assert.equal(recorder.grip(over(pose(made, "b"))), "a lies on b.");

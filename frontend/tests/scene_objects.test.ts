@@ -7,21 +7,14 @@ import type { ObjectFacts } from "../src/scene/known.ts";
 import { missingInWords, SceneObjects, SNAP_M, snapped, snappedStep } from "../src/scene/objects.ts";
 import { inverse, poseAt, product, uprightAt } from "../src/scene/poses.ts";
 import type { Placed } from "../src/socket/objects.ts";
-import { bytesOf, objectPacket, vectorsOf } from "./helpers.ts";
+import { boxFacts, bytesOf, objectPacket, vectorsOf } from "./helpers.ts";
 
 const DOWN = poseAt([0, 0, 0.002], [1, 0, 0, 0]); // the tool points down, in the object's frame
 const BOX = { low: [-1, -1, -0.1], size: [2, 2, 1.5] } as const;
-const brick = (name: string, number: number): ObjectFacts => ({
-  name,
-  number,
-  shape: "box",
-  size: [0.04, 0.04, 0.04],
-  colour: [1, 0, 0],
-  turns: 4,
-  carries: ["*"],
-  first: [...poseAt([0.5, 0.3, 0.02], [0, 0, 0, 1])],
-  grasps: [[...DOWN]],
-});
+const brick = (name: string, number: number): ObjectFacts => {
+  const first = [...poseAt([0.5, 0.3, 0.02], [0, 0, 0, 1])];
+  return boxFacts(name, number, { size: [0.04, 0.04, 0.04], turns: 4, first, grasps: [[...DOWN]] });
+};
 
 function scene(...objects: (readonly [number, Placed])[]): SceneObjects {
   const made = new SceneObjects([brick("red", 0), brick("blue", 1), brick("green", 2)], { low: [...BOX.low], size: [...BOX.size] }, 0.001);

@@ -3,9 +3,13 @@
 import re
 
 import numpy as np
+from playwright.sync_api import expect
 
 from robots.kit.description import load
+from tests.e2e.frames import read
 
+KEPT_UP = {"ping", "here", "watch"}  # that a page lives, that its person is there, which pictures its line allows
+AT_THE_ARM = "The ghost is at the arm"
 KEYS = (("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown"))  # of x, y, z: more and less
 PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
 MOVED_M = 0.005  # a brick lies 1 mm beside its place in the description at first
@@ -20,6 +24,38 @@ def place(page):
     """Return where the ghost is (mm), as the list in words says."""
     numbers = PLACE.search(page.locator("#ghost-list").text_content()).groups()
     return np.array([float(text.replace("−", "-")) for text in numbers])
+
+
+class Wire:
+    """The messages that a page sends, and the sockets that it closes, from now on."""
+
+    def __init__(self, page):
+        self.sent, self.closed = [], 0
+        page.on("websocket", self._opened)
+
+    def _opened(self, socket):
+        socket.on("framesent", self._sent)
+        socket.on("close", self._closed)
+
+    def _sent(self, payload):
+        if said := read(payload):
+            self.sent.append(said["t"])
+
+    def _closed(self, _):
+        self.closed += 1
+
+    @property
+    def kinds(self):
+        return set(self.sent) - KEPT_UP
+
+
+def drive(person, within_ms=30_000):
+    """Let a visitor drive the arm, with the scene drawn; return the person, whose `wire` tells what is sent."""
+    person.wire = Wire(person.page)
+    person.cleared("ada").take_turn()
+    expect(person.page.locator("#model canvas")).to_be_visible(timeout=within_ms)
+    expect(person.page.locator("#model-said")).to_have_text(AT_THE_ARM, timeout=within_ms)
+    return person
 
 
 def put_back(person, *names):

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from robots.kit.arms.goals import goals_of
 from robots.kit.description import load, programs_of
-from tests.e2e.ghost import KEYS, Fingers, Mouse, place, put_back, run_task
+from tests.e2e.ghost import AT_THE_ARM, KEYS, Fingers, Mouse, drive, place, put_back, run_task
 from tests.e2e.thin_line import ThinLine
 from tests.rig import free_port
 
@@ -18,6 +18,7 @@ WIDE = {"viewport": {"width": 1440, "height": 900}}
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 ABOVE, AT, LIFTED = (550, 300, 400), (550, 300, 300), (550, 300, 345)  # mm, of the tool beside the rod
 LIFTED_M, NEAR_M = 0.33, 0.001
+ABOVE_IT = np.array([0, 0, 0.10])  # m
 FIGURE = {goal.name: goal for goal in goals_of("puma")}["figure"]
 PUTS = [
     line for line in dict(programs_of("puma", "task"))["The figure of five bricks"].splitlines() if line[:3] == "put"
@@ -29,14 +30,7 @@ BUTTONS = {"forward": "x +", "back": "x −", "left": "y +", "right": "y −", "
 
 @pytest.fixture
 def operator(visitor):
-    def make(**options):
-        person = visitor(**options)
-        person.cleared("ada").take_turn()
-        expect(person.page.locator("#model canvas")).to_be_visible(timeout=30_000)
-        expect(person.page.locator("#model-said")).to_have_text("The ghost is at the arm", timeout=30_000)
-        return person
-
-    return make
+    return lambda **options: drive(visitor(**options))
 
 
 def send(person):
@@ -139,23 +133,22 @@ def last_brick(person, go):
     start = next(one["place"] for one in load("puma")["object"] if one["name"] == "e")
     grasp_z = 0.001  # the tool is so much higher than the middle of a brick
     there, end = np.add(start, [0, 0, grasp_z]), FIGURE.parts["e"][:3, 3] + [0, 0, grasp_z + objects["release"]]
-    above = [0, 0, 0.10]
-    go(mm(there + above))
-    send(person)
-    go(mm(there))
-    nudge(person.page)
-    send(person)
-    person.press("close")
-    go(mm(there + above))
-    send(person)
-    go(mm(end + above))
+    reach(person, go, there, "close")
+    go(mm(end + ABOVE_IT))
     by_buttons(person.page)
     send(person)
-    go(mm(end))
+    reach(person, go, end, "open")
+
+
+def reach(person, go, at, grip):
+    """From above go down to a place (m), close or open the gripper, and go up again."""
+    go(mm(at + ABOVE_IT))
+    send(person)
+    go(mm(at))
     nudge(person.page)
     send(person)
-    person.press("open")
-    go(mm(end + above))
+    person.press(grip)
+    go(mm(at + ABOVE_IT))
     send(person)
 
 
@@ -187,7 +180,7 @@ def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transac
     page.goto(f"http://localhost:{line.at[1]}/robots/puma/")
     ada.take_turn()
     expect(page.locator("#model canvas")).to_be_visible(timeout=60_000)
-    expect(page.locator("#model-said")).to_have_text("The ghost is at the arm", timeout=30_000)
+    expect(page.locator("#model-said")).to_have_text(AT_THE_ARM, timeout=30_000)
     page.select_option("#pace", "states")
     page.wait_for_timeout(1000)
     pictures.clear()

@@ -1,6 +1,5 @@
 """The mode "Scene" of an arm's console: the ghost of the tool by mouse and by keyboard, planned in the page, sent once."""
 
-import json
 import re
 
 import pytest
@@ -9,48 +8,20 @@ from playwright.sync_api import expect
 from robots.kit.arms.described import chain
 from robots.kit.arms.pose import numbers
 from robots.models import Command
+from tests.e2e.ghost import AT_THE_ARM, drive
 
 # drawing in three dimensions without a graphics card takes a core of its own
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
-KEPT_UP = {"ping", "here", "watch"}  # that a page lives, that its person is there, which pictures its line allows
 WIDE = {"viewport": {"width": 1440, "height": 900}}
 PHONE = {"viewport": {"width": 390, "height": 844}, "color_scheme": "dark"}
 STANDS_STILL = "() => { setTimeout(() => { const end = performance.now() + 2000; while (performance.now() < end); }); }"
-AT_THE_ARM = "The ghost is at the arm"
-
-
-class Wire:
-    """The messages that the page sends, and the sockets that it closes, from now on."""
-
-    def __init__(self, page):
-        self.sent, self.closed = [], 0
-        page.on("websocket", self._opened)
-
-    def _opened(self, socket):
-        socket.on("framesent", self._sent)
-        socket.on("close", self._closed)
-
-    def _sent(self, payload):
-        if isinstance(payload, str):
-            self.sent.append(json.loads(payload)["t"])
-
-    def _closed(self, _):
-        self.closed += 1
-
-    @property
-    def kinds(self):
-        return set(self.sent) - KEPT_UP
 
 
 @pytest.fixture
 def operator(visitor):
     def make(**options):
-        person = visitor(**options)
-        person.wire = Wire(person.page)
-        person.cleared("ada").take_turn()
-        expect(person.page.locator("#model canvas")).to_be_visible(timeout=20_000)
-        expect(person.page.locator("#model-said")).to_have_text(AT_THE_ARM, timeout=20_000)
+        person = drive(visitor(**options), 20_000)
         person.page.wait_for_timeout(500)
         person.wire.sent.clear()
         return person

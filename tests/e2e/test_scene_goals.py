@@ -7,8 +7,8 @@ from playwright.sync_api import expect
 
 from robots.kit.arms.goals import goals_of
 from robots.models import Command, Finding
-from tests.e2e.ghost import put_back
-from tests.e2e.test_scene import PHONE, WIDE, Wire
+from tests.e2e.ghost import drive, put_back
+from tests.e2e.test_scene import PHONE, WIDE
 
 # drawing in three dimensions without a graphics card takes a core of its own
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["puma"], indirect=True)]
@@ -55,10 +55,7 @@ def follow(page, goal):
 @pytest.fixture
 def operator(visitor):
     def make(**options):
-        person = visitor(**options)
-        person.wire = Wire(person.page)
-        person.cleared("ada").take_turn()
-        expect(person.page.locator("#model-said")).to_have_text("The ghost is at the arm", timeout=30_000)
+        person = drive(visitor(**options))
         expect(person.page.locator("#goals-list li")).to_have_count(8, timeout=20_000)
         return person
 

@@ -108,6 +108,19 @@ async def written(put, most=40, texts=lambda before: {}):
     return got
 
 
+def with_a_notice(at):
+    """Return what puts a state before each message, a picture before the first one, and an event before that one."""
+
+    def put(viewer, before):
+        viewer.put_state(STATE + bytes((before,)))
+        if before == 0:
+            viewer.put_picture(0, PICTURE)
+        if before == at:
+            viewer.put_event(Notice("stopped"))
+
+    return put
+
+
 def whole(pieces):
     return b"".join(piece[2:] for piece in pieces)
 
@@ -133,14 +146,7 @@ def test_a_path_and_events_come_first_then_state_packets_and_pieces_of_a_picture
 
 
 def test_what_is_urgent_overtakes_a_picture_that_has_begun_and_no_state_waits_for_more_than_a_piece():
-    def put(viewer, before):
-        viewer.put_state(STATE + bytes((before,)))
-        if before == 0:
-            viewer.put_picture(0, PICTURE)
-        if before == 4:
-            viewer.put_event(Notice("stopped"))
-
-    got = asyncio.run(written(put, 12))
+    got = asyncio.run(written(with_a_notice(4), 12))
     begun = next(n for n, one in enumerate(got) if one[0] == 7)
     ended = max(n for n, one in enumerate(got) if one[0] == 7)
     at = next(n for n, one in enumerate(got) if isinstance(one, str))
@@ -254,14 +260,7 @@ def joined(pieces):
 
 
 def test_a_long_text_lets_states_and_events_pass_and_comes_before_a_picture():
-    def put(viewer, before):
-        viewer.put_state(STATE + bytes((before,)))
-        if before == 0:
-            viewer.put_picture(0, PICTURE)
-        if before == 3:
-            viewer.put_event(Notice("stopped"))
-
-    got = asyncio.run(written(put, 24, lambda before: {"snapshot": SNAPSHOT} if before == 0 else {}))
+    got = asyncio.run(written(with_a_notice(3), 24, lambda before: {"snapshot": SNAPSHOT} if before == 0 else {}))
     pieces = [one for one in got if isinstance(one, str) and one[0] == "\x07"]
     assert joined(pieces) == SNAPSHOT
     assert all(len(piece) <= ThinLine.window for piece in pieces)

@@ -63,6 +63,16 @@ def tool(rig, session):
     return chain(rig.driver).forward(np.array(joints))[:3, 3]
 
 
+def following(arm, seconds, **way):
+    """Return a hand that has gone so far (m), and that the arm has followed for so long."""
+    world, rig, session = arm
+    hand = Hand(world, rig, session)
+    hand.at = STILL | way
+    world.sleep(seconds)
+    assert rig.moving
+    return hand
+
+
 def test_it_comes_where_the_hand_is_and_rests_when_the_hand_lets_go(arm):
     world, rig, session = arm
     begin = tool(rig, session)
@@ -78,11 +88,8 @@ def test_it_comes_where_the_hand_is_and_rests_when_the_hand_lets_go(arm):
 
 
 def test_a_hand_that_jumps_is_lost_and_the_arm_rests_at_once(arm):
-    world, rig, session = arm
-    hand = Hand(world, rig, session)
-    hand.at = STILL | {"dx": -0.05}
-    world.sleep(0.3)
-    assert rig.moving
+    world, rig, _ = arm
+    hand = following(arm, 0.3, dx=-0.05)
     hand.at = STILL | {"dx": 0.2}
     assert hand.rested(5) <= RESTS_S
     assert isinstance(hand.error, HandLost), hand.error
@@ -110,10 +117,7 @@ def test_the_gripper_moves_only_while_the_arm_follows_and_once_for_each_wish(arm
 def test_after_a_lost_line_the_arm_holds_where_it_is_and_follows_again(arm):
     """Nothing takes it to a posture of rest by itself, and nothing has to be started anew."""
     world, rig, session = arm
-    hand = Hand(world, rig, session)
-    hand.at = STILL | {"dy": -0.05}
-    world.sleep(0.4)
-    assert rig.moving
+    hand = following(arm, 0.4, dy=-0.05)
     rig.cable.pull()
     world.until(lambda: not rig.moving, 5, "rest")
     hand.held = False

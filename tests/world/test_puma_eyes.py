@@ -11,7 +11,7 @@ from robots.kit.arms.objects import pose_of
 from robots.kit.contract.objects import Placed
 from robots.models import Command
 from tests.world.seeds import hunt, hunts, seeds
-from tests.world.test_tasks import begin, beliefs, run
+from tests.world.test_tasks import at_line, begin, beliefs, run
 
 pytestmark = [pytest.mark.parametrize("which", ["puma"], indirect=True), pytest.mark.usefixtures("sharp")]
 NEAR_M, NEAR_DEG = 0.0005, 1.5
@@ -115,14 +115,6 @@ def test_a_brick_that_goes_in_mid_task_is_not_expected_where_it_was(portal):
     assert (command.state, command.reason) == (
         "failed", "Line 2 of 2, expect c on table: the pictures do not show c where it was. The arm was held.",
     )  # fmt: skip
-
-
-def at_line(portal, command, line):
-    def reached():
-        command.refresh_from_db()
-        return command.progress.get("text", "").startswith(f"line {line} of")
-
-    portal.until(reached, 60, f"line {line}")
 
 
 @hunts(2, 6, 20)

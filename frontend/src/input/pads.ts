@@ -1,6 +1,6 @@
 /** A gamepad as a source: its sticks move, with its left shoulder button they turn; its right trigger holds. */
 import { type Pad, Pads, twist } from "../widgets/gamepad.ts";
-import type { Grip, Move, Reading, Source } from "./source.ts";
+import { type Grip, type Move, type Reading, type Source, STILL } from "./source.ts";
 import { pushed } from "./speeds.ts";
 
 /** Buttons of the layout that browsers call standard. */
@@ -8,7 +8,6 @@ const CLOSE = 0,
   OPEN = 1,
   TURNS = 4,
   HOLD = 7;
-const REST: Move = [0, 0, 0, 0, 0, 0];
 
 /** Return what a gamepad asks for in that time; null if nothing is pushed or pressed. */
 export function padReading(pad: Pad, elapsed_s: number): Reading | null {
@@ -19,7 +18,7 @@ export function padReading(pad: Pad, elapsed_s: number): Reading | null {
   if (!push && !clutch && !grip) return null;
   const { x = 0, y = 0, z = 0, yaw = 0 } = push ?? {};
   const turns: Move = [0, 0, 0, -y, x, yaw]; // to the left it leans to the left, up it leans away
-  return { by: push ? pushed(down(TURNS) ? turns : [x, y, z, 0, 0, yaw], elapsed_s) : REST, clutch, grip };
+  return { by: push ? pushed(down(TURNS) ? turns : [x, y, z, 0, 0, yaw], elapsed_s) : STILL, clutch, grip };
 }
 
 export class GamepadSource implements Source {

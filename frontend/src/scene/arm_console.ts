@@ -95,12 +95,8 @@ export class ArmConsole implements Console, Judge {
         cameras: description.view ?? [],
         pictures: this.cameras,
         objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null,
-        task: this.task && {
-          fresh: () => this.task?.fresh(),
-          add: (...steps) => this.task?.add(...steps),
-          takeBack: (...steps) => this.task?.takeBack(...steps),
-          show: () => this.tabs.choose("task"),
-        },
+        task: this.task,
+        showTask: () => this.tabs.choose("task"),
       });
     this.modes = {
       ...(this.scene ? { scene: this.scene } : {}),

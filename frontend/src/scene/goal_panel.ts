@@ -1,6 +1,6 @@
 /** The panel of what can be won: the figure in the view, what is missing in words, and a win, which is said once. */
 import { byId, say, sayLines } from "../kit/dom.ts";
-import { newlyWon, partsInWords, progress, type Reached } from "./goals.ts";
+import { type GoalFacts, newlyWon, partsInWords, progress, type Reached } from "./goals.ts";
 import type { KnownObject } from "./known.ts";
 import type { SceneObjects } from "./objects.ts";
 import type { SceneView } from "./view.ts";
@@ -20,26 +20,23 @@ export class GoalPanel {
     if (!goals.length) return;
     const all = this.objects.known,
       now = reached ?? {},
-      [first = goals[0]!] = goals.filter(({ kind }) => kind === "build");
-    say(
-      byId("goals-count"),
-      goals
-        .map((goal) => (goal.kind === "build" ? `figure ${progress(goal, now[goal.name])}` : ""))
-        .filter(Boolean)
-        .join(", "),
-    );
+      figures = this.figures;
+    say(byId("goals-count"), figures.map((goal) => `figure ${progress(goal, now[goal.name])}`).join(", "));
     sayLines(byId("goals-list"), [
-      ...(first.kind === "build" ? partsInWords(first, all, now[first.name]) : []),
+      ...figures.slice(0, 1).flatMap((goal) => partsInWords(goal, all, now[goal.name])),
       ...goals.map((goal) => `${goal.title}: ${wonInWords(now[goal.name])}`),
     ]);
     this.view?.goal(this.shown.checked ? this.missing(all, now) : []);
     if (reached) this.announce(reached);
   }
 
+  private get figures(): GoalFacts[] {
+    return this.objects.goals.filter(({ kind }) => kind === "build");
+  }
+
   /** Return the parts that are not there, where they belong. */
   private missing(all: readonly KnownObject[], now: Record<string, Reached>): KnownObject[] {
-    return this.objects.goals
-      .filter(({ kind }) => kind === "build")
+    return this.figures
       .flatMap(({ name, parts }) => parts.filter(({ object }) => !now[name]?.there.includes(object)))
       .flatMap(({ object, pose }) => {
         const one = all.find(({ facts }) => facts.name === object);

@@ -1,8 +1,8 @@
 /** What can be won with an arm's objects: where each part of a figure belongs, and what is missing, in words. */
 import type { Pose } from "../motion/chain.ts";
-import { distance, wayInWords } from "./moves.ts";
+import { cost, wayInWords } from "./moves.ts";
 import type { KnownObject } from "./known.ts";
-import { product, uprightAt } from "./poses.ts";
+import { alike } from "./poses.ts";
 
 /** A goal as `goal_facts` of robots/kit/arms/goals.py tells it: poses 4 x 4 row by row, in the base's frame (m). */
 export interface GoalFacts {
@@ -18,7 +18,6 @@ export interface Reached {
 }
 
 const NOTHING: Reached = { there: [], wonMs: null };
-const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const MOST = 100; // names of a list
 
 /** Return what a packet of the stream `beliefs` says of the goals, by name. */
@@ -35,12 +34,7 @@ export function reachedIn(told: unknown): Record<string, Reached> {
 
 /** Return the pose at which an object looks as at `goal` that is nearest to where it is. */
 export function nearestTurn(goal: Pose, turns: number, from: Pose): Float64Array {
-  const poses = Array.from({ length: turns }, (_, n) => product(goal, uprightAt([0, 0, 0], (2 * Math.PI * n) / turns)));
-  const cost = (pose: Pose): number => {
-    const { m, rad } = distance(from, pose);
-    return m + RAD_AS_M * rad;
-  };
-  return poses.reduce((best, one) => (cost(one) < cost(best) ? one : best));
+  return alike(goal, turns).reduce((best, one) => (cost(from, one) < cost(from, best) ? one : best));
 }
 
 /** Return how far a goal is, as "3 of 5". */

@@ -66,8 +66,9 @@ export class Hand {
     const move = keyMove(key, shiftKey);
     if (move) return () => this.use.step(stepMove(move, this.step));
     if (key === "+" || key === "-") return () => this.resize(key === "+" ? 1 : -1);
-    if (key.toLowerCase() === "g") return () => this.use.home();
-    if (key.toLowerCase() === "c" || key.toLowerCase() === "o") return () => this.use.grip(key.toLowerCase() === "c" ? 1 : 0);
+    const letter = key.toLowerCase();
+    if (letter === "g") return () => this.use.home();
+    if (letter === "c" || letter === "o") return () => this.use.grip(letter === "c" ? 1 : 0);
     if (key === "Enter" && target === this.handle) return () => !event.repeat && this.use.send();
     return null;
   }

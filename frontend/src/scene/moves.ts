@@ -21,6 +21,7 @@ const LENGTHS = [
   ["up", "down"],
 ] as const;
 const AXES = ["x", "y", "z"] as const;
+const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const LEAST_MM = 0.5,
   LEAST_DEG = 0.5; // smaller ones are none, in words
 
@@ -48,6 +49,12 @@ export function pointingDown(pose: Pose): Float64Array {
 export function distance(from: Pose, to: Pose): { m: number; rad: number } {
   const way = missing(from, to);
   return { m: Math.hypot(...way.slice(0, 3)), rad: Math.hypot(...way.slice(3)) };
+}
+
+/** Return how far it is from one pose to another as one number (m). */
+export function cost(from: Pose, to: Pose): number {
+  const { m, rad } = distance(from, to);
+  return m + RAD_AS_M * rad;
 }
 
 /** Return the way from one pose to another in words, as "12 mm left, 3 mm up, 3° about z"; empty if there is none. */

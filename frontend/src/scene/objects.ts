@@ -4,10 +4,10 @@ import { type Box, objectsAfter, type Placed } from "../socket/objects.ts";
 import type { StreamPacket } from "../socket/packets.ts";
 import type { TaskStep } from "../widgets/task_text.ts";
 import { type GoalFacts, type Reached, reachedIn } from "./goals.ts";
-import { distance, wayInWords } from "./moves.ts";
+import { cost, distance, wayInWords } from "./moves.ts";
 import type { KnownObject, ObjectFacts, PlateFacts } from "./known.ts";
 import { type Around, isUpright, nearestStud, stepFor, yawOf } from "./placing.ts";
-import { inverse, poseAt, product, uprightAt } from "./poses.ts";
+import { alike, inverse, poseAt, product, uprightAt } from "./poses.ts";
 
 export const SNAP_M = 0.002; // so near its goal the ghost is put there
 const SNAP_RAD = (2 * Math.PI) / 180;
@@ -26,7 +26,6 @@ export interface Goal {
   what: string;
 }
 
-const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const ALONE_M = 0.005; // an object stands on another one if no more than this is between them
 const SAME = 1e-6; // of two costs
 const MOST = 100_000; // bytes of a packet of beliefs
@@ -173,8 +172,8 @@ export class SceneObjects {
   private grasps(): (Goal & { name: string })[] {
     return this.all.flatMap(({ facts, pose }) =>
       (facts.grasps ?? []).flatMap((grasp) =>
-        turnsOf(facts).map((angle) => ({
-          pose: product(product(pose, uprightAt([0, 0, 0], angle)), grasp),
+        alike(pose, facts.turns).map((at) => ({
+          pose: product(at, grasp),
           what: `the grasp of ${facts.name}`,
           name: facts.name,
         })),
@@ -187,7 +186,7 @@ export class SceneObjects {
       { facts } = held,
       first = facts.first && [{ at: Float64Array.from(facts.first), what: `where ${facts.name} was first` }];
     return [...this.built(facts), ...this.tops(held), ...(first ?? []), ...this.studs(held, tool)].flatMap(({ at, what }) =>
-      turnsOf(facts).map((angle) => ({ pose: product(product(at, uprightAt([0, 0, 0], angle)), inHand), what })),
+      alike(at, facts.turns).map((turned) => ({ pose: product(turned, inHand), what })),
     );
   }
 
@@ -221,17 +220,12 @@ export class SceneObjects {
 
 /** Return the nearest goal, of goals at the same place the first one. */
 function nearest<One extends Goal>(tool: Pose, goals: readonly One[]): One | null {
-  return goals.reduce<One | null>((best, one) => (!best || costOf(tool, one) < costOf(tool, best) - SAME ? one : best), null);
+  return goals.reduce<One | null>((best, one) => (!best || cost(tool, one.pose) < cost(tool, best.pose) - SAME ? one : best), null);
 }
 
 function raised(pose: Float64Array, by: number): Float64Array {
   pose[11]! += by;
   return pose;
-}
-
-function costOf(tool: Pose, goal: Goal): number {
-  const { m, rad } = distance(tool, goal.pose);
-  return m + RAD_AS_M * rad;
 }
 
 /** Return the goal's pose if the tool is near it, else the pose itself. */
@@ -242,7 +236,7 @@ export function snapped(pose: Float64Array, goal: Goal | null): Float64Array {
 
 /** As `snapped`, but a step that leaves a goal does not snap back to it. */
 export function snappedStep(pose: Float64Array, goal: Goal | null, from: Pose | null): Float64Array {
-  if (goal && from && costOf(from, goal) <= costOf(pose, goal)) return pose;
+  if (goal && from && cost(from, goal.pose) <= cost(pose, goal.pose)) return pose;
   return snapped(pose, goal);
 }
 
@@ -256,10 +250,6 @@ function standsOn(upper: KnownObject, lower: KnownObject): boolean {
   const gap = upper.pose[11]! - upper.facts.size[2] / 2 - (lower.pose[11]! + lower.facts.size[2] / 2),
     aside = Math.hypot(upper.pose[3]! - lower.pose[3]!, upper.pose[7]! - lower.pose[7]!);
   return Math.abs(gap) < ALONE_M && aside < (Math.max(...upper.facts.size) + Math.max(...lower.facts.size)) / 2;
-}
-
-function turnsOf({ turns }: ObjectFacts): number[] {
-  return Array.from({ length: turns }, (_, n) => (2 * Math.PI * n) / turns);
 }
 
 function beliefsIn(data: Uint8Array): { objects: Record<string, { how?: unknown; at_ms?: unknown }>; goals: unknown } | null {

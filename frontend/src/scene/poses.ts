@@ -26,6 +26,11 @@ export function poseAt([x = 0, y = 0, z = 0]: readonly number[], [a = 0, b = 0, 
   return poseOf({ at: [x, y, z], turn: [a, b, c, d] });
 }
 
+/** Return the poses at which an object looks as at this one: after each of so many equal turns about its own z. */
+export function alike(pose: Pose, turns: number): Float64Array[] {
+  return Array.from({ length: turns }, (_, n) => product(pose, uprightAt([0, 0, 0], (2 * Math.PI * n) / turns)));
+}
+
 /** Return a place (m), turned about the vertical by an angle (rad). */
 export function uprightAt(place: readonly number[], angle: number): Float64Array {
   return poseAt(place, [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)]);

@@ -12,8 +12,6 @@ export interface TaskText {
   add(...steps: TaskStep[]): void;
   /** Take away the last lines, if they are these steps. */
   takeBack(...steps: TaskStep[]): void;
-  /** Show the task mode. */
-  show(): void;
 }
 export interface RecordUse {
   pose(): Pose | null;
@@ -23,6 +21,8 @@ export interface RecordUse {
   changed(): void;
   /** Move the ghost through these poses. Returns why it cannot; empty if it can. */
   play(poses: readonly Float64Array[]): string;
+  /** Show the task mode. */
+  edit(): void;
 }
 
 const IDLE = "While you record, nothing is sent: take the ghost to a brick, grip, take it to its place, put it down.";
@@ -44,7 +44,7 @@ export class RecordPanel {
       const button = byId(`record-${name}`);
       button.addEventListener("click", () => (refusal(button) ? this.draw(refusal(button)) : act()));
     }
-    byId("record-edit").addEventListener("click", () => text.show());
+    byId("record-edit").addEventListener("click", () => use.edit());
     byId("ghost-hand").addEventListener("keydown", (event) => {
       const key = event.ctrlKey || event.metaKey || event.altKey || event.repeat ? undefined : KEYS[event.key.toLowerCase()];
       if (!key || !recorder.runs) return;

@@ -44,6 +44,7 @@ export interface SceneUse {
   pictures: Pictures;
   /** The text of the task mode, where the robot has one. */
   task: TaskText | null;
+  showTask(): void;
 }
 
 const TELL_MS = 1000; // between two sentences that a screen reader reads
@@ -112,6 +113,7 @@ export class Scene implements ArmMode {
           this.draw();
         },
         play: (poses) => this.play(poses),
+        edit: () => use.showTask(),
       });
   }
 

@@ -58,14 +58,16 @@ export class Surroundings {
     const all = this.objects.all,
       now = this.now();
     this.view?.objects(all, (one) => now - one.atMs > OLD_MS);
-    const words = all.map(
-      (one) =>
-        `${one.facts.name}: ${one.planned ? (one.held ? "in the ghost's gripper, as recorded" : "where the recorded task puts it") : one.held ? "in the gripper" : how(one, now)}`,
-    );
+    const words = all.map((one) => `${one.facts.name}: ${whereabouts(one, now)}`);
     words.push(...this.objects.lost.map(({ name, how }) => `${name}: ${how}; where it is now is not known`));
     sayLines(this.list, words);
     this.goals.draw();
   }
+}
+
+function whereabouts(one: KnownObject, now: number): string {
+  if (one.planned) return one.held ? "in the ghost's gripper, as recorded" : "where the recorded task puts it";
+  return one.held ? "in the gripper" : how(one, now);
 }
 
 function how({ how: known, atMs }: KnownObject, now: number): string {

@@ -1,23 +1,25 @@
 /**
  * Where a page draws the tool of an arm, by the page's own code (run by Node): reads JSON from its input,
- * `facts` of the arm, `layout` of its compact states, `events` as [ms, bytes in hex] in the order of their arrival, and
- * `times` (ms); writes for each time the tool's place (m), null before the first state. All times are of one clock.
+ * `facts` of the arm, `layout` of its compact states, `events` as [ms, bytes in hex] in the order of their arrival,
+ * `sends` as [ms, pose of 16 numbers, share of full speed, round trip known then (ms)], and `times` (ms); writes for each
+ * time the tool's place (m), null before the first state. All times are of one clock.
  */
 import { Prediction } from "../frontend/src/arm/prediction.ts";
-import { Chain } from "../frontend/src/motion/chain.ts";
+import { PoseJudge } from "../frontend/src/scene/judge.ts";
 import { decode } from "../frontend/src/socket/decoder.ts";
 
 let text = "";
 for await (const part of process.stdin) text += part;
-const { facts, layout, events, times } = JSON.parse(text);
-const chain = new Chain(facts);
+const { facts, layout, events, sends, times } = JSON.parse(text);
+const judge = new PoseJudge(facts, []);
 const toolAt = (joints) => {
-  const pose = chain.forward(joints);
+  const pose = judge.tool(joints);
   return [pose[3], pose[7], pose[11]];
 };
 let now = 0,
   state = null,
-  next = 0;
+  next = 0,
+  sent = 0;
 const prediction = new Prediction(() => now, toolAt);
 function take([at, hex]) {
   now = at;
@@ -26,8 +28,22 @@ function take([at, hex]) {
   if (packet && "knots" in packet) prediction.begin(packet);
   else if (packet && "joints" in packet && "moving" in packet) prediction.state((state = packet));
 }
+/** Expect the motion of a command that is sent, as `ArmConsole.sent` does. */
+function send([at, pose, share, roundTripMs]) {
+  now = at;
+  const from = prediction.joints?.predicted ?? state.joints.slice(0, judge.planner.chain.count);
+  const { joints, seconds } = judge.judge({ pose, straight: false, share }, from);
+  if (joints && Number.isFinite(seconds))
+    prediction.ask(++sent, { beganMs: at + roundTripMs / 2, seconds, knots: [from, joints], velocity: [] });
+}
 const shown = times.map((at) => {
-  while (next < events.length && events[next][0] <= at) take(events[next++]);
+  for (;;) {
+    const received = events[next]?.[0] ?? Infinity,
+      said = sends[0]?.[0] ?? Infinity;
+    if (Math.min(received, said) > at) break;
+    if (said < received) send(sends.shift());
+    else take(events[next++]);
+  }
   now = at;
   const joints = prediction.joints?.predicted ?? state?.joints;
   return joints ? toolAt(joints) : null;

@@ -4,7 +4,8 @@ The museum arm's simulator, its owner, a web process and a WebSocket through a p
 pass. A client without a browser receives; what it got is given to the page's own decoder and prediction (`_shown.mjs`).
 The truth is the simulator's. Beside it a client asks for 80 bytes, gets them and asks again, over a line of its own of
 the same kind, as Belousov et al. (2001) did: its answers are exact when they are sent. The operator sits behind the
-line of 100 bytes/s, and sends as the page does; action to twin is the time until the tool begins to move there.
+line of 100 bytes/s, and sends as the page does, which expects the motion that it has planned from then on. Action to
+twin is the time until the tool begins to move there, expected or measured.
 """
 
 import json
@@ -19,11 +20,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks.stage import database, set_up, tell
+from portal.live.pieces import FIRST, LAST, MARK
 
 LINES, ROUND_TRIP_S = (100, 500, 1000), 0.3  # bytes a second
 POLLED, ASKED = 80, 2  # bytes of an answer (both parcels of the paper), and of a request
 TARGETS_DEG = ((30, 20, 20, 0, 60, 0), (-30, 35, 10, 20, 40, 30), (60, 10, 40, -20, 70, 0), (0, 30, 30, 0, 50, -40))
 ROUNDS, PAUSE_S, TAIL_S = 2, 3.0, 1.0
+SHARE = 0.3  # of full speed
+POSE = ("x", "y", "z", "roll", "pitch", "yaw")  # values of the command
 EVERY_S = 0.04  # between two looks at the truth
 BEGUN_M = 0.001  # the drawn tool counts as moved from here on
 MOST_ACTION_S, TIMES = 1.0, 10
@@ -71,8 +75,10 @@ class Page:
 
     def __init__(self, socket: Any, every_s: float) -> None:
         self.events: list[tuple[float, str]] = []
-        self.texts: list[str] = []
-        self.bytes = 0
+        self.completed: set[int] = set()  # commands of which it has heard that
+        self._text = ""  # of pieces
+        self.round_trip_ms = 0.0  # of the newest ping that was answered
+        self._pings: dict[int, float] = {}
         self._socket, self._every_s = socket, every_s
         threading.Thread(target=self._read, daemon=True).start()
         threading.Thread(target=self._ping, daemon=True).start()
@@ -81,9 +87,21 @@ class Page:
         with suppress(Exception):
             for data in self._socket:
                 if isinstance(data, str):
-                    self.texts.append(data)
+                    self._take(data)
                 else:
                     self.events.append((time.time() * 1000, data.hex()))
+
+    def _take(self, text: str) -> None:
+        if text.startswith(MARK):
+            self._text = text[2:] if int(text[1]) & FIRST else self._text + text[2:]
+            if not int(text[1]) & LAST:
+                return
+            text = self._text
+        told = json.loads(text)
+        if told.get("state") == "completed":
+            self.completed.add(told["seq"])
+        if told.get("t") == "pong" and told["n"] in self._pings:
+            self.round_trip_ms = time.time() * 1000 - self._pings.pop(told["n"])
 
     def _ping(self) -> None:
         """Send pings as the page of somebody who drives does."""
@@ -91,6 +109,7 @@ class Page:
         with suppress(Exception):
             while True:
                 number += 1
+                self._pings[number] = time.time() * 1000
                 self._socket.send(bytes((11, number >> 8, number & 255)))
                 time.sleep(self._every_s)
 
@@ -190,17 +209,15 @@ def _run(robot: Any, person: Any, sim: Any, web: Any) -> dict[str, Any]:
     from websockets.sync.client import connect
 
     from benchmarks.command_round_trip import cookie
-    from robots.models import Command
+    from robots.kit.arms.described import chain
+    from robots.kit.arms.pose import numbers
     from tests.conftest import wait_for
     from tests.e2e.thin_line import ThinLine
     from tests.rig import free_port
 
     truth = Truth(sim)
-    asked = [
-        dict(zip(robot.spec().joints, np.radians(target).tolist(), strict=False)) | {"speed": 0.3}
-        for target in TARGETS_DEG * ROUNDS
-    ]
-    packed = _packed(robot, asked)
+    poses = [chain("pa10").forward(np.radians(target)) for target in TARGETS_DEG * ROUNDS]
+    packed = _packed(robot, [dict(zip(POSE, numbers(pose), strict=True)) | {"speed": SHARE} for pose in poses])
     pages, polls, sent = {}, {}, []
     watch, header = json.dumps(WATCH, separators=(",", ":")), {"Cookie": cookie(person)}
     with ExitStack() as stack:
@@ -225,12 +242,12 @@ def _run(robot: Any, person: Any, sim: Any, web: Any) -> dict[str, Any]:
             wait_for(lambda page=pages[bytes_s][0]: len(page.events) > 2, 30, "states")
             line.thin(bytes_s, ROUND_TRIP_S)
         time.sleep(10)  # until the lines are measured
-        operator = pages[LINES[0]][1]
+        page, operator = pages[LINES[0]]
         begun_ms = time.time() * 1000
-        for seq, data in enumerate(packed, 1):
-            sent.append(time.time() * 1000)
+        for seq, (pose, data) in enumerate(zip(poses, packed, strict=True), 1):
+            sent.append((time.time() * 1000, pose.ravel().tolist(), SHARE, page.round_trip_ms))
             operator.send(data)
-            wait_for(lambda n=seq: Command.objects.filter(client_seq=n, state="completed").exists(), 90, "a motion")
+            wait_for(lambda n=seq: n in page.completed, 90, "a motion")
             time.sleep(PAUSE_S)
         truth.running = False
     return _judged(robot, truth, {n: page.events for n, (page, _) in pages.items()}, polls, sent, begun_ms)
@@ -239,12 +256,12 @@ def _run(robot: Any, person: Any, sim: Any, web: Any) -> dict[str, Any]:
 def _packed(robot: Any, asked: list[dict[str, float]]) -> list[bytes]:
     from robots.kit.contract.command_packet import CommandLayout
 
-    commands = [{"kind": "joints", "args": args, "seq": n} for n, args in enumerate(asked, 1)]
+    commands = [{"kind": "pose", "args": args, "seq": n} for n, args in enumerate(asked, 1)]
     told = json.dumps({"layout": CommandLayout.of(robot.spec()).facts(), "commands": commands})
     return [bytes.fromhex(text) for text in _node("--input-type=module", "-e", PACK, told)]
 
 
-def _judged(robot: Any, truth: Truth, events: Any, polls: Any, sent: list[float], begun_ms: float) -> dict[str, Any]:
+def _judged(robot: Any, truth: Truth, events: Any, polls: Any, sent: list[Any], begun_ms: float) -> dict[str, Any]:
     """Return what was drawn beside the truth, while the arm moved and a second longer."""
     from robots.kit.arms.described import chain, model_facts
     from robots.kit.contract.compact import Layout
@@ -263,7 +280,7 @@ def _judged(robot: Any, truth: Truth, events: Any, polls: Any, sent: list[float]
     for bytes_s in LINES:
         told = {
             "facts": model_facts(robot.driver, ""), "layout": layout.facts(), "events": events[bytes_s],
-            "times": times.tolist(),
+            "times": times.tolist(), "sends": sent if bytes_s == LINES[0] else [],
         }  # fmt: skip
         shown = np.array(_node(str(SHOWN), said=json.dumps(told, default=float)), dtype=float)
         off = np.linalg.norm(shown - true, axis=1)[judged] * 1000
@@ -277,7 +294,7 @@ def _judged(robot: Any, truth: Truth, events: Any, polls: Any, sent: list[float]
             "times": round(float(polled_off.mean() / off.mean()), 1), "packets": len(events[bytes_s]),
         }  # fmt: skip
         if bytes_s == LINES[0]:
-            actions = [_action(times, shown, at_ms) for at_ms in sent]
+            actions = [_action(times, shown, at_ms) for at_ms, *_ in sent]
     return {"lines": rows, "action_s": actions}
 
 

@@ -180,3 +180,46 @@ test("another motion takes its place, and a path that comes twice begins once", 
     ),
   });
 });
+
+const ASKED = { ...PATH, knots: [[0, 0], [0.4, 0.2]], seconds: 2 }; // prettier-ignore
+
+/** Return a prediction that was asked to expect `ASKED` as command 3, and nothing else; with its clock. */
+function asked(): { clock: { ms: number }; expected: Prediction } {
+  const clock = { ms: BEGAN },
+    expected = new Prediction(
+      () => clock.ms,
+      () => null,
+    );
+  expected.ask(3, ASKED);
+  return { clock, expected };
+}
+
+test("a motion that was just sent is expected at once, from when it may have arrived, and its path takes its place", () => {
+  const { clock, expected } = asked();
+  clock.ms = BEGAN - 100;
+  assert.deepEqual(expected.joints, { predicted: [0, 0] });
+  clock.ms = BEGAN + 1000;
+  expected.state(told([0, 0], BEGAN, { moving: false })); // of a time before the command arrived
+  assert.deepEqual(expected.joints, { predicted: jointsAt(ASKED, 1) });
+  expected.begin({ ...PATH, beganMs: BEGAN + 300 });
+  assert.deepEqual(expected.joints, { predicted: jointsAt(PATH, 0.7) });
+});
+
+test("a motion that was sent is expected no more once it is refused, ended or stopped, or nothing has come of it for 5 s", () => {
+  for (const state of ["rejected", "expired", "failed", "cancelled", "unknown", "completed"]) {
+    const { expected } = asked();
+    expected.command({ id: 9, seq: 2, state });
+    expected.command({ id: 9, seq: 3, state: "executing" });
+    assert.equal(expected.runs, true, "another command, and one that goes on");
+    expected.command({ id: 9, seq: 3, state });
+    assert.deepEqual([expected.runs, expected.joints], [false, null], state);
+  }
+  const stopped = asked().expected;
+  stopped.state(told([0, 0], BEGAN, { stopped: true }));
+  assert.equal(stopped.runs, false);
+  const { clock, expected } = asked();
+  clock.ms = BEGAN + 4999;
+  assert.equal(expected.runs, true);
+  clock.ms = BEGAN + 5000;
+  assert.deepEqual([expected.runs, expected.joints], [false, null]);
+});

@@ -18,6 +18,16 @@ WIDE = {"viewport": {"width": 1440, "height": 900}}
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 ABOVE, AT, LIFTED = (550, 300, 400), (550, 300, 300), (550, 300, 345)  # mm, of the tool beside the rod
 LIFTED_M, NEAR_M = 0.33, 0.001
+SEEN_MS = 700  # from Send until the motion is drawn as expected: its path needs 1 s of a line of 100 bytes/s
+# how long after each Send the arm is drawn as expected (ms)
+EXPECTED = """
+() => { window.waits = []; const model = document.getElementById("model"); let sent = null;
+  document.addEventListener("keydown", ({ key }) => key === "Enter" && (sent = performance.now()), true);
+  new MutationObserver(() => {
+    if (sent === null || !model.hasAttribute("data-expected")) return;
+    waits.push(performance.now() - sent); sent = null;
+  }).observe(model, { attributeFilter: ["data-expected"] }); }
+"""
 ABOVE_IT = np.array([0, 0, 0.10])  # m
 FIGURE = {goal.name: goal for goal in goals_of("puma")}["figure"]
 PUTS = [
@@ -185,7 +195,9 @@ def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transac
     page.wait_for_timeout(1000)
     pictures.clear()
     line.thin(100, 0.3)
+    page.evaluate(EXPECTED)
     lift(ada, by_keys(page))
+    assert page.evaluate("() => waits.length && Math.max(...waits)") < SEEN_MS, "the motion is drawn as expected at once"
     assert_lifted(portal, ada)
     assert pictures == [], "a picture keeps everything else back"
     line.set("cut")

@@ -1,7 +1,7 @@
 /** Where an arm is expected to be by the path of its motion, for as long as no state has confirmed or contradicted it. */
 import { jointsAt } from "../socket/joint_path.ts";
 import type { CommandInfo } from "../socket/messages.ts";
-import type { PathPacket, StatePacket } from "../socket/packets.ts";
+import type { JointMotion, PathPacket, StatePacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
 
 /** Joints (rad, m) that nothing has measured: an object, so that no code can take them for the joints of a state. */
@@ -14,11 +14,13 @@ const OFF_RAD = (2 * Math.PI) / 180; // or one of whose joints is
 const LATE_MS = [0, -50, 50, -100, 100, -150, 150]; // by which the times of path and state may differ
 const FRESH_MS = 300; // a confirmed state is shown alone for so long,
 const PROMPT_MS = 100; // if it was no older when it came: over a slow line the arm is farther by then
+const ANSWER_MS = 5000; // a motion that nobody has answered is expected for so long
 const COMMANDS = 2 ** 32;
 const MOST_OVER = 32; // commands that are remembered
 
 export class Prediction {
   private path: PathPacket | null = null;
+  private asked: (JointMotion & { seq: number; untilMs: number }) | null = null; // sent, and neither accepted nor refused
   private confirmedMs = -Infinity; // of the newest state on the path
   private over = new Set<number>(); // commands whose motion is expected no more
   private readonly now: () => number;
@@ -31,26 +33,40 @@ export class Prediction {
 
   /** Whether a motion is expected that no state has confirmed to its end. */
   get runs(): boolean {
-    return this.path !== null;
+    return this.path !== null || this.awaited !== null;
+  }
+
+  /** The motion that was asked for, while its path or its refusal may still come. */
+  private get awaited(): JointMotion | null {
+    return this.asked && this.now() < this.asked.untilMs ? this.asked : null;
   }
 
   /** Where the arm is expected to be now; null if nothing is, or if the newest state says so itself. */
   get joints(): Predicted | null {
-    const now = this.now();
+    const now = this.now(),
+      { awaited } = this;
+    if (awaited) return { predicted: jointsAt(awaited, (now - awaited.beganMs) / 1000) };
     if (!this.path || now - this.confirmedMs < FRESH_MS) return null;
     return { predicted: jointsAt(this.path, (now - this.path.beganMs) / 1000) };
+  }
+
+  /** Expect the motion of a command of this page's that was just sent, until its path comes, its end, or 5 s have passed. */
+  ask(seq: number, motion: JointMotion): void {
+    this.asked = { ...motion, seq, untilMs: this.now() + ANSWER_MS };
   }
 
   /** Expect this motion from now on; not again if it was expected before. */
   begin(path: PathPacket): void {
     if (this.over.has(path.command) || path.command === this.path?.command) return;
     this.path = path;
+    this.asked = null;
     this.confirmedMs = -Infinity;
   }
 
   /** Compare a state with what was expected at its time. */
   state(state: StatePacket): void {
     const { path } = this;
+    if (state.stopped) this.asked = null;
     if (!path || state.atMs < path.beganMs) return;
     const endMs = path.beganMs + 1000 * path.seconds;
     const near = LATE_MS.some((late) => this.alike(state.joints, jointsAt(path, (state.atMs + late - path.beganMs) / 1000)));
@@ -60,8 +76,10 @@ export class Prediction {
   }
 
   /** Take a stage of a command: one that did not complete its motion moves on its path no more. */
-  command({ id, state }: Pick<CommandInfo, "id" | "state">): void {
-    if (FINAL.has(state) && state !== "completed") this.end(id % COMMANDS);
+  command({ id, seq, state }: Pick<CommandInfo, "id" | "state"> & { seq?: number }): void {
+    if (!FINAL.has(state)) return;
+    if (seq === this.asked?.seq) this.asked = null;
+    if (state !== "completed") this.end(id % COMMANDS);
   }
 
   private end(command: number): void {

@@ -10,6 +10,7 @@ import type { Console } from "../page/console.ts";
 import { blocked, type Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
+import type { Judgement } from "./judge.ts";
 import { SceneObjects } from "./objects.ts";
 import { Scene, type SceneFacts } from "./scene.ts";
 import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
@@ -92,6 +93,7 @@ export class ArmConsole implements Console, Judge {
         share,
         axes: this.axes.length,
         tell: (text) => this.tell(text),
+        sent: (seq, judged) => this.sent(seq, judged),
         cameras: description.view ?? [],
         pictures: this.cameras,
         objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null,
@@ -179,6 +181,17 @@ export class ArmConsole implements Console, Judge {
 
   path(packet: PathPacket): void {
     this.prediction.begin(packet);
+    this.view?.expect(this.prediction);
+  }
+
+  /** Expect a motion from rest that was just sent: it begins once the command has arrived. */
+  private sent(seq: number, judged: (from: readonly number[]) => Judgement): void {
+    const { live, state } = this.page,
+      from = this.prediction.joints?.predicted ?? state?.joints.slice(0, this.axes.length) ?? [],
+      { joints, seconds } = judged(from);
+    if (!joints || !Number.isFinite(seconds)) return;
+    const beganMs = live.now() + (live.latency ?? 0) / 2;
+    this.prediction.ask(seq, { beganMs, seconds, knots: [[...from], [...joints]], velocity: [] });
     this.view?.expect(this.prediction);
   }
 

@@ -37,6 +37,8 @@ export interface SceneUse {
   axes: number;
   /** Show `text` over the view. */
   tell(text: string): void;
+  /** Show a motion from rest as expected, which was just sent as the command `seq`; `judged` plans it from joints (rad). */
+  sent(seq: number, judged: (from: readonly number[]) => Judgement): void;
   cameras: readonly CameraPlace[];
   /** The objects around the arm, where it tells any. */
   objects: SceneObjects | null;
@@ -75,7 +77,7 @@ export class Scene implements ArmMode {
   private note = ""; // said until the ghost is moved again
   private toldAt = -Infinity;
   private telling = 0;
-  private judgedFrom: readonly number[] = [];
+  private judgedAt: readonly number[] = [];
   private drawnFor: readonly number[] = [];
 
   constructor(
@@ -206,7 +208,7 @@ export class Scene implements ArmMode {
     if (!this.shown) return;
     this.surroundings?.age();
     this.overlay?.draw();
-    if (this.ghost.away && !this.follows && this.hasMoved(this.judgedFrom, MOVED_RAD)) this.again();
+    if (this.ghost.away && !this.follows && this.hasMoved(this.judgedAt, MOVED_RAD)) this.again();
     else if (this.hasMoved(this.drawnFor, DRAWN_RAD)) this.draw();
   }
 
@@ -282,9 +284,13 @@ export class Scene implements ArmMode {
   }
 
   private judged(pose: Pose): Judgement {
-    this.judgedFrom = this.joints;
+    this.judgedAt = this.joints;
+    return this.judgedFrom(pose, this.joints);
+  }
+
+  private judgedFrom(pose: Pose, from: readonly number[]): Judgement {
     const straight = this.straight.checked || this.follows; // an arm that follows needs no plan, and the page no pause
-    return this.judge?.judge({ pose, straight, share: this.use.share() }, this.joints) ?? FREE;
+    return this.judge?.judge({ pose, straight, share: this.use.share() }, from) ?? FREE;
   }
 
   private say(text: string): void {
@@ -314,10 +320,12 @@ export class Scene implements ArmMode {
 
   private send(): void {
     const target = this.target(),
-      { pose } = this.ghost;
+      { pose } = this.ghost,
+      { busy } = this.page.facts();
     if (!target) return this.page.refuse(() => this.local());
     const seq = this.page.command(target.kind, target.args, "go");
     if (!seq) return;
+    if (pose && !busy) this.use.sent(seq, (from) => this.judgedFrom(pose, from));
     this.page.ladder.whenEnded(this.page.grant, seq, ({ state, reason }) => {
       if (!REFUSED.has(state) || this.ghost.pose !== pose) return; // it was moved since
       this.note = reason;

@@ -1,6 +1,6 @@
 /** Reads the path of a joint motion (robots/kit/contract/path_packet.py), and says where the joints are on it. */
 import { bitReader } from "./compact_state.ts";
-import type { CompactLayout, PathPacket } from "./packets.ts";
+import type { CompactLayout, JointMotion, PathPacket } from "./packets.ts";
 
 const HEAD_BITS = 99,
   LONGEST = 48, // bytes
@@ -33,7 +33,7 @@ export function jointPath(data: Uint8Array, layout: CompactLayout, nearMs: numbe
 }
 
 /** Return where the joints (rad, m) are on a path, `t` s after its beginning; before it and after its end they rest. */
-export function jointsAt({ knots, seconds, velocity }: PathPacket, t: number): number[] {
+export function jointsAt({ knots, seconds, velocity }: JointMotion, t: number): number[] {
   const pieces = knots.length - 1,
     step = seconds / pieces,
     within = Math.min(Math.max(t, 0), seconds),

@@ -79,11 +79,13 @@ export interface SoundPacket {
  * `beganMs` (server ms), the last `seconds` later, where it rests. `velocity` (rad/s, m/s): at the beginning; empty: at
  * rest. `command`: the low 32 bits of the command's number. It is what the robot intends; nothing of it is measured.
  */
-export interface PathPacket {
-  command: number;
+export interface JointMotion {
   beganMs: number;
   seconds: number;
   knots: number[][];
   velocity: number[];
+}
+export interface PathPacket extends JointMotion {
+  command: number;
 }
 export type Packet = PathPacket | StatePacket | PicturePacket | StreamPacket | VideoPacket | SoundPacket;

@@ -19,8 +19,9 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 type Point = readonly [number, number, number];
-const FAST_MS = 25,
-  SLOW_MS = 300; // between two frames
+const LEAST_MS = 25,
+  MOST_MS = 300, // from one frame to the next
+  SHARE = 0.5; // of the time may be drawn, if the processor draws
 const SOON_MS = 20; // a shorter pause is left out
 const DRAG_PX = 5; // a press that moved farther than this turns the view
 
@@ -50,7 +51,9 @@ export class View3D {
   private renderer: WebGLRenderer;
   private asked = false;
   private drawn = 0;
-  /** Without a graphics card each frame costs much processor time, so few are drawn. */
+  private fence: WebGLSync | null = null; // of the last frame, until it is known how long it took
+  private tookMs = 0;
+  /** Without a graphics card each frame costs much processor time: fewer are drawn, and with less effort. */
   protected readonly slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
 
   /** `onPick` gets the place on the world's floor that was clicked on (m). Throws an error in a browser without WebGL. */
@@ -82,16 +85,17 @@ export class View3D {
     this.size();
   }
 
-  /** The shortest time between two frames (ms). */
-  protected get pauseMs(): number {
-    return this.slow ? SLOW_MS : FAST_MS;
+  /** The shortest time from one frame to the next (ms). */
+  protected get leastMs(): number {
+    return LEAST_MS;
   }
 
   /** Draw a frame soon. */
   protected ask(): void {
     if (this.asked) return;
     this.asked = true;
-    const pause = Math.max(0, this.pauseMs - (performance.now() - this.drawn));
+    const betweenMs = Math.max(this.leastMs, Math.min(MOST_MS, this.tookMs / SHARE)),
+      pause = Math.max(0, betweenMs - (performance.now() - this.drawn));
     const frame = (): unknown => requestAnimationFrame(() => this.draw());
     if (pause > SOON_MS) setTimeout(frame, pause);
     else frame();
@@ -106,12 +110,33 @@ export class View3D {
   protected fit(): void {}
 
   private draw(): void {
+    if (this.fence) {
+      // the processor still draws the last one, or how long it took is known only now
+      requestAnimationFrame(() => this.draw());
+      return;
+    }
     this.asked = false;
     this.drawn = performance.now();
     if (!this.holder.clientWidth) return; // hidden; its size asks again
     const again = this.move();
     this.renderer.render(this.scene, this.camera);
+    if (this.slow) this.measure();
     if (again) this.ask();
+  }
+
+  /** Learn how long the processor draws at the last frame, without waiting for it. */
+  private measure(): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = (): void => {
+      const late = performance.now() - this.drawn > MOST_MS;
+      if (this.fence && !late && gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return void requestAnimationFrame(look);
+      this.tookMs = performance.now() - this.drawn;
+      gl.deleteSync(this.fence);
+      this.fence = null;
+    };
+    requestAnimationFrame(look);
   }
 
   private size(): void {

@@ -2,8 +2,7 @@
 import { BoxGeometry, Color, EdgesGeometry, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial } from "three";
 import { View3D } from "../kit/view_3d.ts";
 
-const FAST_MS = 90; // between two frames
-const SLOW_MS = 350;
+const LEAST_MS = 90; // from one frame to the next
 const CALM_MS = 1000;
 
 export class CellGrid extends View3D {
@@ -60,8 +59,8 @@ export class CellGrid extends View3D {
     this.ask();
   }
 
-  protected override get pauseMs(): number {
-    return this.calm.matches ? CALM_MS : this.slow ? SLOW_MS : FAST_MS;
+  protected override get leastMs(): number {
+    return this.calm.matches ? CALM_MS : LEAST_MS;
   }
 
   protected override fit(): void {

@@ -197,7 +197,9 @@ def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transac
     line.thin(100, 0.3)
     page.evaluate(EXPECTED)
     lift(ada, by_keys(page))
-    assert page.evaluate("() => waits.length && Math.max(...waits)") < SEEN_MS, "the motion is drawn as expected at once"
+    assert page.evaluate("() => waits.length && Math.max(...waits)") < SEEN_MS, (
+        "the motion is drawn as expected at once"
+    )
     assert_lifted(portal, ada)
     assert pictures == [], "a picture keeps everything else back"
     line.set("cut")

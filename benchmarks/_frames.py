@@ -19,7 +19,8 @@ WebGL2RenderingContext.prototype.clear = function (...all) {
 RESIZE = """
 ([width, height]) => { const { style } = document.getElementById("model");
   for (const [name, value] of Object.entries({ width, height })) style.setProperty(name, `${value}px`, "important");
-  for (const name of ["max-width", "aspect-ratio", "border"]) style.setProperty(name, "none", "important"); }
+  for (const name of ["max-width", "border"]) style.setProperty(name, "none", "important");
+  style.setProperty("min-height", "0", "important"); }
 """
 
 
@@ -37,7 +38,10 @@ def frames_a_second(address: str, width: int, height: int) -> float:
         page.wait_for_selector("#model canvas")
         page.evaluate(RESIZE, [width, height])
         page.wait_for_timeout(1000 * SETTLES_S)
-        found = _turn(page, page.locator("#model canvas").bounding_box())
+        box = page.locator("#model canvas").bounding_box()
+        if (box["width"], box["height"]) != (width, height):
+            raise RuntimeError(f"the view is not {width} x {height}: {box}")
+        found = _turn(page, box)
         browser.close()
         return round(found, 1)
 

@@ -28,13 +28,10 @@ function take([at, hex]) {
   if (packet && "knots" in packet) prediction.begin(packet);
   else if (packet && "joints" in packet && "moving" in packet) prediction.state((state = packet));
 }
-/** Expect the motion of a command that is sent, as `ArmConsole.sent` does. */
 function send([at, pose, share, roundTripMs]) {
   now = at;
-  const from = prediction.joints?.predicted ?? state.joints.slice(0, judge.planner.chain.count);
-  const { joints, seconds } = judge.judge({ pose, straight: false, share }, from);
-  if (joints && Number.isFinite(seconds))
-    prediction.ask(++sent, { beganMs: at + roundTripMs / 2, seconds, knots: [from, joints], velocity: [] });
+  const measured = state.joints.slice(0, judge.planner.chain.count);
+  prediction.ask(++sent, measured, roundTripMs / 2, (from) => judge.judge({ pose, straight: false, share }, from));
 }
 const shown = times.map((at) => {
   for (;;) {

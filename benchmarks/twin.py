@@ -22,14 +22,14 @@ import numpy as np
 
 from benchmarks._frames import frames_a_second
 from benchmarks.stage import database, set_up, tell
-from portal.live.pieces import FIRST, LAST, MARK
+from portal.live.pieces import JoinedText
 
 LINES, ROUND_TRIP_S = (100, 500, 1000), 0.3  # bytes a second
 POLLED, ASKED = 80, 2  # bytes of an answer (both parcels of the paper), and of a request
 TARGETS_DEG = ((30, 20, 20, 0, 60, 0), (-30, 35, 10, 20, 40, 30), (60, 10, 40, -20, 70, 0), (0, 30, 30, 0, 50, -40))
 ROUNDS, PAUSE_S, TAIL_S = 2, 3.0, 1.0
 SHARE = 0.3  # of full speed
-POSE = ("x", "y", "z", "roll", "pitch", "yaw")  # values of the command
+SNAPSHOT = 1 << 20  # characters of the longest text, at most
 EVERY_S = 0.04  # between two looks at the truth
 BEGUN_M = 0.001  # the drawn tool counts as moved from here on
 MOST_ACTION_S, TIMES = 1.0, 10
@@ -79,7 +79,7 @@ class Page:
     def __init__(self, socket: Any, every_s: float) -> None:
         self.events: list[tuple[float, str]] = []
         self.completed: set[int] = set()  # commands of which it has heard that
-        self._text = ""  # of pieces
+        self._joined = JoinedText(SNAPSHOT)
         self.round_trip_ms = 0.0  # of the newest ping that was answered
         self._pings: dict[int, float] = {}
         self._socket, self._every_s = socket, every_s
@@ -95,12 +95,7 @@ class Page:
                     self.events.append((time.time() * 1000, data.hex()))
 
     def _take(self, text: str) -> None:
-        if text.startswith(MARK):
-            self._text = text[2:] if int(text[1]) & FIRST else self._text + text[2:]
-            if not int(text[1]) & LAST:
-                return
-            text = self._text
-        told = json.loads(text)
+        told = json.loads(self._joined.take(text) or "{}")
         if told.get("state") == "completed":
             self.completed.add(told["seq"])
         if told.get("t") == "pong" and told["n"] in self._pings:
@@ -217,13 +212,16 @@ def _run(robot: Any, person: Any, sim: Any, web: Any) -> dict[str, Any]:
     from benchmarks.command_round_trip import cookie
     from robots.kit.arms.described import chain
     from robots.kit.arms.pose import numbers
+    from robots.kit.contract.channels import IN_SPACE
     from tests.conftest import wait_for
     from tests.e2e.thin_line import ThinLine
     from tests.rig import free_port
 
     truth = Truth(sim)
     poses = [chain("pa10").forward(np.radians(target)) for target in TARGETS_DEG * ROUNDS]
-    packed = _packed(robot, [dict(zip(POSE, numbers(pose), strict=True)) | {"speed": SHARE} for pose in poses])
+    packed = _packed(
+        robot, [dict(zip(IN_SPACE.coordinates, numbers(pose), strict=True)) | {"speed": SHARE} for pose in poses]
+    )
     pages, polls, sent = {}, {}, []
     watch, header = json.dumps(WATCH, separators=(",", ":")), {"Cookie": cookie(person)}
     with ExitStack() as stack:

@@ -183,20 +183,19 @@ test("another motion takes its place, and a path that comes twice begins once", 
 
 const ASKED = { ...PATH, knots: [[0, 0], [0.4, 0.2]], seconds: 2 }; // prettier-ignore
 
-/** Return a prediction that was asked to expect `ASKED` as command 3, and nothing else; with its clock. */
-function asked(): { clock: { ms: number }; expected: Prediction } {
-  const clock = { ms: BEGAN },
+/** Return a prediction that was asked to expect `ASKED` as command 3, which arrives at `BEGAN`; with its clock. */
+function asked(lateMs = 0): { clock: { ms: number }; expected: Prediction } {
+  const clock = { ms: BEGAN - lateMs },
     expected = new Prediction(
       () => clock.ms,
       () => null,
     );
-  expected.ask(3, ASKED);
+  expected.ask(3, [0, 0], lateMs, () => ({ joints: [0.4, 0.2], seconds: 2 }));
   return { clock, expected };
 }
 
 test("a motion that was just sent is expected at once, from when it may have arrived, and its path takes its place", () => {
-  const { clock, expected } = asked();
-  clock.ms = BEGAN - 100;
+  const { clock, expected } = asked(100);
   assert.deepEqual(expected.joints, { predicted: [0, 0] });
   clock.ms = BEGAN + 1000;
   expected.state(told([0, 0], BEGAN, { moving: false })); // of a time before the command arrived
@@ -222,4 +221,20 @@ test("a motion that was sent is expected no more once it is refused, ended or st
   assert.equal(expected.runs, true);
   clock.ms = BEGAN + 5000;
   assert.deepEqual([expected.runs, expected.joints], [false, null]);
+});
+
+test("the next motion begins where the arm is expected; one whose end or time is not known is not expected", () => {
+  const { clock, expected } = asked();
+  clock.ms = BEGAN + 3000; // the motion is over, and no state has come
+  let begins: readonly number[] = [];
+  expected.ask(4, [0, 0], 0, (from) => ({ joints: (begins = from), seconds: 1 }));
+  assert.deepEqual([begins, expected.joints], [[0.4, 0.2], { predicted: [0.4, 0.2] }]);
+  for (const plan of [
+    { joints: null, seconds: 1 },
+    { joints: [1, 1], seconds: NaN },
+  ]) {
+    const nothing = new Prediction(Date.now, () => null);
+    nothing.ask(1, [0, 0], 0, () => plan);
+    assert.equal(nothing.runs, false);
+  }
 });

@@ -45,7 +45,9 @@ class Pieces:
 class JoinedText:
     """Puts a long text together whose pieces a page sends, in the form of `TextPieces`."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = LONGEST) -> None:
+        """`most`: characters of a text."""
+        self._most = most
         self._text: str | None = None  # what has come; None: no first piece has
 
     def take(self, text: str) -> str | None:
@@ -56,8 +58,8 @@ class JoinedText:
         if flags is None or (self._text is None and not flags & FIRST):
             raise NotUnderstood("A piece of a message came without its first one.", hopeless=True)
         self._text = text[2:] if flags & FIRST else (self._text or "") + text[2:]
-        if len(self._text) > LONGEST:
-            raise NotUnderstood(f"A message is a JSON object of at most {LONGEST} bytes.", hopeless=True)
+        if len(self._text) > self._most:
+            raise NotUnderstood(f"A message is a JSON object of at most {self._most} bytes.", hopeless=True)
         if not flags & LAST:
             return None
         whole, self._text = self._text, None

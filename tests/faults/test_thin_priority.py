@@ -8,6 +8,7 @@ import pytest
 from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
+from portal.live.pieces import JoinedText
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.compact import CLOCK
@@ -23,6 +24,7 @@ pytestmark = pytest.mark.timed
 WATCH = {"t": "watch", "cameras": [0], "every_s": 5, "compact": True, "pieces": True}
 STATE, PICTURE, PIECE = 200, 2, 7  # first bytes
 STATE_BYTES, EVERY_S = 19, 0.25
+SNAPSHOT = 1 << 20  # characters of the longest text, at most
 LONG_S = 25  # what the picture takes of the line alone
 MOST_S = 2.5  # of what the line carries, before an answer: what is on the way, a piece, its own bytes
 
@@ -47,16 +49,12 @@ class Page:
         return [one for one in list(self.heard) if not isinstance(one[2], str) and one[2][0] == first]
 
     def said(self, kind):
-        texts, parts = [], ""
+        texts, joined = [], JoinedText(SNAPSHOT)
         for at, before, text in list(self.heard):
             if not isinstance(text, str):
                 continue
-            if text[0] == "\x07":
-                parts = text[2:] if text[1] in "13" else parts + text[2:]
-                if text[1] in "01":
-                    continue
-                text = parts
-            texts.append((at, before, json.loads(text)))
+            if (whole := joined.take(text)) is not None:
+                texts.append((at, before, json.loads(whole)))
         return [one for one in texts if one[2]["t"] == kind]
 
 

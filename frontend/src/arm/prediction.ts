@@ -9,6 +9,12 @@ export interface Predicted {
   readonly predicted: readonly number[];
 }
 
+/** Where a planned motion ends (rad, m), and how long it takes. */
+export interface Planned {
+  joints: readonly number[] | null;
+  seconds: number;
+}
+
 const OFF_M = 0.01; // a state whose tool is farther off ends the prediction
 const OFF_RAD = (2 * Math.PI) / 180; // or one of whose joints is
 const LATE_MS = [0, -50, 50, -100, 100, -150, 150]; // by which the times of path and state may differ
@@ -50,9 +56,18 @@ export class Prediction {
     return { predicted: jointsAt(this.path, (now - this.path.beganMs) / 1000) };
   }
 
-  /** Expect the motion of a command of this page's that was just sent, until its path comes, its end, or 5 s have passed. */
-  ask(seq: number, motion: JointMotion): void {
-    this.asked = { ...motion, seq, untilMs: this.now() + ANSWER_MS };
+  /**
+   * Expect the motion of the page's command `seq`, which was just sent, until its path comes, its end, or 5 s have passed.
+   * It begins from rest, when the command has arrived after `lateMs`, where the arm is expected, else at `measured` (rad, m).
+   * `plan` returns where it ends, and after how long; it is not expected if that is not known (null, NaN).
+   */
+  ask(seq: number, measured: readonly number[], lateMs: number, plan: (from: readonly number[]) => Planned): void {
+    const from = this.joints?.predicted ?? measured,
+      { joints, seconds } = plan(from),
+      now = this.now();
+    if (!joints || !Number.isFinite(seconds)) return;
+    const knots = [[...from], [...joints]];
+    this.asked = { beganMs: now + lateMs, seconds, knots, velocity: [], seq, untilMs: now + ANSWER_MS };
   }
 
   /** Expect this motion from now on; not again if it was expected before. */

@@ -110,11 +110,7 @@ export class View3D {
   protected fit(): void {}
 
   private draw(): void {
-    if (this.fence) {
-      // the processor still draws the last one, or how long it took is known only now
-      requestAnimationFrame(() => this.draw());
-      return;
-    }
+    if (this.fence) return void requestAnimationFrame(() => this.draw()); // the last frame is still being drawn
     this.asked = false;
     this.drawn = performance.now();
     if (!this.holder.clientWidth) return; // hidden; its size asks again

@@ -186,12 +186,8 @@ export class ArmConsole implements Console, Judge {
 
   /** Expect a motion from rest that was just sent: it begins once the command has arrived. */
   private sent(seq: number, judged: (from: readonly number[]) => Judgement): void {
-    const { live, state } = this.page,
-      from = this.prediction.joints?.predicted ?? state?.joints.slice(0, this.axes.length) ?? [],
-      { joints, seconds } = judged(from);
-    if (!joints || !Number.isFinite(seconds)) return;
-    const beganMs = live.now() + (live.latency ?? 0) / 2;
-    this.prediction.ask(seq, { beganMs, seconds, knots: [[...from], [...joints]], velocity: [] });
+    const { live, state } = this.page;
+    if (state) this.prediction.ask(seq, state.joints.slice(0, this.axes.length), (live.latency ?? 0) / 2, judged);
     this.view?.expect(this.prediction);
   }
 

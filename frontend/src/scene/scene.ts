@@ -46,6 +46,7 @@ export interface SceneUse {
   pictures: Pictures;
   /** The text of the task mode, where the robot has one. */
   task: TaskText | null;
+  /** Show the task mode. */
   showTask(): void;
 }
 

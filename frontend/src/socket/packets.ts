@@ -75,9 +75,8 @@ export interface SoundPacket {
   said: string;
 }
 /**
- * The path on which the robot's first joints begin to move by a command: positions (rad, m) at equal times, the first at
- * `beganMs` (server ms), the last `seconds` later, where it rests. `velocity` (rad/s, m/s): at the beginning; empty: at
- * rest. `command`: the low 32 bits of the command's number. It is what the robot intends; nothing of it is measured.
+ * A motion of the robot's first joints: positions (rad, m) at equal times, the first at `beganMs` (server ms), the last
+ * `seconds` later, where it rests. `velocity` (rad/s, m/s): at the beginning; empty: at rest. Nothing of it is measured.
  */
 export interface JointMotion {
   beganMs: number;
@@ -85,6 +84,7 @@ export interface JointMotion {
   knots: number[][];
   velocity: number[];
 }
+/** The motion that the robot intends by a command that it has begun; `command`: the low 32 bits of its number. */
 export interface PathPacket extends JointMotion {
   command: number;
 }

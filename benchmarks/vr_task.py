@@ -1,9 +1,9 @@
 """Four scripted operators lift the hanging rod and build a tower of three, over a thin line: by pictures, jog, ghost, task.
 
 In virtual time: the PUMA 560's simulator and its driver, which goes by belief, without pictures of its own. The line is a
-model: bytes a second each way and a delay. No
-person took part: the times of hands and thoughts are those of the keystroke-level model (Card, Moran, Newell 1980),
-and who steers over a delay moves, waits and looks (Ferrell 1965). `operator_s` is how long the person is needed.
+model: bytes a second each way and a delay. No person took part: the times of hands and thoughts are those of the
+keystroke-level model (Card, Moran, Newell 1980), and who steers over a delay moves, waits and looks (Ferrell 1965).
+`operator_s` is how long the person is needed.
 """
 
 import contextlib

@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { Ghost } from "../src/scene/ghost.ts";
 import { distance, moved } from "../src/scene/moves.ts";
 import type { ObjectFacts } from "../src/scene/known.ts";
-import { missingInWords, SceneObjects, SNAP_M, snapped, snappedStep } from "../src/scene/objects.ts";
+import { isSaidAt, missingInWords, SceneObjects, SNAP_M, snapped, snappedStep } from "../src/scene/objects.ts";
 import { inverse, poseAt, product, uprightAt } from "../src/scene/poses.ts";
 import type { Placed } from "../src/socket/objects.ts";
 import { boxFacts, bytesOf, objectPacket, vectorsOf } from "./helpers.ts";
@@ -105,4 +105,31 @@ test("near a goal the ghost snaps to it, and a step away is a step away", () => 
   assert.ok(Math.abs(ghost.pose![3]! - 0.505) < 1e-12, "short steps leave it");
   for (let n = 0; n < 5; n++) ghost.step([-0.001, 0, 0, 0, 0, 0]);
   assert.ok(distance(ghost.pose!, goal.pose).m < SNAP_M, "and come back to it");
+});
+
+test("what words say to be at a goal is sent from exactly there, and nothing else is moved", () => {
+  const goal = { pose: poseAt([0.5, 0, 0.1], [1, 0, 0, 0]), what: "on blue" },
+    almost = moved(goal.pose, [0.0004, -0.0004, 0.0004, 0, 0, 0.008]),
+    beside = moved(goal.pose, [0.0007, 0, 0, 0, 0, 0]);
+  assert.equal(missingInWords(almost, goal), "The ghost is at on blue.");
+  assert.equal(missingInWords(beside, goal), "To on blue: 1 mm back.");
+  const exact = (pose: Float64Array): Float64Array => (isSaidAt(pose, goal) ? goal.pose : pose);
+  let verdict: "free" | "refused" = "free";
+  const ghost = new Ghost(() => ({ verdict, text: "no", joints: null, path: [], seconds: 1 }));
+  ghost.follow(almost);
+  ghost.settle(exact);
+  assert.equal(ghost.pose, almost, "a ghost at the arm stays there");
+  for (const [from, to] of [
+    [almost, goal.pose],
+    [beside, beside],
+  ] as const) {
+    ghost.put(from);
+    ghost.settle(exact);
+    assert.equal(ghost.pose, to);
+  }
+  ghost.put(almost);
+  verdict = "refused";
+  ghost.settle(exact);
+  assert.equal(ghost.pose, almost, "the arm cannot be exactly there");
+  assert.equal(ghost.refusal, "");
 });

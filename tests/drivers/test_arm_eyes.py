@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from robots.kit.arms.arrangement import Arrangement
-from robots.kit.arms.described import chain, limbs, posture
+from robots.kit.arms.described import chain, limbs, planner, posture
+from robots.kit.arms.goals import goals_of
 from robots.kit.arms.hiding import Hiding
-from robots.kit.arms.objects import objects_of, placed_of, pose_of
+from robots.kit.arms.objects import objects_of, placed_of, pose_of, yaw_of
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
@@ -16,6 +17,7 @@ from robots.kit.drivers import arm_eyes
 from robots.kit.drivers.arm_eyes import PAUSE_S, eyes_of
 from simulators.puma.plant import Plant
 from simulators.puma.render import RasterRenderer
+from tests.puma_operator import Operator
 
 READY = posture(load("puma"), "ready")
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -32,9 +34,9 @@ class Clock:
 class Viewer(Session):
     """A session whose owner takes pictures of a simulated cell. `bad`: what a camera shows instead."""
 
-    def __init__(self):
+    def __init__(self, q=READY):
         super().__init__("", {})
-        self.clock, self.plant, self.asked, self.bad = Clock(), Plant(READY), [], {}
+        self.clock, self.plant, self.asked, self.bad = Clock(), Plant(q), [], {}
         self._renderer, self._dice = RasterRenderer(self.plant.model, 640, 480), np.random.default_rng(1)
         self.on_look = self._take
 
@@ -123,6 +125,23 @@ def test_what_another_object_covers_is_not_missing(viewer):
         viewer.plant.put(name, pose[:3, 3], UPRIGHT)
     sight = eyes_of(viewer, "puma").look(Arrangement(TABLE, {**first.places, **around}), READY)
     assert "c" not in sight.missing
+
+
+def test_what_the_object_in_the_gripper_covers_is_not_missing():
+    """The fourth brick of the figure is pressed across the place where the third one would be."""
+    parts, places = goals_of("puma")[0].parts, dict(TABLE.first())
+    tool = parts["d"] @ TABLE.objects["d"].grasps[0].tool
+    q = planner("puma").reach(tool, READY)
+    viewer = Viewer(q)
+    operator = Operator(viewer.plant)
+    for name in "abcd":
+        operator.put(name, *parts[name][:3, 3], yaw_of(parts[name]))
+        places[name] = placed_of(parts[name])
+    places["d"] = placed_of(np.linalg.inv(tool) @ parts["d"], held=True)
+    operator.put("c", -2.2, 0.9, -0.74)
+    sight = eyes_of(viewer, "puma").look(Arrangement(TABLE, places), q)
+    assert "c" not in sight.noticed, "there is nothing to judge"
+    assert sight.missing == set()
 
 
 def test_a_camera_that_gave_no_picture_is_asked_again_later_or_by_who_insists(viewer):

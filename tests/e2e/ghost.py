@@ -1,8 +1,10 @@
-"""Hands for the ghost of the tool: where it is, as its list says, and pulling it by mouse or by finger."""
+"""Hands for the ghost of the tool, by keys, by mouse and by finger: its list says where it is, and what is missing."""
 
 import re
+from functools import partial
 
 import numpy as np
+import pytest
 from playwright.sync_api import expect
 
 from robots.kit.description import load
@@ -10,14 +12,28 @@ from tests.e2e.frames import read
 
 KEPT_UP = {"ping", "here", "watch"}  # that a page lives, that its person is there, which pictures its line allows
 AT_THE_ARM = "The ghost is at the arm"
-KEYS = (("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown"))  # of x, y, z: more and less
 PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
+MISSING = re.compile(r"(-?\d+)(?: mm|°) (about z|\w+)")
 MOVED_M = 0.005  # a brick lies 1 mm beside its place in the description at first
-TRIAL = 25  # px of a pull that shows where a handle leads
-FARTHEST, TRIES = 400, 4  # px of one pull; how often it is corrected
-LOOK_MS = 250  # until the list has followed
-VIEWS = {"Side": (0, 2), "Top": (0, 1)}  # the axes that lie across each
-SCALES = {"1": 6.0, "5": 3.0}  # of the hand's motion to the ghost's, and how near it is to come (mm)
+STEPS = (1, 1), (5, 5), (20, 15)  # mm and degrees of a key or a button
+AXES = ("forward", "back"), ("left", "right"), ("up", "down")
+TURNS = "about z", "back about z"
+WAYS = {  # by key, and by button
+    "forward": ("ArrowUp", "x +"), "back": ("ArrowDown", "x −"), "left": ("ArrowLeft", "y +"),
+    "right": ("ArrowRight", "y −"), "up": ("PageUp", "z +"), "down": ("PageDown", "z −"),
+    "about z": ("Shift+ArrowLeft", "↻ z"), "back about z": ("Shift+ArrowRight", "↺ z"),
+}  # fmt: skip
+BETWEEN_MS, LOOK_MS = 30, 250  # between two keys, because one that waited long is left out; until the list has followed
+ROUNDS = 12  # in which the last millimetres are gone
+MIDDLE = np.array([0.35, 0.0, 0.3])  # what the viewpoints look at (m), their places from there, the field of view
+FROM = {"Side": np.array([0.0, -2.3, 0.35]), "Top": np.array([-0.02, 0.0, 2.4])}
+FIELD = np.radians(38)
+ACROSS = {
+    "Side": np.array([1, 0, 1]),
+    "Top": np.array([1, 1, 0]),
+}  # the axes along which a handle moves the ghost there
+HANDLE = 0.22 * 1.9 / 4  # of the view's half height at the ghost: from the ghost to such a handle, along both axes
+SCALES = {1: 6.0, 5: 2.0}  # of the hand's motion to the ghost's, and how near it is to come (mm)
 
 
 def place(page):
@@ -77,85 +93,116 @@ def run_task(person, *lines):
     page.click("#tab-scene")
 
 
-class Mouse:
-    """Pulls the ghost's handles by mouse."""
+class Keys:
+    """Moves the ghost by keys on its handle alone."""
 
     def __init__(self, person):
         self.person, self.page = person, person.page
 
     def go(self, target):
-        """Bring the ghost to a place (mm), by one handle after another."""
+        """Bring the ghost to a place (mm), as the list says."""
+        way = np.round(np.subtract(target, place(self.page)))
+        for axis in np.argsort(-np.abs(way)):
+            self.move(AXES[axis][int(way[axis] < 0)], abs(int(way[axis])))
+        assert place(self.page) == pytest.approx(target, abs=2), self.page.inner_text("#ghost-list")
+
+    def turn(self, degrees):
+        """Turn the ghost about the vertical."""
+        self.move(TURNS[int(degrees < 0)], abs(degrees))
+
+    def settle(self, goal="[^:]*"):
+        """Bring the ghost the last millimetres and degrees to a goal, as the list says in words."""
+        for _ in range(ROUNDS):
+            words = self.page.inner_text("#ghost-list")
+            if re.search(rf"The ghost is at (?!the arm){goal}\.", words):
+                return
+            found = re.search(rf"To {goal}: (.*)\.", words)
+            assert found, f"to {goal}: {words}"
+            for size, way in MISSING.findall(found[1]):
+                if way == TURNS[0]:
+                    self.turn(int(size))
+                elif way in WAYS:
+                    self.move(way, int(size))
+            self.page.wait_for_timeout(LOOK_MS)
+        raise AssertionError(self.page.inner_text("#ghost-list"))
+
+    def move(self, way, far):
+        """Move the ghost one way by so much (mm or degrees), in the largest steps first."""
+        for size in reversed(range(len(STEPS))):
+            times, far = divmod(far, STEPS[size][way in TURNS])
+            if times:
+                self.step(way, size, times)
+
+    def step(self, way, size, times):
+        self.page.focus("#ghost-handle")
+        for key in (*["+"] * len(STEPS), *["-"] * (len(STEPS) - 1 - size), *[WAYS[way][0]] * times):
+            self.page.keyboard.press(key)
+            self.page.wait_for_timeout(BETWEEN_MS)
+
+
+class Mouse(Keys):
+    """Pulls the ghost's handles by mouse, and clicks its buttons for the rest."""
+
+    handles = 1.0  # their size
+
+    def go(self, target):
+        """Bring the ghost to a place (mm), by the handle that moves it along two axes in one view and in another."""
         for scale, near in SCALES.items():
-            self.page.select_option("#ghost-scale", scale)
-            for view, axes in VIEWS.items():
-                if self._off(target)[list(axes)].max() <= near:
-                    continue
-                self.page.locator("#viewpoints button", has_text=view).first.click()
-                self.page.wait_for_timeout(LOOK_MS)
-                for x, y in self._handles():
-                    self._pull(x, y, np.array(target, float))
-                    if self._off(target)[list(axes)].max() <= near:
-                        break
-        assert self._off(target).max() <= near, f"not {target}: {self.page.inner_text('#ghost-list')}"
+            self.page.select_option("#ghost-scale", str(scale))
+            for view, across in ACROSS.items():
+                way = (target - place(self.page)) * across
+                if np.abs(way).max() > near:
+                    self.page.locator("#viewpoints button", has_text=view).first.click()
+                    self.page.wait_for_timeout(LOOK_MS)
+                    self._pull(view, scale * way / 1000)
+        off = np.abs(target - place(self.page)).max()
+        assert off <= 2 * near, f"not {target}: {self.page.inner_text('#ghost-list')}"
 
-    def _off(self, target):
-        return np.abs(place(self.page) - target)
-
-    def _handles(self):
-        """Yield points in the view at which a pointer takes a handle, far from each other; where they are now."""
+    def _pull(self, view, way):
+        """Pull the handle in the middle between two axes so far (m)."""
         canvas = self.page.locator("#model canvas")
         canvas.scroll_into_view_if_needed()
-        box = canvas.bounding_box()
-        tried = []
-        for share_y in range(6, 96, 3):
-            for share_x in range(6, 96, 3):
-                x, y = box["x"] + box["width"] * share_x / 100, box["y"] + box["height"] * share_y / 100
-                if any(np.hypot(x - u, y - v) < TRIAL for u, v in tried):
-                    continue
-                self.page.mouse.move(x, y)
-                if self.page.evaluate("document.querySelector('#model canvas').style.cursor") == "grab":
-                    tried.append((x, y))
-                    yield x, y
-
-    def _pull(self, x, y, target):
-        """Take a handle, see where it leads, and pull it as near to the target as it goes."""
-        begun, at = place(self.page), np.array([x, y])
-        self.down(at)
-        leads = []
-        for way in ((TRIAL, 0), (0, TRIAL)):
-            self.to(at + way)
-            leads.append((place(self.page) - begun) / TRIAL)
-        self.to(at)
-        there, by = np.linalg.pinv(np.array(leads).T, rcond=0.2), np.zeros(2)
-        for _ in range(TRIES):
-            if np.abs(more := there @ (target - place(self.page))).max() <= 1:
-                break
-            by = np.clip(by + more, -FARTHEST, FARTHEST)
-            self.to(at + by)
-        self.up(at + by)
+        seen = partial(projected, view, canvas.bounding_box())
+        ghost = place(self.page) / 1000
+        far = np.linalg.norm(MIDDLE + FROM[view] - ghost)
+        at = ghost + ACROSS[view] * HANDLE * self.handles * far * np.tan(FIELD / 2)
+        begin, end = seen(at), seen(at + way)
+        self.down(begin)
+        self.move_to(end)
+        self.page.wait_for_timeout(LOOK_MS)
+        self.up()
         self.page.wait_for_timeout(LOOK_MS)
 
-    def to(self, point):
-        self.move(point)
-        self.page.wait_for_timeout(LOOK_MS)
+    def step(self, way, size, times):
+        self.page.select_option("#ghost-step", str(size))
+        for _ in range(times):
+            self.press(self.page.locator(f"[aria-label^='{WAYS[way][1]}:']"))
+
+    def press(self, button):
+        button.click()
 
     def down(self, point):
         self.page.mouse.move(*point)
         self.page.mouse.down()
 
-    def move(self, point):
+    def move_to(self, point):
         self.page.mouse.move(*point, steps=4)
 
-    def up(self, point):
+    def up(self):
         self.page.mouse.up()
 
 
 class Fingers(Mouse):
-    """Pulls them by a finger."""
+    """Pulls them by a finger, and taps the buttons."""
+
+    handles = 1.5
 
     def __init__(self, person):
         super().__init__(person)
         self._wire = person.context.new_cdp_session(person.page)
+
+    def press(self, button):
+        button.tap()
 
     def _touch(self, what, *points):
         touches = [{"x": float(x), "y": float(y)} for x, y in points]
@@ -164,8 +211,19 @@ class Fingers(Mouse):
     def down(self, point):
         self._touch("touchStart", point)
 
-    def move(self, point):
+    def move_to(self, point):
         self._touch("touchMove", point)
 
-    def up(self, point):
+    def up(self):
         self._touch("touchEnd")
+
+
+def projected(view, box, point):
+    """Return where a place (m) is seen in a view whose canvas has that box (px)."""
+    ahead = -FROM[view] / np.linalg.norm(FROM[view])
+    right = np.cross(ahead, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    way = point - MIDDLE - FROM[view]
+    scale = box["height"] / 2 / np.tan(FIELD / 2) / (way @ ahead)
+    middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+    return middle + scale * np.array([way @ right, -way @ np.cross(right, ahead)])

@@ -1,14 +1,14 @@
-"""The PUMA 560 in its scene, in a browser: the rod by keyboard, mouse, touch and task, also over a line of 100 bytes/s."""
-
-import re
+"""The PUMA 560 in its scene, in a browser: rod and figure by keyboard, mouse and touch, also over 100 bytes/s."""
 
 import numpy as np
 import pytest
 from playwright.sync_api import expect
 
 from robots.kit.arms.goals import goals_of
-from robots.kit.description import load, programs_of
-from tests.e2e.ghost import AT_THE_ARM, KEYS, Fingers, Mouse, drive, place, put_back, run_task
+from robots.kit.arms.objects import yaw_of
+from robots.kit.description import load
+from robots.models import Robot
+from tests.e2e.ghost import AT_THE_ARM, Fingers, Keys, Mouse, drive, put_back
 from tests.e2e.thin_line import ThinLine
 from tests.rig import free_port
 
@@ -30,12 +30,12 @@ EXPECTED = """
 """
 ABOVE_IT = np.array([0, 0, 0.10])  # m
 FIGURE = {goal.name: goal for goal in goals_of("puma")}["figure"]
-PUTS = [
-    line for line in dict(programs_of("puma", "task"))["The figure of five bricks"].splitlines() if line[:3] == "put"
-]
 PRESSES = 10
-MISSING = re.compile(r"\nTo .*?(\d+) mm (\w+)")
-BUTTONS = {"forward": "x +", "back": "x −", "left": "y +", "right": "y −", "up": "z +", "down": "z −"}
+HANDS = {"keys": (Keys, WIDE), "mouse": (Mouse, WIDE), "touch": (Fingers, PHONE)}
+FIRST = {one["name"]: np.array(one["place"]) for one in load("puma")["object"]}
+GRASP = np.array([0, 0, 0.001])  # m, from the middle of a brick to the tool
+RELEASE = np.array([0, 0, load("puma")["objects"]["release"]])
+TURN_S = 1200
 
 
 @pytest.fixture
@@ -72,28 +72,10 @@ def assert_lifted(portal, person):
     person.press("open")
 
 
-def by_keys(page):
-    """Return what brings the ghost to a place by its keys alone: the list says how far it still is."""
-
-    def go(target):
-        page.focus("#ghost-handle")
-        for _ in range(2):
-            page.keyboard.press("+")
-        for step in (20, 5, 1):
-            way = np.subtract(target, place(page))
-            for axis in np.argsort(-np.abs(way)):
-                count = round(abs(way[axis]) / step) if step == 1 else int(abs(way[axis]) // step)
-                for _ in range(count):
-                    page.keyboard.press(KEYS[axis][int(way[axis] < 0)])
-            page.keyboard.press("-")
-        assert place(page) == pytest.approx(target, abs=2), page.inner_text("#ghost-list")
-
-    return go
-
-
-def test_the_rod_is_lifted_by_keyboard_alone(transactional_db, portal, operator):
-    ada = operator(**WIDE)
-    lift(ada, by_keys(ada.page))
+@pytest.mark.parametrize(("hand", "options"), HANDS.values(), ids=HANDS)
+def test_the_rod_is_lifted_by_hand(transactional_db, portal, operator, hand, options):
+    ada = operator(**options)
+    lift(ada, hand(ada).go)
     assert_lifted(portal, ada)
     ada.axe("the PUMA's scene, with the rod")
 
@@ -106,78 +88,47 @@ def test_the_rod_is_lifted_by_a_task(transactional_db, portal, operator):
     assert_lifted(portal, ada)
 
 
-@pytest.mark.parametrize(("hand", "options"), [(Mouse, WIDE), (Fingers, PHONE)], ids=["mouse", "touch"])
-def test_the_rod_is_lifted_by_a_pointer(transactional_db, portal, operator, hand, options):
-    ada = operator(**options)
-    lift(ada, hand(ada).go)
-    assert_lifted(portal, ada)
+def build(person, hand):
+    """Build the figure of five bricks: take each where it is first, turn it, press it on."""
+    for name, goal in FIGURE.parts.items():
+        reach(person, hand, FIRST[name] + GRASP, f"the grasp of {name}", "close")
+        end = goal[:3, 3] + GRASP + RELEASE
+        hand.go(mm(end + ABOVE_IT))
+        if abs(yaw_of(goal)) > 1:
+            hand.turn(90)
+        send(person)
+        reach(person, hand, end, "its place in the figure", "open")
+        expect(person.page.locator("#goals-list")).to_contain_text(f"✓ {name}: in its place")
+        if abs(yaw_of(goal)) > 1:
+            hand.turn(-90)
 
 
-def by_buttons(page):
-    """Turn the ghost by its buttons, by so many degrees about z."""
-    page.select_option("#ghost-step", "2")
-    for _ in range(6):
-        page.click("[aria-label='↻ z: Turn the ghost about z']")
-
-
-def nudge(page):
-    """Bring the ghost the last millimetres by its buttons, as the list in words says."""
-    page.select_option("#ghost-step", "0")
-    for _ in range(12):
-        words = page.inner_text("#ghost-list")
-        if "The ghost is at" in words:
-            return
-        if way := MISSING.search(words):
-            page.click(f"[aria-label^='{BUTTONS[way[2]]}:']")
-        page.wait_for_timeout(200)  # the list follows once a frame
-    raise AssertionError(page.inner_text("#ghost-list"))
+def reach(person, hand, at, goal, grip):
+    """From above go down to a goal (m), close or open the gripper, and go up again."""
+    hand.go(mm(at + ABOVE_IT))
+    send(person)
+    hand.go(mm(at))
+    hand.settle(goal)
+    send(person)
+    person.press(grip)
+    hand.go(mm(at + ABOVE_IT))
+    send(person)
 
 
 def mm(place):
     return np.round(np.array(place) * 1000)
 
 
-def last_brick(person, go):
-    """Put the fifth brick of the figure onto the others: take it, turn it, press it on."""
-    objects = load("puma")["objects"]
-    start = next(one["place"] for one in load("puma")["object"] if one["name"] == "e")
-    grasp_z = 0.001  # the tool is so much higher than the middle of a brick
-    there, end = np.add(start, [0, 0, grasp_z]), FIGURE.parts["e"][:3, 3] + [0, 0, grasp_z + objects["release"]]
-    reach(person, go, there, "close")
-    go(mm(end + ABOVE_IT))
-    by_buttons(person.page)
-    send(person)
-    reach(person, go, end, "open")
-
-
-def reach(person, go, at, grip):
-    """From above go down to a place (m), close or open the gripper, and go up again."""
-    go(mm(at + ABOVE_IT))
-    send(person)
-    go(mm(at))
-    nudge(person.page)
-    send(person)
-    person.press(grip)
-    go(mm(at + ABOVE_IT))
-    send(person)
-
-
-@pytest.mark.parametrize(
-    ("hand", "options"), [(by_keys, WIDE), (Mouse, WIDE), (Fingers, PHONE)], ids=["keys", "mouse", "touch"]
-)
-def test_the_figure_is_finished_by_hand_and_won(transactional_db, portal, operator, hand, options):
+@pytest.mark.parametrize(("hand", "options"), HANDS.values(), ids=HANDS)
+def test_the_figure_is_built_by_hand_and_won(transactional_db, portal, operator, hand, options):
+    Robot.objects.update(turn_s=TURN_S)
     ada = operator(**options)
-    page = ada.page
-    if page.locator("#goals-list", has_text="✓ d: in its place").count():
-        put_back(ada, "e")
-    else:
-        run_task(ada, *PUTS[:4], "move ready")
-    expect(page.locator("#goals-list")).to_contain_text("✓ d: in its place")
-    last_brick(ada, hand(page) if hand is by_keys else hand(ada).go)
+    put_back(ada, *FIRST)
+    build(ada, hand(ada))
     there = portal.sim.status()["objects"]
-    assert there["e"] == pytest.approx(np.add(there["d"], [0, 0, 0.0192]), abs=NEAR_M)
-    expect(page.locator("#goals-list")).to_contain_text("✓ e: in its place")
-    expect(page.locator("#goals-said")).to_contain_text("The figure of five bricks")
+    for name, goal in FIGURE.parts.items():
+        assert there[name] == pytest.approx(goal[:3, 3], abs=NEAR_M), name
+    expect(ada.page.locator("#goals-said")).to_contain_text("The figure of five bricks")
 
 
 def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transactional_db, portal, visitor):
@@ -196,7 +147,7 @@ def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transac
     pictures.clear()
     line.thin(100, 0.3)
     page.evaluate(EXPECTED)
-    lift(ada, by_keys(page))
+    lift(ada, Keys(ada).go)
     assert page.evaluate("() => waits.length && Math.max(...waits)") < SEEN_MS, (
         "the motion is drawn as expected at once"
     )
@@ -204,7 +155,7 @@ def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transac
     assert pictures == [], "a picture keeps everything else back"
     line.set("cut")
     before = portal.sim.status()["q"]
-    by_keys(page)((560, 280, 400))
+    Keys(ada).go((560, 280, 400))
     expect(page.locator("#ghost-list")).to_contain_text("Place: x, y, z 560, 280, 400 mm")
     assert portal.sim.status()["q"] == pytest.approx(before, abs=1e-3), "nothing moves while the line is cut"
     expect(page.locator("body")).to_contain_text("Connection lost", timeout=60_000)

@@ -2,54 +2,17 @@
 
 import re
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
 from robots.kit.arms.goals import goals_of
 from robots.models import Command, Finding
-from tests.e2e.ghost import drive, put_back
+from tests.e2e.ghost import Keys, drive, place, put_back
 from tests.e2e.test_scene import PHONE, WIDE
 
 # drawing in three dimensions without a graphics card takes a core of its own
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["puma"], indirect=True)]
-WAYS = {
-    "forward": "ArrowUp", "back": "ArrowDown", "left": "ArrowLeft", "right": "ArrowRight", "up": "PageUp",
-    "down": "PageDown",
-}  # fmt: skip
-AXES = ("ArrowUp", "ArrowDown"), ("ArrowLeft", "ArrowRight"), ("PageUp", "PageDown")
-
-
-def steps(page, *mm):
-    """Move the ghost by keys, so far along x, y, z (whole mm)."""
-    for way, (more, less) in zip(mm, AXES, strict=True):
-        left = abs(way)
-        for which, size in enumerate((20, 5, 1)):
-            times, left = divmod(left, size)
-            press(page, 2 - which, more if way > 0 else less, times)
-
-
-def press(page, step, key, times):
-    if times:
-        page.select_option("#ghost-step", str(step))
-        page.focus("#ghost-handle")
-    for _ in range(times):
-        page.keyboard.press(key)
-        page.wait_for_timeout(30)  # a key that waited long is taken for one of before
-
-
-def follow(page, goal):
-    """Move the ghost by keys as the list says in words, until it is at a goal."""
-    for _ in range(12):
-        said = page.inner_text("#ghost-list")
-        if f"The ghost is at {goal}." in said:
-            return
-        words = re.search(rf"To {goal}: (.*)\.", said)
-        assert words, f"to {goal}: {said}"
-        for size, unit, way in re.findall(r"(-?\d+)(°| mm) (about z|\w+)", words[1]):
-            key = WAYS[way] if unit == " mm" else f"Shift+Arrow{'Left' if int(size) > 0 else 'Right'}"
-            if unit == " mm" or way == "about z":
-                press(page, 0, key, abs(int(size)))
-    expect(page.locator("#ghost-list")).to_contain_text(f"The ghost is at {goal}.")
 
 
 @pytest.fixture
@@ -80,14 +43,15 @@ def test_a_task_is_recorded_by_keys_with_the_line_cut_and_builds_a_part_of_the_f
     page.focus("#ghost-handle")
     page.keyboard.press("p")
     expect(page.locator("#record-said")).to_contain_text("Nothing is between the fingers of the ghost")
-    steps(page, -34, -254, -380)
-    follow(page, "the grasp of a")
+    keys = Keys(ada)
+    keys.go(np.add(place(page), (-34, -254, -380)))
+    keys.settle("the grasp of a")
     page.keyboard.press("p")
     expect(page.locator("#record-said")).to_have_text("Recorded: grasp a.")
-    steps(page, 0, 0, 100)
+    keys.move("up", 100)
     page.keyboard.press("m")
-    steps(page, -212, -120, -85)
-    follow(page, "its place in the figure")
+    keys.go(np.add(place(page), (-212, -120, -85)))
+    keys.settle("its place in the figure")
     page.keyboard.press("p")
     expect(page.locator("#record-list li")).to_have_text(
         ["grasp a", re.compile(r"move [56]\d\d.* -2\d\d.* 11\d.*"), "put a on plate at 2 5"]
@@ -116,34 +80,32 @@ def test_a_task_is_recorded_by_keys_with_the_line_cut_and_builds_a_part_of_the_f
     assert (x, y) == pytest.approx((0.3882, -0.36), abs=0.001)
 
 
-def carry(page, x, y, z):
+def carry(keys, x, y, z):
     """Move the ghost near a place (mm), over everything on the way."""
-    for way in ("up", "beside", "down"):
-        here = [int(n) for n in re.search(r"Place: x, y, z (.*) mm", page.inner_text("#ghost-list"))[1].split(", ")]
-        steps(
-            page,
-            *{"up": (0, 0, 200 - here[2]), "beside": (x - here[0], y - here[1], 0), "down": (0, 0, z - here[2])}[way],
-        )
+    here = place(keys.page)
+    for at in ((*here[:2], 200), (x, y, 200), (x, y, z)):
+        keys.go(at)
 
 
 def test_the_figure_is_recorded_by_keys_alone_sent_as_one_task_and_won(transactional_db, portal, operator):
     ada = operator(**WIDE)
     page = ada.page
     put_back(ada, *"abcde")
+    keys = Keys(ada)
     page.focus("#record")
     page.keyboard.press("Enter")
     for name, first, there in (
         ("a", -240, (388, -360, 14)), ("b", -160, (452, -360, 14)), ("c", -80, (420, -360, 33)),
         ("d", 0, (436, -360, 53)), ("e", 80, (436, -360, 72)),
     ):  # fmt: skip
-        carry(page, 600, first, 20)
-        follow(page, f"the grasp of {name}")
+        carry(keys, 600, first, 20)
+        keys.settle(f"the grasp of {name}")
         page.keyboard.press("p")
         expect(page.locator("#record-said")).to_have_text(f"Recorded: grasp {name}.")
-        carry(page, *there[:2], there[2] + 12)
+        carry(keys, *there[:2], there[2] + 12)
         if name in "de":
-            press(page, 2, "Shift+ArrowLeft", 6)  # a quarter
-        follow(page, "its place in the figure")
+            keys.turn(90)
+        keys.settle("its place in the figure")
         page.keyboard.press("p")
     lines = page.locator("#record-list li").all_inner_texts()
     assert lines == [

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.described import posture
 from robots.kit.description import load
+from robots.kit.vision.alignment import Template
 from robots.kit.vision.measuring import Measurer
 from robots.kit.vision.prints import cameras_of, codes_of, prints_of
 from simulators.puma.cell import bricks, things
@@ -101,6 +102,32 @@ def test_one_camera_alone_is_enough_where_the_height_is_known_and_not_without(me
     unknown = measurer.measure(front, {}, lambda name, pose: [])
     assert unknown.poses == {}
     assert unknown.noticed >= looked.poses.keys()
+
+
+def marker(code, corners, dice, fine=8):
+    """Return a picture (64 x 64) of a marker with those corners (px), with its white margin, on a dark brick."""
+    cells = np.pad(np.pad(255 * code, 1), 1, constant_values=245).astype(np.uint8)
+    large, size = np.kron(cells, np.ones((8, 8), np.uint8)), 8 * (len(cells) - 2)
+    printed = np.array([[8, 8], [8 + size, 8], [8 + size, 8 + size], [8, 8 + size]])
+    # the middle of a pixel is its place
+    there = cv2.getPerspectiveTransform(np.float32(printed - 0.5), np.float32((corners + 0.5) * fine - 0.5))
+    flat = np.full((64 * fine, 64 * fine), 60, np.uint8)
+    cv2.warpPerspective(large, there, flat.shape, flat, borderMode=cv2.BORDER_TRANSPARENT)
+    seen = cv2.resize(flat, (64, 64), interpolation=cv2.INTER_AREA).astype(int)
+    return np.clip(seen + dice.integers(-2, 3, seen.shape), 0, 255).astype(np.uint8)
+
+
+def test_a_small_marker_is_aligned_to_a_quarter_of_a_pixel():
+    """Of eight to fourteen pixels, seen aslant: from a place that is nearly a pixel off it is found."""
+    dice, code = np.random.default_rng(5), codes_of(DESCRIPTION)[23]
+    template, offs = Template(code), []
+    for _ in range(200):
+        turn, lean = (Rotation.from_euler("z", dice.uniform(0, 360), degrees=True), dice.uniform(0.6, 1.0))
+        half = dice.uniform(4.0, 7.0) * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        corners = dice.uniform(28, 36, 2) + turn.apply(half)[:, :2] * (1.0, lean)
+        found = template.align(marker(code, corners, dice), corners + dice.uniform(-0.7, 0.7, 2))
+        offs.append(np.inf if found is None else np.abs(found - corners).max())
+    assert np.mean(np.array(offs) < 0.25) > 0.95, np.sort(offs)[-20:]
 
 
 def test_a_stack_is_measured_brick_by_brick(measurer, renderer, plant):

@@ -7,14 +7,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.beliefs import How
-from robots.kit.arms.objects import pose_of
+from robots.kit.arms.goals import goals_of
+from robots.kit.arms.objects import objects_of, pose_of
+from robots.kit.arms.pose import numbers
 from robots.kit.contract.objects import Placed
-from robots.models import Command
+from robots.models import Command, Finding
 from tests.world.seeds import hunt, hunts, seeds
 from tests.world.test_tasks import at_line, begin, beliefs, run
 
 pytestmark = [pytest.mark.parametrize("which", ["puma"], indirect=True), pytest.mark.usefixtures("sharp")]
 NEAR_M, NEAR_DEG = 0.0005, 1.5
+TABLE, FIGURE = objects_of("puma"), goals_of("puma")[0]
+UP, PRESSED = np.eye(4), np.eye(4)
+UP[2, 3], PRESSED[2, 3] = 0.1, TABLE.release
 BELIEVED = "Judged by what is believed, because it could not look"
 
 
@@ -24,6 +29,28 @@ def off(portal, name):
     believed = pose_of(Placed(tuple(one["place"]), tuple(one["rotation"])))
     turned = Rotation.from_matrix(believed[:3, :3].T @ true[:3, :3]).magnitude()
     return float(np.linalg.norm(believed[:3, 3] - true[:3, 3])), float(np.degrees(turned))
+
+
+def believed(portal, name):
+    """Return where a brick is believed to be (4 x 4): in the tool's frame while it is held."""
+    one = beliefs(portal)[name]
+    return pose_of(Placed(tuple(one["place"]), tuple(one["rotation"])))
+
+
+def go(portal, tool):
+    """Move the tool to a pose, as Send does; nothing may be lost from view by that."""
+    asked = dict(zip(("x", "y", "z", "roll", "pitch", "yaw"), map(float, numbers(tool)), strict=True))
+    assert portal.final(portal.issue("pose", **asked), 60).reason == ""
+    lost = [name for name, one in beliefs(portal).items() if one["place"] is None]
+    assert lost == [], "something covers it, and it is there"
+
+
+def grip(portal, tool, closed):
+    """Move down to a pose from above, close or open the gripper, and move up again."""
+    go(portal, UP @ tool)
+    go(portal, tool)
+    assert portal.final(portal.issue("gripper", closed=closed), 30).reason == ""
+    go(portal, UP @ tool)
 
 
 def check_measured(portal, *names):
@@ -179,3 +206,15 @@ def by_belief(bad, portal):
     assert len(said(command)) == 2, said(command)
     assert beliefs(portal)["a"]["how"] == How.ARM
     assert portal.rig.sim.plant.clutch.held() == {("a", "b")}
+
+
+@hunts(1, 4, 24)
+def test_the_figure_is_built_by_hand_with_what_is_measured_of_each_brick_in_the_gripper(portal):
+    portal.grant()
+    for name, goal in FIGURE.parts.items():
+        grip(portal, believed(portal, name) @ TABLE.objects[name].grasps[0].tool, 1)
+        go(portal, UP @ goal @ np.linalg.inv(believed(portal, name)))
+        grip(portal, PRESSED @ goal @ np.linalg.inv(believed(portal, name)), 0)
+    stands = {("a", "plate"), ("b", "plate"), ("c", "a"), ("c", "b"), ("d", "c"), ("e", "d")}
+    assert portal.rig.sim.plant.clutch.held() == stands
+    assert list(Finding.objects.values_list("text", flat=True)) == [f"won: {FIGURE.title}"]

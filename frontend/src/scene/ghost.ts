@@ -114,6 +114,13 @@ export class Ghost {
     return true;
   }
 
+  /** Go the rest of the way to where words say that it is already; it stays where the arm cannot be exactly there. */
+  settle(exact: (pose: Float64Array) => Float64Array): void {
+    const { own } = this,
+      to = own && exact(own);
+    if (to && to !== own && this.judge(to).verdict !== "refused") this.put(to);
+  }
+
   /** Judge its place again: the arm has moved, or the speed is another. It stays, whatever comes of that. */
   again(): void {
     this.standing = this.own && this.judge(this.own);

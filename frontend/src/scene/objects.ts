@@ -241,9 +241,14 @@ export function snappedStep(pose: Float64Array, goal: Goal | null, from: Pose | 
 }
 
 /** Return what is missing to a goal, in words. */
-export function missingInWords(pose: Pose, { pose: at, what }: Goal): string {
-  const way = wayInWords(pose, at);
-  return way ? `To ${what}: ${way}.` : `The ghost is at ${what}.`;
+export function missingInWords(pose: Pose, goal: Goal): string {
+  const { pose: at, what } = goal;
+  return isSaidAt(pose, goal) ? `The ghost is at ${what}.` : `To ${what}: ${wayInWords(pose, at)}.`;
+}
+
+/** Whether words say that a pose is at a goal: less is missing than they tell. */
+export function isSaidAt(pose: Pose, goal: Goal): boolean {
+  return wayInWords(pose, goal.pose) === "";
 }
 
 function standsOn(upper: KnownObject, lower: KnownObject): boolean {

@@ -320,6 +320,7 @@ export class Scene implements ArmMode {
   }
 
   private send(): void {
+    this.ghost.settle((pose) => this.surroundings?.exact(pose) ?? pose);
     const target = this.target(),
       { pose } = this.ghost,
       { busy } = this.page.facts();

@@ -4,7 +4,7 @@ import type { Pose } from "../motion/chain.ts";
 import type { StreamPacket } from "../socket/packets.ts";
 import { GoalPanel } from "./goal_panel.ts";
 import type { KnownObject } from "./known.ts";
-import { missingInWords, type SceneObjects, snappedStep } from "./objects.ts";
+import { isSaidAt, missingInWords, type SceneObjects, snappedStep } from "./objects.ts";
 import type { SceneView } from "./view.ts";
 
 const OLD_MS = 600_000; // a place that was last known longer ago is drawn pale
@@ -44,6 +44,12 @@ export class Surroundings {
   /** Return the pose to which the ghost's snaps, or its own. */
   snap(pose: Float64Array, from: Pose | null): Float64Array {
     return snappedStep(pose, this.objects.goal(pose), from);
+  }
+
+  /** Return the pose of the grasp or place at which words say that the ghost is, or its own. */
+  exact(pose: Float64Array): Float64Array {
+    const goal = this.objects.goal(pose);
+    return goal && isSaidAt(pose, goal) ? goal.pose : pose;
   }
 
   /** Return what is missing to the nearest grasp or place, in words; empty if there is none. */

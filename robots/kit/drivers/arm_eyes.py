@@ -22,12 +22,12 @@ from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
 from robots.kit.vision.alignment import Grey
-from robots.kit.vision.measuring import Heights, Measurement, Measurer, faced
+from robots.kit.vision.measuring import Heights, Measurement, Measurer, faced, narrowest
 from robots.kit.vision.prints import FixedCamera, cameras_of, codes_of, prints_of
 from robots.kit.vision.stability import BLACK
 
 PAUSE_S = 30.0  # in which a camera that did not answer is asked only by who insists
-CLEAR_PX = 5.5  # edge of a marker in a picture of which at least a hint is seen
+CLEAR_PX, NARROW_PX = 5.5, 5.0  # edges of a marker, and how far they are apart, where at least a hint of it is seen
 NO_PICTURE, DARK = "the camera {} gives no picture", "the picture of the camera {} is black"
 FROZEN = "the picture of the camera {} stands still"  # a sensor has noise: two pictures are never the same
 OTHER_SIZE = "the pictures of the camera {} are not as large as described"
@@ -77,10 +77,11 @@ class ArmEyes:
         near = {name: [at] for name, at in believed.items()}
         for name, at in (or_at or {}).items():
             near.setdefault(name, []).append(at)
-        first, blind = self._once(near, partial(self._heights, arrangement), insists)
+        heights = partial(self._heights, arrangement, believed)
+        first, blind = self._once(near, heights, insists)
         missing = self._missing(first, believed, arrangement, q)
         if missing:  # one picture is no proof
-            again, _ = self._once(near, partial(self._heights, arrangement), insists)
+            again, _ = self._once(near, heights, insists)
             missing &= self._missing(again, believed, arrangement, q)
         return Sight(first.poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING)
 
@@ -128,14 +129,17 @@ class ArmEyes:
             return None
         if placed is None or picture.shape != camera.size[::-1]:
             return None
-        near = {name: [pose_of(placed)]}
-        found = self._measurer.measure({camera.name: picture}, near, partial(self._heights, arrangement))
+        near = pose_of(placed)
+        heights = partial(self._heights, arrangement, {name: near})
+        found = self._measurer.measure({camera.name: picture}, {name: [near]}, heights)
         return (at, found.poses.get(name)) if found.cameras else None
 
-    def _heights(self, arrangement: Arrangement, name: str, pose: Matrix) -> list[float]:
-        """Return at which heights (m) the middle of an object may be that lies about a pose, or hangs where it was."""
-        described, placed, plate = self._table.objects[name], arrangement.places.get(name), self._table.plate
-        found = [] if placed is None or placed.held else [placed.place[2]]
+    def _heights(
+        self, arrangement: Arrangement, believed: Mapping[str, Matrix], name: str, pose: Matrix
+    ) -> list[float]:
+        """Return at which heights (m) the middle of an object may be that lies about a pose, or is where it was."""
+        described, plate = self._table.objects[name], self._table.plate
+        found = [float(believed[name][2, 3])] if name in believed else []
         if described.threads is not None:
             found.append(height(described.threads[0], np.array(described.first.place), pose[:3, 3]))
         if described.hangs:
@@ -150,12 +154,13 @@ class ArmEyes:
         self, looked: Measurement, believed: Mapping[str, Matrix], arrangement: Arrangement, q: Joints
     ) -> set[str]:
         """Return the objects that are not noticed, though a camera that shows others would show them."""
-        found = set()
+        found, there = set(), {**believed, **looked.poses}
         for name in self._measurer.prints:
             hangs = self._table.objects[name].threads is not None  # it may have swung out of view
             if name in looked.noticed or name not in believed or (hangs and not arrangement.places[name].held):
                 continue
-            others = [solid for _, solid in arrangement.lying(name)]
+            others = [self._table.objects[other].solid(at) for other, at in there.items() if other != name]
+            others += [self._table.plate.solid] if self._table.plate is not None else []
             if any(self._shows(camera, name, believed[name], q, others) for camera in looked.cameras):
                 found.add(name)
         return found
@@ -163,7 +168,8 @@ class ArmEyes:
     def _shows(self, camera: FixedCamera, name: str, pose: Matrix, q: Joints, others: list[Solid]) -> bool:
         """Tell whether a camera would show a marker of an object at a pose."""
         for one in self._measurer.prints[name]:
-            if faced(camera, one, pose, CLEAR_PX) is not None:
+            at = faced(camera, one, pose, CLEAR_PX)
+            if at is not None and narrowest(at) >= NARROW_PX:
                 points = np.vstack([one.corners, one.middle]) @ pose[:3, :3].T + pose[:3, 3]
                 if not self._hiding.hides(q, others, camera.seat, points):
                     return True

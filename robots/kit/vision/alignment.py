@@ -1,7 +1,8 @@
 """Finds the corners of a printed marker to a few hundredths of a pixel: by aligning its whole print with the picture.
 
 OpenCV's ECC (Evangelidis and Psarakis 2008), which brightness and contrast do not change. A detector's own corners lie
-where a threshold had the border, a third of a pixel outside or inside.
+where a threshold had the border, a third of a pixel outside or inside. The picture is brought into the frame of the
+print first, and the rest is an affine motion there: a marker of ten pixels does not tell a perspective.
 """
 
 from functools import cached_property
@@ -14,7 +15,9 @@ Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 CELL = 4  # pixels of a cell of the print that is compared
 BLUR = 0.35  # of a cell, as a lens has it
-AROUND_PX = 8  # of the picture around the marker
+ROOM_PX = 3 * CELL  # of the picture around the print
+ROOM = np.array([[1.0, 0.0, -ROOM_PX], [0.0, 1.0, -ROOM_PX], [0.0, 0.0, 1.0]])
+SOUGHT = [np.array([x, y]) for x in range(-2, 3) for y in range(-2, 3)]  # px
 ROUNDS = 30, 1e-5  # of the alignment, at most; change after which it ends
 SURE, READ_SURE = 0.92, 0.9  # correlation from which this is the marker; from which it is one that was read
 HINT = 0.7  # from which it may be
@@ -45,6 +48,10 @@ class Template:
             return -1.0
         return float(np.corrcoef(seen.ravel(), self._print.ravel())[0, 1])
 
+    def sought(self, picture: Grey, corners: Floats) -> Floats:
+        """Return where around a place the print is most like the picture: corners (4, 2), moved by whole pixels."""
+        return max((corners + by for by in SOUGHT), key=lambda at: self.likeness(picture, at))
+
     def align(self, picture: Grey, corners: Floats, sure: float = SURE) -> Floats | None:
         """Return the corners (4, 2) in the picture (px), from about where they are; None where the print is not.
 
@@ -52,19 +59,23 @@ class Template:
         """
         if not np.isfinite(corners).all() or self.likeness(picture, corners) < TRIED:
             return None
-        left, top = np.maximum(np.floor(corners.min(axis=0)).astype(int) - AROUND_PX, 0)
-        right, bottom = np.ceil(corners.max(axis=0)).astype(int) + AROUND_PX
-        part = picture[top:bottom, left:right].astype(np.float32)
-        begin = self._map(corners - (left, top)).astype(np.float32)
-        whole, criteria = np.full(part.shape, 255, np.uint8), (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, *ROUNDS)
+        (wide, high), there = self._size, self._map(corners) @ ROOM
+        part = cv2.warpPerspective(
+            picture, there, (wide + 2 * ROOM_PX, high + 2 * ROOM_PX), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        ).astype(np.float32)
+        begin, criteria = (
+            np.linalg.inv(ROOM)[:2].astype(np.float32),
+            (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, *ROUNDS),
+        )
+        whole = np.full(part.shape, 255, np.uint8)
         try:
-            likeness, found = cv2.findTransformECC(self._print, part, begin, cv2.MOTION_HOMOGRAPHY, criteria, whole, 1)
+            likeness, found = cv2.findTransformECC(self._print, part, begin, cv2.MOTION_AFFINE, criteria, whole, 1)
         except cv2.error:  # it does not come to an end, or leaves the picture
             return None
         if not likeness >= sure:
             return None
-        at = cv2.perspectiveTransform(self._corners[None], np.asarray(found, np.float64))[0]
-        return np.asarray(at + np.array([left, top]))
+        aligned = there @ np.vstack([np.asarray(found, np.float64), [0.0, 0.0, 1.0]])
+        return np.asarray(cv2.perspectiveTransform(self._corners[None], aligned)[0])
 
     def _map(self, corners: Floats) -> Floats:
         """Return the homography (3 x 3) from the print to the picture."""

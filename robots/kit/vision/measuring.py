@@ -163,7 +163,8 @@ class Measurer:
         known = {(one.camera.name, one.print.number) for one in seen}
         for camera, one, at in self._visible(pose, pictures, prints):
             if (camera.name, one.number) not in known:
-                corners = self._templates[one.number].align(pictures[camera.name], at)
+                template, picture = self._templates[one.number], pictures[camera.name]
+                corners = template.align(picture, template.sought(picture, at))
                 if corners is not None and np.abs(corners - at).max() < 0.5 * np.ptp(at, axis=0).max():
                     seen.append(Seen(camera, one, corners))
 
@@ -197,6 +198,13 @@ def faced(camera: FixedCamera, one: Print, pose: Floats, smallest: float = SMALL
     inside = np.isfinite(at).all() and (at > 1.0).all() and (at < np.array(camera.size) - 2.0).all()
     edges = np.linalg.norm(at - np.roll(at, 1, axis=0), axis=1)
     return at if inside and edges.min() >= smallest else None
+
+
+def narrowest(corners: Floats) -> float:
+    """Return how far the longest edges of a marker are apart in a picture (px), from its corners (4, 2)."""
+    across, down = corners[2] - corners[0], corners[3] - corners[1]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    return float(abs(across[0] * down[1] - across[1] * down[0]) / 2 / edges.max())
 
 
 def level(pose: Floats) -> Floats:

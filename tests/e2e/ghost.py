@@ -24,6 +24,7 @@ WAYS = {  # by key, and by button
     "about z": ("Shift+ArrowLeft", "↻ z"), "back about z": ("Shift+ArrowRight", "↺ z"),
 }  # fmt: skip
 BETWEEN_MS, LOOK_MS = 30, 250  # between two keys, because one that waited long is left out; until the list has followed
+DRAWN_MS = 800  # until a pointer meets what another viewpoint shows, without a graphics card
 ROUNDS = 12  # in which the last millimetres are gone
 MIDDLE = np.array([0.35, 0.0, 0.3])  # what the viewpoints look at (m), their places from there, the field of view
 FROM = {"Side": np.array([0.0, -2.3, 0.35]), "Top": np.array([-0.02, 0.0, 2.4])}
@@ -153,7 +154,7 @@ class Mouse(Keys):
                 way = (target - place(self.page)) * across
                 if np.abs(way).max() > near:
                     self.page.locator("#viewpoints button", has_text=view).first.click()
-                    self.page.wait_for_timeout(LOOK_MS)
+                    self.page.wait_for_timeout(DRAWN_MS)
                     self._pull(view, scale * way / 1000)
         off = np.abs(target - place(self.page)).max()
         assert off <= 2 * near, f"not {target}: {self.page.inner_text('#ghost-list')}"
@@ -176,7 +177,7 @@ class Mouse(Keys):
     def step(self, way, size, times):
         self.page.select_option("#ghost-step", str(size))
         for _ in range(times):
-            self.press(self.page.locator(f"[aria-label^='{WAYS[way][1]}:']"))
+            self.press(self.page.locator(f"#ghost-pad [aria-label^='{WAYS[way][1]}:']"))
 
     def press(self, button):
         button.click()

@@ -136,8 +136,9 @@ export class View3D {
   }
 
   private size(): void {
-    const { clientWidth: width, clientHeight: height } = this.holder;
-    if (!width || !height) return;
+    const { clientWidth: width, clientHeight: high } = this.holder,
+      height = high - parseFloat(getComputedStyle(this.holder).paddingBottom); // where buttons may be
+    if (!width || height <= 0) return;
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

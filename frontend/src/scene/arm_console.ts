@@ -63,6 +63,7 @@ export class ArmConsole implements Console, Judge {
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
+  private sentTo: { seq: number; target: string } | null = null; // the newest target that was sent
   private known = false; // whether a state has come
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
@@ -93,6 +94,7 @@ export class ArmConsole implements Console, Judge {
         share,
         axes: this.axes.length,
         tell: (text) => this.tell(text),
+        start: (target) => this.start(target),
         sent: (seq, judged) => this.sent(seq, judged),
         cameras: description.view ?? [],
         pictures: this.cameras,
@@ -210,7 +212,7 @@ export class ArmConsole implements Console, Judge {
   }
 
   turn(): void {
-    this.plan = null;
+    this.plan = this.sentTo = null;
     this.joints.take(this.page.state?.joints ?? []);
     this.position.take();
     this.scene?.turn();
@@ -324,13 +326,27 @@ export class ArmConsole implements Console, Judge {
   }
 
   private go(target: Target | null): void {
-    if (target) this.page.command(target.kind, target.args, "go");
+    if (target) this.start(target);
     else this.page.refuse(() => this.whyNot("go", this.page.facts()));
+  }
+
+  /** Send a target; return the number of the command, 0 if it was refused. */
+  private start(target: Target): number {
+    const seq = this.page.command(target.kind, target.args, "go");
+    if (seq) this.sentTo = { seq, target: JSON.stringify(target) };
+    return seq;
+  }
+
+  /** Whether the arm is on its way to the target: a second press would only send it once more. */
+  private get goesThere(): boolean {
+    const { sentTo, page } = this;
+    return sentTo !== null && !page.ladder.ended(page.grant, sentTo.seq) && sentTo.target === JSON.stringify(this.target());
   }
 
   whyNot(kind: string, f: Facts): string {
     const general = blocked(f);
     if (general || (kind === "gripper" && this.scene?.follows)) return general;
+    if (kind === "go" && this.goesThere) return "The arm is on its way there already.";
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";

@@ -27,7 +27,6 @@ export interface Goal {
 }
 
 const ALONE_M = 0.005; // an object stands on another one if no more than this is between them
-const SAME = 1e-6; // of two costs
 const MOST = 100_000; // bytes of a packet of beliefs
 
 export class SceneObjects {
@@ -218,9 +217,9 @@ export class SceneObjects {
   }
 }
 
-/** Return the nearest goal, of goals at the same place the first one. */
+/** Return the nearest goal; of goals that are as good as at one place, the first. */
 function nearest<One extends Goal>(tool: Pose, goals: readonly One[]): One | null {
-  return goals.reduce<One | null>((best, one) => (!best || cost(tool, one.pose) < cost(tool, best.pose) - SAME ? one : best), null);
+  return goals.reduce<One | null>((best, one) => (!best || cost(tool, one.pose) < cost(tool, best.pose) - SNAP_M ? one : best), null);
 }
 
 function raised(pose: Float64Array, by: number): Float64Array {

@@ -35,8 +35,10 @@ export interface SceneUse {
   share(): number;
   /** How many numbers of a state are the arm's joints. */
   axes: number;
-  /** Show `text` over the view. */
+  /** Show a text over the view. */
   tell(text: string): void;
+  /** Send a target; return the number of the command, 0 if it was refused. */
+  start(target: Target): number;
   /** Show a motion from rest as expected, which was just sent as the command `seq`; `judged` plans it from joints (rad). */
   sent(seq: number, judged: (from: readonly number[]) => Judgement): void;
   cameras: readonly CameraPlace[];
@@ -325,7 +327,7 @@ export class Scene implements ArmMode {
       { pose } = this.ghost,
       { busy } = this.page.facts();
     if (!target) return this.page.refuse(() => this.local());
-    const seq = this.page.command(target.kind, target.args, "go");
+    const seq = this.use.start(target);
     if (!seq) return;
     if (pose && !busy) this.use.sent(seq, (from) => this.judgedFrom(pose, from));
     this.page.ladder.whenEnded(this.page.grant, seq, ({ state, reason }) => {

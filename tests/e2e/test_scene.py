@@ -91,9 +91,10 @@ def test_by_mouse_the_ghost_is_put_somewhere_and_the_arm_follows_once_it_is_sent
     page.evaluate("document.exitFullscreen()")
     page.wait_for_function("document.fullscreenElement === null")
     assert (page.inner_text("#ghost-list"), ada.wire.closed) == (told, 0)
-    page.locator("[data-command=send-ghost]").first.click()
+    page.locator("[data-command=send-ghost]").first.dblclick()
+    expect(page.locator("#notice")).to_have_text("The arm is on its way there already.")
     ada.ladder("completed")
-    assert ada.wire.sent.count("command") == 1
+    assert ada.wire.sent.count("command") == 1, "a second press sends nothing"
     args = assert_there(portal)
     assert max(abs(args[name] - there) for name, there in zip("xyz", before, strict=False)) > 0.005
     expect(page.locator("#model-said")).to_have_text(AT_THE_ARM)

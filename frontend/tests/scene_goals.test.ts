@@ -116,6 +116,20 @@ test("an object in the ghost's gripper snaps to its place in the figure and to t
   assert.match(made.goal(elsewhere)!.what, /^the studs at column 6, row 2$/);
 });
 
+test("of goals as good as at one place the figure's is named, of goals a millimetre apart the nearest", () => {
+  for (const [aside, named] of [
+    [0.0005, /figure/],
+    [0.0012, /studs/],
+  ] as const) {
+    const [first] = figure.parts,
+      beside = { ...figure, parts: [{ ...first!, pose: [...moved(Float64Array.from(first!.pose), [aside, 0, 0, 0, 0, 0])] }] };
+    const made = cell({ plate, goals: [beside], table_m: 0 });
+    made.restore(made.copy());
+    made.hold("a", over(pose(made, "a")));
+    assert.match(made.goal(pressed(made, uprightAt([0.3882, -0.36, 0.0136], 0)))!.what, named, `${aside}`);
+  }
+});
+
 test("the place of a part is offered once what is beneath it is there", () => {
   const { made, recorder } = holding("b");
   const tool = pressed(made, uprightAt([0.42, -0.36, 0.0328], 0));

@@ -114,22 +114,26 @@ test("what words say to be at a goal is sent from exactly there, and nothing els
   assert.equal(missingInWords(almost, goal), "The ghost is at on blue.");
   assert.equal(missingInWords(beside, goal), "To on blue: 1 mm back.");
   const exact = (pose: Float64Array): Float64Array => (isSaidAt(pose, goal) ? goal.pose : pose);
-  let verdict: "free" | "refused" = "free";
+  let verdict: "free" | "way" | "refused" = "free";
   const ghost = new Ghost(() => ({ verdict, text: "no", joints: null, path: [], seconds: 1 }));
   ghost.follow(almost);
-  ghost.settle(exact);
+  ghost.moveToGoal(exact);
   assert.equal(ghost.pose, almost, "a ghost at the arm stays there");
   for (const [from, to] of [
     [almost, goal.pose],
     [beside, beside],
   ] as const) {
     ghost.put(from);
-    ghost.settle(exact);
+    ghost.moveToGoal(exact);
     assert.equal(ghost.pose, to);
+    assert.equal(ghost.snapped, to === goal.pose);
   }
-  ghost.put(almost);
-  verdict = "refused";
-  ghost.settle(exact);
-  assert.equal(ghost.pose, almost, "the arm cannot be exactly there");
-  assert.equal(ghost.refusal, "");
+  for (const refused of ["refused", "way"] as const) {
+    verdict = "free";
+    ghost.put(almost);
+    verdict = refused;
+    ghost.moveToGoal(exact);
+    assert.equal(ghost.pose, almost, `${refused}: the arm does not come exactly there`);
+    assert.equal(ghost.refusal, "");
+  }
 });

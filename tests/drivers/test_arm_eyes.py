@@ -4,12 +4,14 @@ import cv2
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.described import chain, limbs, planner, posture
 from robots.kit.arms.goals import goals_of
 from robots.kit.arms.hiding import Hiding
 from robots.kit.arms.objects import objects_of, placed_of, pose_of, yaw_of
+from robots.kit.arms.pose import matrix
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
@@ -142,6 +144,20 @@ def test_what_the_object_in_the_gripper_covers_is_not_missing():
     sight = eyes_of(viewer, "puma").look(Arrangement(TABLE, places), q)
     assert "c" not in sight.noticed, "there is nothing to judge"
     assert sight.missing == set()
+
+
+def test_what_leans_in_the_gripper_is_not_measured_as_level_by_one_camera():
+    """By 3 degrees: a camera alone does not tell that from a level brick a little higher."""
+    tool = matrix((0.579, -0.285, 0.11, np.pi, np.radians(-3.0), np.pi))
+    grip = np.linalg.inv(TABLE.objects["d"].grasps[0].tool)
+    q = planner("puma").reach(tool, READY)
+    viewer = Viewer(q)
+    viewer.bad["side"] = None
+    there = viewer.plant.model.joint("d_free").qposadr[0]
+    turn = Rotation.from_matrix((tool @ grip)[:3, :3]).as_quat(scalar_first=True)
+    viewer.plant.data.qpos[there : there + 7] = [*(tool @ grip)[:3, 3], *turn]
+    places = {**TABLE.first(), "d": placed_of(grip, held=True)}
+    assert "d" not in eyes_of(viewer, "puma").look(Arrangement(TABLE, places), q).poses
 
 
 def test_a_camera_that_gave_no_picture_is_asked_again_later_or_by_who_insists(viewer):

@@ -6,9 +6,9 @@ from playwright.sync_api import expect
 
 from robots.kit.arms.goals import goals_of
 from robots.kit.arms.objects import yaw_of
-from robots.kit.description import load
+from robots.kit.description import load, programs_of
 from robots.models import Robot
-from tests.e2e.ghost import AT_THE_ARM, Fingers, Keys, Mouse, drive, put_back
+from tests.e2e.ghost import AT_THE_ARM, Fingers, Keys, Mouse, drive, put_back, run_task
 from tests.e2e.thin_line import ThinLine
 from tests.rig import free_port
 
@@ -33,7 +33,7 @@ FIGURE = {goal.name: goal for goal in goals_of("puma")}["figure"]
 PRESSES = 10
 HANDS = {"keys": (Keys, WIDE), "mouse": (Mouse, WIDE), "touch": (Fingers, PHONE)}
 FIRST = {one["name"]: np.array(one["place"]) for one in load("puma")["object"]}
-GRASP = np.array([0, 0, 0.001])  # m, from the middle of a brick to the tool
+GRASP = np.array(load("puma")["object"][0]["grasp"][0]["tool"])  # m, from the middle of a brick to the tool
 RELEASE = np.array([0, 0, load("puma")["objects"]["release"]])
 TURN_S = 1200
 
@@ -103,12 +103,20 @@ def build(person, hand):
             hand.turn(-90)
 
 
+def assert_built(portal, person):
+    """See that the figure stands, and that the page says that it is won."""
+    there = portal.sim.status()["objects"]
+    for name, goal in FIGURE.parts.items():
+        assert there[name] == pytest.approx(goal[:3, 3], abs=NEAR_M), name
+    expect(person.page.locator("#goals-said")).to_contain_text("The figure of five bricks")
+
+
 def reach(person, hand, at, goal, grip):
     """From above go down to a goal (m), close or open the gripper, and go up again."""
     hand.go(mm(at + ABOVE_IT))
     send(person)
     hand.go(mm(at))
-    hand.settle(goal)
+    hand.reach_goal(goal)
     send(person)
     person.press(grip)
     hand.go(mm(at + ABOVE_IT))
@@ -125,27 +133,34 @@ def test_the_figure_is_built_by_hand_and_won(transactional_db, portal, operator,
     ada = operator(**options)
     put_back(ada, *FIRST)
     build(ada, hand(ada))
-    there = portal.sim.status()["objects"]
-    for name, goal in FIGURE.parts.items():
-        assert there[name] == pytest.approx(goal[:3, 3], abs=NEAR_M), name
-    expect(ada.page.locator("#goals-said")).to_contain_text("The figure of five bricks")
+    assert_built(portal, ada)
 
 
-def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transactional_db, portal, visitor):
+@pytest.fixture
+def over_thin_line(portal, visitor):
+    """A person whose page was loaded well, over a line that then has 100 bytes/s and a round trip of 0.3 s."""
     line = ThinLine(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
     ada = visitor(**WIDE).cleared("ada", address=None)
-    ada.allowed = ("ERR_", "WebSocket", "Failed to load")
+    ada.allowed, ada.line = ("ERR_", "WebSocket", "Failed to load"), line
     page = ada.page
-    pictures = []
-    page.on("request", lambda request: pictures.append(request.url) if request.url.endswith(".jpg") else None)
     page.goto(f"http://localhost:{line.at[1]}/robots/puma/")
+    Robot.objects.update(turn_s=TURN_S)
     ada.take_turn()
     expect(page.locator("#model canvas")).to_be_visible(timeout=60_000)
     expect(page.locator("#model-said")).to_have_text(AT_THE_ARM, timeout=30_000)
     page.select_option("#pace", "states")
     page.wait_for_timeout(1000)
-    pictures.clear()
+    expect.set_options(timeout=60_000)
     line.thin(100, 0.3)
+    yield ada
+    line.close()
+
+
+def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transactional_db, portal, over_thin_line):
+    ada = over_thin_line
+    page = ada.page
+    pictures = []
+    page.on("request", lambda request: pictures.append(request.url) if request.url.endswith(".jpg") else None)
     page.evaluate(EXPECTED)
     lift(ada, Keys(ada).go)
     assert page.evaluate("() => waits.length && Math.max(...waits)") < SEEN_MS, (
@@ -153,10 +168,23 @@ def test_over_100_bytes_a_second_and_with_the_line_cut_the_ghost_goes_on(transac
     )
     assert_lifted(portal, ada)
     assert pictures == [], "a picture keeps everything else back"
-    line.set("cut")
+    ada.line.set("cut")
     before = portal.sim.status()["q"]
     Keys(ada).go((560, 280, 400))
     expect(page.locator("#ghost-list")).to_contain_text("Place: x, y, z 560, 280, 400 mm")
     assert portal.sim.status()["q"] == pytest.approx(before, abs=1e-3), "nothing moves while the line is cut"
     expect(page.locator("body")).to_contain_text("Connection lost", timeout=60_000)
-    line.close()
+
+
+def test_over_100_bytes_a_second_the_figure_is_built_by_keys(transactional_db, portal, over_thin_line):
+    ada = over_thin_line
+    put_back(ada, *FIRST)
+    build(ada, Keys(ada))
+    assert_built(portal, ada)
+
+
+def test_over_100_bytes_a_second_the_figure_is_built_by_a_task(transactional_db, portal, over_thin_line):
+    ada = over_thin_line
+    put_back(ada, *FIRST)
+    run_task(ada, *dict(programs_of("puma", "task"))["The figure of five bricks"].splitlines())
+    assert_built(portal, ada)

@@ -92,7 +92,7 @@ def test_by_mouse_the_ghost_is_put_somewhere_and_the_arm_follows_once_it_is_sent
     page.wait_for_function("document.fullscreenElement === null")
     assert (page.inner_text("#ghost-list"), ada.wire.closed) == (told, 0)
     page.locator("[data-command=send-ghost]").first.dblclick()
-    expect(page.locator("#notice")).to_have_text("The arm is on its way there already.")
+    expect(page.locator("#notice").get_by_text("The arm is on its way there already.")).to_be_visible()
     ada.ladder("completed")
     assert ada.wire.sent.count("command") == 1, "a second press sends nothing"
     args = assert_there(portal)

@@ -45,13 +45,13 @@ def test_a_task_is_recorded_by_keys_with_the_line_cut_and_builds_a_part_of_the_f
     expect(page.locator("#record-said")).to_contain_text("Nothing is between the fingers of the ghost")
     keys = Keys(ada)
     keys.go(np.add(place(page), (-34, -254, -380)))
-    keys.settle("the grasp of a")
+    keys.reach_goal("the grasp of a")
     page.keyboard.press("p")
     expect(page.locator("#record-said")).to_have_text("Recorded: grasp a.")
     keys.move("up", 100)
     page.keyboard.press("m")
     keys.go(np.add(place(page), (-212, -120, -85)))
-    keys.settle("its place in the figure")
+    keys.reach_goal("its place in the figure")
     page.keyboard.press("p")
     expect(page.locator("#record-list li")).to_have_text(
         ["grasp a", re.compile(r"move [56]\d\d.* -2\d\d.* 11\d.*"), "put a on plate at 2 5"]
@@ -99,13 +99,13 @@ def test_the_figure_is_recorded_by_keys_alone_sent_as_one_task_and_won(transacti
         ("d", 0, (436, -360, 53)), ("e", 80, (436, -360, 72)),
     ):  # fmt: skip
         carry(keys, 600, first, 20)
-        keys.settle(f"the grasp of {name}")
+        keys.reach_goal(f"the grasp of {name}")
         page.keyboard.press("p")
         expect(page.locator("#record-said")).to_have_text(f"Recorded: grasp {name}.")
         carry(keys, *there[:2], there[2] + 12)
         if name in "de":
             keys.turn(90)
-        keys.settle("its place in the figure")
+        keys.reach_goal("its place in the figure")
         page.keyboard.press("p")
     lines = page.locator("#record-list li").all_inner_texts()
     assert lines == [

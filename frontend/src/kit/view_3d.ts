@@ -136,8 +136,8 @@ export class View3D {
   }
 
   private size(): void {
-    const { clientWidth: width, clientHeight: high } = this.holder,
-      height = high - parseFloat(getComputedStyle(this.holder).paddingBottom); // where buttons may be
+    const { clientWidth: width, clientHeight } = this.holder,
+      height = clientHeight - parseFloat(getComputedStyle(this.holder).paddingBottom); // where buttons may be
     if (!width || height <= 0) return;
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;

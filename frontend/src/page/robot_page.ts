@@ -256,7 +256,7 @@ export class RobotPage {
   private gotAnswer(m: Answer): void {
     const late = m.to === "stop" && this.stop.press.answer(m.ok);
     if (!m.ok && m.to === "command") this.commands.refused(m);
-    if (m.ok) this.settle();
+    if (m.ok && m.to !== "command") this.settle(); // a command has done so when it was sent
     const unchecked = m.to === "release" && !this.stop.looked;
     if (!m.text || late) return;
     if (m.ok) this.notices.show(m.text, "info", m.to === "stop" ? () => byId("release").hidden === true : undefined);

@@ -346,7 +346,7 @@ export class ArmConsole implements Console, Judge {
   whyNot(kind: string, f: Facts): string {
     const general = blocked(f);
     if (general || (kind === "gripper" && this.scene?.follows)) return general;
-    if (kind === "go" && this.goesThere) return "The arm is on its way there already.";
+    if (kind === "go" && f.busy && this.goesThere) return "The arm is on its way there already.";
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";

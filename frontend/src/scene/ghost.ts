@@ -114,11 +114,12 @@ export class Ghost {
     return true;
   }
 
-  /** Go the rest of the way to where words say that it is already; it stays where the arm cannot be exactly there. */
-  settle(exact: (pose: Float64Array) => Float64Array): void {
+  /** Move it exactly to the goal at which the words say it is, if the arm can come there. */
+  moveToGoal(goal: (pose: Float64Array) => Float64Array): void {
     const { own } = this,
-      to = own && exact(own);
-    if (to && to !== own && this.judge(to).verdict !== "refused") this.put(to);
+      to = own && goal(own),
+      found = to && to !== own && distance(own, to).m + distance(own, to).rad > 0 ? this.judge(to) : null;
+    if (found?.verdict === "free") [this.own, this.standing, this.snapped] = [to, found, true];
   }
 
   /** Judge its place again: the arm has moved, or the speed is another. It stays, whatever comes of that. */

@@ -27,6 +27,7 @@ export interface Goal {
 }
 
 const ALONE_M = 0.005; // an object stands on another one if no more than this is between them
+const SAME_M = 0.0007; // between goals that count as one place: so exactly an object is measured
 const MOST = 100_000; // bytes of a packet of beliefs
 
 export class SceneObjects {
@@ -219,7 +220,7 @@ export class SceneObjects {
 
 /** Return the nearest goal; of goals that are as good as at one place, the first. */
 function nearest<One extends Goal>(tool: Pose, goals: readonly One[]): One | null {
-  return goals.reduce<One | null>((best, one) => (!best || cost(tool, one.pose) < cost(tool, best.pose) - SNAP_M ? one : best), null);
+  return goals.reduce<One | null>((best, one) => (!best || cost(tool, one.pose) < cost(tool, best.pose) - SAME_M ? one : best), null);
 }
 
 function raised(pose: Float64Array, by: number): Float64Array {

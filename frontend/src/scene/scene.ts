@@ -322,7 +322,7 @@ export class Scene implements ArmMode {
   }
 
   private send(): void {
-    this.ghost.settle((pose) => this.surroundings?.exact(pose) ?? pose);
+    if (!this.page.whyNot("go")) this.ghost.moveToGoal((pose) => this.surroundings?.exactPose(pose) ?? pose);
     const target = this.target(),
       { pose } = this.ghost,
       { busy } = this.page.facts();

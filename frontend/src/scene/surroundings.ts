@@ -47,7 +47,7 @@ export class Surroundings {
   }
 
   /** Return the pose of the grasp or place at which words say that the ghost is, or its own. */
-  exact(pose: Float64Array): Float64Array {
+  exactPose(pose: Float64Array): Float64Array {
     const goal = this.objects.goal(pose);
     return goal && isSaidAt(pose, goal) ? goal.pose : pose;
   }

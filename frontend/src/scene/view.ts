@@ -90,7 +90,7 @@ export class SceneView extends ArmView {
     // only the pointer that took the handles moves them; a second finger would make them leap
     const others = (event: PointerEvent): void => {
       if (handles.dragging && event.pointerId !== this.pointer) event.stopPropagation();
-      else if (event.type === "pointerdown" && event.target === canvas) this.meet(event);
+      else if (event.type === "pointerdown" && event.target === canvas) this.prepareHandles(event);
     };
     for (const name of ["pointerdown", "pointermove", "pointerup"] as const) holder.addEventListener(name, others, true);
     for (const name of ["pointercancel", "lostpointercapture"] as const)
@@ -101,10 +101,9 @@ export class SceneView extends ArmView {
    * Prepare the handles for the pointer that takes them. They know the camera and the plane of a drag from the last
    * frame in which something hovered over them; a finger does not hover, and the ghost would leap.
    */
-  private meet({ clientX, clientY, pointerId }: PointerEvent): void {
+  private prepareHandles({ clientX, clientY, pointerId }: PointerEvent): void {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     this.pointer = pointerId;
-    this.camera.updateMatrixWorld();
     const at = { x: ((clientX - left) / width) * 2 - 1, y: 1 - ((clientY - top) / height) * 2, button: -1 };
     this.handles.getHelper().updateMatrixWorld(true);
     this.handles.pointerHover(at as unknown as PointerEvent);

@@ -16,18 +16,19 @@ from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.described import chain, limbs
 from robots.kit.arms.hiding import Hiding
 from robots.kit.arms.objects import objects_of, pose_of
+from robots.kit.arms.pose import turned
 from robots.kit.arms.solids import Solid, is_over
 from robots.kit.arms.swing import height
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
 from robots.kit.vision.alignment import Grey
-from robots.kit.vision.measuring import Heights, Measurement, Measurer, faced, narrowest
+from robots.kit.vision.measuring import LEVEL, Heights, Measurement, Measurer, faced, level, narrowest
 from robots.kit.vision.prints import FixedCamera, cameras_of, codes_of, prints_of
 from robots.kit.vision.stability import BLACK
 
 PAUSE_S = 30.0  # in which a camera that did not answer is asked only by who insists
-CLEAR_PX, NARROW_PX = 5.5, 5.0  # edges of a marker, and how far they are apart, where at least a hint of it is seen
+CLEAR_PX, NARROW_PX = 5.5, 5.0  # shortest edge and width of a marker of which at least a hint is seen
 NO_PICTURE, DARK = "the camera {} gives no picture", "the picture of the camera {} is black"
 FROZEN = "the picture of the camera {} stands still"  # a sensor has noise: two pictures are never the same
 OTHER_SIZE = "the pictures of the camera {} are not as large as described"
@@ -139,7 +140,9 @@ class ArmEyes:
     ) -> list[float]:
         """Return at which heights (m) the middle of an object may be that lies about a pose, or is where it was."""
         described, plate = self._table.objects[name], self._table.plate
-        found = [float(believed[name][2, 3])] if name in believed else []
+        at, found = believed.get(name), list[float]()
+        if at is not None and (not arrangement.places[name].held or turned(level(at), at) < LEVEL):
+            found.append(float(at[2, 3]))  # what leans in the gripper has no height that one camera could use
         if described.threads is not None:
             found.append(height(described.threads[0], np.array(described.first.place), pose[:3, 3]))
         if described.hangs:

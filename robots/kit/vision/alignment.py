@@ -1,4 +1,4 @@
-"""Finds the corners of a printed marker to a few hundredths of a pixel: by aligning its whole print with the picture.
+"""Finds the corners of a printed marker to about a tenth of a pixel: by aligning its whole print with the picture.
 
 OpenCV's ECC (Evangelidis and Psarakis 2008), which brightness and contrast do not change. A detector's own corners lie
 where a threshold had the border, a third of a pixel outside or inside. The picture is brought into the frame of the
@@ -15,9 +15,9 @@ Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 CELL = 4  # pixels of a cell of the print that is compared
 BLUR = 0.35  # of a cell, as a lens has it
-ROOM_PX = 3 * CELL  # of the picture around the print
-ROOM = np.array([[1.0, 0.0, -ROOM_PX], [0.0, 1.0, -ROOM_PX], [0.0, 0.0, 1.0]])
-SOUGHT = [np.array([x, y]) for x in range(-2, 3) for y in range(-2, 3)]  # px
+MARGIN_PX = 3 * CELL  # of the picture around the print
+MARGIN = np.array([[1.0, 0.0, -MARGIN_PX], [0.0, 1.0, -MARGIN_PX], [0.0, 0.0, 1.0]])
+SHIFTS_PX = [np.array([x, y]) for x in range(-2, 3) for y in range(-2, 3)]
 ROUNDS = 30, 1e-5  # of the alignment, at most; change after which it ends
 SURE, READ_SURE = 0.92, 0.9  # correlation from which this is the marker; from which it is one that was read
 HINT = 0.7  # from which it may be
@@ -48,9 +48,9 @@ class Template:
             return -1.0
         return float(np.corrcoef(seen.ravel(), self._print.ravel())[0, 1])
 
-    def sought(self, picture: Grey, corners: Floats) -> Floats:
+    def most_alike(self, picture: Grey, corners: Floats) -> Floats:
         """Return where around a place the print is most like the picture: corners (4, 2), moved by whole pixels."""
-        return max((corners + by for by in SOUGHT), key=lambda at: self.likeness(picture, at))
+        return max((corners + by for by in SHIFTS_PX), key=lambda at: self.likeness(picture, at))
 
     def align(self, picture: Grey, corners: Floats, sure: float = SURE) -> Floats | None:
         """Return the corners (4, 2) in the picture (px), from about where they are; None where the print is not.
@@ -59,12 +59,12 @@ class Template:
         """
         if not np.isfinite(corners).all() or self.likeness(picture, corners) < TRIED:
             return None
-        (wide, high), there = self._size, self._map(corners) @ ROOM
+        (wide, high), there = self._size, self._map(corners) @ MARGIN
         part = cv2.warpPerspective(
-            picture, there, (wide + 2 * ROOM_PX, high + 2 * ROOM_PX), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+            picture, there, (wide + 2 * MARGIN_PX, high + 2 * MARGIN_PX), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         ).astype(np.float32)
         begin, criteria = (
-            np.linalg.inv(ROOM)[:2].astype(np.float32),
+            np.linalg.inv(MARGIN)[:2].astype(np.float32),
             (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, *ROUNDS),
         )
         whole = np.full(part.shape, 255, np.uint8)

@@ -164,7 +164,7 @@ class Measurer:
         for camera, one, at in self._visible(pose, pictures, prints):
             if (camera.name, one.number) not in known:
                 template, picture = self._templates[one.number], pictures[camera.name]
-                corners = template.align(picture, template.sought(picture, at))
+                corners = template.align(picture, template.most_alike(picture, at))
                 if corners is not None and np.abs(corners - at).max() < 0.5 * np.ptp(at, axis=0).max():
                     seen.append(Seen(camera, one, corners))
 

@@ -23,9 +23,9 @@ WAYS = {  # by key, and by button
     "right": ("ArrowRight", "y −"), "up": ("PageUp", "z +"), "down": ("PageDown", "z −"),
     "about z": ("Shift+ArrowLeft", "↻ z"), "back about z": ("Shift+ArrowRight", "↺ z"),
 }  # fmt: skip
-BETWEEN_MS, LOOK_MS = 30, 250  # between two keys, because one that waited long is left out; until the list has followed
+BETWEEN_MS, LOOK_MS = 30, 250  # between two keys, of which one that waited long is left out; until the list has followed
 DRAWN_MS = 800  # until a pointer meets what another viewpoint shows, without a graphics card
-ROUNDS = 12  # in which the last millimetres are gone
+ROUNDS = 12  # in which a place is reached, though keys are left out and the ghost snaps
 MIDDLE = np.array([0.35, 0.0, 0.3])  # what the viewpoints look at (m), their places from there, the field of view
 FROM = {"Side": np.array([0.0, -2.3, 0.35]), "Top": np.array([-0.02, 0.0, 2.4])}
 FIELD = np.radians(38)
@@ -102,9 +102,13 @@ class Keys:
 
     def go(self, target):
         """Bring the ghost to a place (mm), as the list says."""
-        way = np.round(np.subtract(target, place(self.page)))
-        for axis in np.argsort(-np.abs(way)):
-            self.move(AXES[axis][int(way[axis] < 0)], abs(int(way[axis])))
+        for _ in range(ROUNDS):
+            way = np.round(np.subtract(target, place(self.page)))
+            if np.abs(way).max() < 1:
+                break
+            for axis in np.argsort(-np.abs(way)):
+                self.move(AXES[axis][int(way[axis] < 0)], abs(int(way[axis])))
+            self.page.wait_for_timeout(LOOK_MS)
         assert place(self.page) == pytest.approx(target, abs=2), self.page.inner_text("#ghost-list")
 
     def turn(self, degrees):

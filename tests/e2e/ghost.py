@@ -23,7 +23,10 @@ WAYS = {  # by key, and by button
     "right": ("ArrowRight", "y −"), "up": ("PageUp", "z +"), "down": ("PageDown", "z −"),
     "about z": ("Shift+ArrowLeft", "↻ z"), "back about z": ("Shift+ArrowRight", "↺ z"),
 }  # fmt: skip
-BETWEEN_MS, LOOK_MS = 30, 250  # between two keys, of which one that waited long is left out; until the list has followed
+BETWEEN_MS, LOOK_MS = (
+    30,
+    250,
+)  # between two keys, of which one that waited long is left out; until the list has followed
 DRAWN_MS = 800  # until a pointer meets what another viewpoint shows, without a graphics card
 ROUNDS = 12  # in which a place is reached, though keys are left out and the ghost snaps
 MIDDLE = np.array([0.35, 0.0, 0.3])  # what the viewpoints look at (m), their places from there, the field of view

@@ -187,4 +187,5 @@ def test_over_100_bytes_a_second_the_figure_is_built_by_a_task(transactional_db,
     ada = over_thin_line
     put_back(ada, *FIRST)
     run_task(ada, *dict(programs_of("puma", "task"))["The figure of five bricks"].splitlines())
+    expect(ada.page.locator("#task-blocks")).to_contain_text("Over this slow line the blocks are not loaded")
     assert_built(portal, ada)

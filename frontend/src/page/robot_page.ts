@@ -214,7 +214,8 @@ export class RobotPage {
     this.notices.settle();
   }
 
-  private get thin(): boolean {
+  /** Whether the line is thin, so that nothing large is loaded unless somebody asks for it. */
+  get thin(): boolean {
     return this.media.subscription.pace !== "live";
   }
 

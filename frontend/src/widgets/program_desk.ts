@@ -33,6 +33,7 @@ interface Saved {
   mine: boolean;
 }
 
+const TOO_LARGE = "Over this slow line the blocks are not loaded by themselves: they would hold up everything else.";
 const DRAFT_MS = 400; // after the last key, until the draft is stored on this device
 
 export class ProgramDesk<Step> {
@@ -94,26 +95,31 @@ export class ProgramDesk<Step> {
     this.typed();
   }
 
-  private async openBlocks(): Promise<void> {
+  /** `asked`: somebody has pressed the button for it, over whatever line. */
+  private async openBlocks(asked = false): Promise<void> {
     if (this.blocks || this.loading) return;
     const box = byId(this.kind ? this.id("blocks") : "blocks");
+    if (this.page.thin && !asked) {
+      this.offerBlocks(box, TOO_LARGE);
+      return;
+    }
     this.loading = true;
     box.replaceChildren();
     try {
       this.blocks = await this.use.blocks(box, (steps) => this.built(steps));
       this.blocks.show(this.steps);
     } catch (error) {
-      this.offerBlocks(box);
+      this.offerBlocks(box, "The blocks did not come.");
       console.warn(error);
     }
     this.loading = false;
   }
 
-  /** Say in the place of the blocks that they did not come, with a button to load them again. */
-  private offerBlocks(box: HTMLElement): void {
-    const again = make("button", { type: "button", class: "button" }, "Load the blocks");
-    again.addEventListener("click", () => void this.openBlocks());
-    box.replaceChildren(make("p", { role: "status" }, "The blocks did not come. Lines of text work without them."), again);
+  /** Say in the place of the blocks why they are not there, with a button to load them. */
+  private offerBlocks(box: HTMLElement, why: string): void {
+    const load = make("button", { type: "button", class: "button" }, "Load the blocks");
+    load.addEventListener("click", () => void this.openBlocks(true));
+    box.replaceChildren(make("p", { role: "status" }, `${why} Lines of text work without them.`), load);
   }
 
   /** Return the id of an element of this desk. */

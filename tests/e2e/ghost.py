@@ -2,6 +2,7 @@
 
 import re
 from functools import partial
+from math import remainder
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from tests.e2e.frames import read
 KEPT_UP = {"ping", "here", "watch"}  # that a page lives, that its person is there, which pictures its line allows
 AT_THE_ARM = "The ghost is at the arm"
 PLACE = re.compile(r"x, y, z (−?-?\d+), (−?-?\d+), (−?-?\d+) mm")
+YAW = re.compile(r"yaw \S+, \S+, (−?-?\d+)°")
+SNAP_DEG = 2  # within which the ghost snaps
 MISSING = re.compile(r"(-?\d+)(?: mm|°) (about z|\w+)")
 MOVED_M = 0.005  # a brick lies 1 mm beside its place in the description at first
 STEPS = (1, 1), (5, 5), (20, 15)  # mm and degrees of a key or a button
@@ -44,6 +47,11 @@ def place(page):
     """Return where the ghost is (mm), as the list in words says."""
     numbers = PLACE.search(page.locator("#ghost-list").text_content()).groups()
     return np.array([float(text.replace("−", "-")) for text in numbers])
+
+
+def yaw(page):
+    """Return how the ghost is turned about the vertical (degrees), as the list in words says."""
+    return int(YAW.search(page.locator("#ghost-list").text_content())[1].replace("−", "-"))
 
 
 class Wire:
@@ -115,8 +123,15 @@ class Keys:
         assert place(self.page) == pytest.approx(target, abs=2), self.page.inner_text("#ghost-list")
 
     def turn(self, degrees):
-        """Turn the ghost about the vertical."""
-        self.move(TURNS[int(degrees < 0)], abs(degrees))
+        """Turn the ghost about the vertical, as the list says."""
+        goal = yaw(self.page) + degrees
+        for _ in range(ROUNDS):
+            left = round(remainder(goal - yaw(self.page), 360))
+            if abs(left) <= SNAP_DEG:
+                return
+            self.move(TURNS[int(left < 0)], abs(left))
+            self.page.wait_for_timeout(LOOK_MS)
+        raise AssertionError(self.page.inner_text("#ghost-list"))
 
     def reach_goal(self, goal):
         """Bring the ghost the last millimetres and degrees to a goal, as the list says in words."""
@@ -128,7 +143,7 @@ class Keys:
             assert found, f"to {goal}: {words}"
             for size, way in MISSING.findall(found[1]):
                 if way == TURNS[0]:
-                    self.turn(int(size))
+                    self.move(TURNS[int(int(size) < 0)], abs(int(size)))
                 elif way in WAYS:
                     self.move(way, int(size))
             self.page.wait_for_timeout(LOOK_MS)

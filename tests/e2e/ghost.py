@@ -26,19 +26,15 @@ WAYS = {  # by key, and by button
     "right": ("ArrowRight", "y −"), "up": ("PageUp", "z +"), "down": ("PageDown", "z −"),
     "about z": ("Shift+ArrowLeft", "↻ z"), "back about z": ("Shift+ArrowRight", "↺ z"),
 }  # fmt: skip
-BETWEEN_MS, LOOK_MS = (
-    30,
-    250,
-)  # between two keys, of which one that waited long is left out; until the list has followed
+BETWEEN_MS = 30  # between two keys, of which one that waited long is left out
+LOOK_MS = 250  # until the list has followed
 DRAWN_MS = 800  # until a pointer meets what another viewpoint shows, without a graphics card
 ROUNDS = 12  # in which a place is reached, though keys are left out and the ghost snaps
 MIDDLE = np.array([0.35, 0.0, 0.3])  # what the viewpoints look at (m), their places from there, the field of view
 FROM = {"Side": np.array([0.0, -2.3, 0.35]), "Top": np.array([-0.02, 0.0, 2.4])}
 FIELD = np.radians(38)
-ACROSS = {
-    "Side": np.array([1, 0, 1]),
-    "Top": np.array([1, 1, 0]),
-}  # the axes along which a handle moves the ghost there
+# the axes along which a handle moves the ghost there
+ACROSS = {"Side": np.array([1, 0, 1]), "Top": np.array([1, 1, 0])}
 HANDLE = 0.22 * 1.9 / 4  # of the view's half height at the ghost: from the ghost to such a handle, along both axes
 SCALES = {1: 6.0, 5: 2.0}  # of the hand's motion to the ghost's, and how near it is to come (mm)
 

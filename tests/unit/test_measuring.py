@@ -122,7 +122,7 @@ def test_a_small_marker_is_aligned_to_a_quarter_of_a_pixel():
     dice, code = np.random.default_rng(5), codes_of(DESCRIPTION)[23]
     template, offs = Template(code), []
     for _ in range(200):
-        turn, lean = (Rotation.from_euler("z", dice.uniform(0, 360), degrees=True), dice.uniform(0.6, 1.0))
+        turn, lean = Rotation.from_euler("z", dice.uniform(0, 360), degrees=True), dice.uniform(0.6, 1.0)
         half = dice.uniform(4.0, 7.0) * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
         corners = dice.uniform(28, 36, 2) + turn.apply(half)[:, :2] * (1.0, lean)
         found = template.align(marker(code, corners, dice), corners + dice.uniform(-0.7, 0.7, 2))

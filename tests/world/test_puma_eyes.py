@@ -23,18 +23,17 @@ UP[2, 3], PRESSED[2, 3] = 0.1, TABLE.release
 BELIEVED = "Judged by what is believed, because it could not look"
 
 
-def off(portal, name):
-    """Return how far (m, degrees) the belief about a brick is from where it is."""
-    one, true = beliefs(portal)[name], portal.rig.sim.plant.pose(name)
-    believed = pose_of(Placed(tuple(one["place"]), tuple(one["rotation"])))
-    turned = Rotation.from_matrix(believed[:3, :3].T @ true[:3, :3]).magnitude()
-    return float(np.linalg.norm(believed[:3, 3] - true[:3, 3])), float(np.degrees(turned))
-
-
 def believed(portal, name):
     """Return where a brick is believed to be (4 x 4): in the tool's frame while it is held."""
     one = beliefs(portal)[name]
     return pose_of(Placed(tuple(one["place"]), tuple(one["rotation"])))
+
+
+def off(portal, name):
+    """Return how far (m, degrees) the belief about a brick is from where it is."""
+    at, true = believed(portal, name), portal.rig.sim.plant.pose(name)
+    turned = Rotation.from_matrix(at[:3, :3].T @ true[:3, :3]).magnitude()
+    return float(np.linalg.norm(at[:3, 3] - true[:3, 3])), float(np.degrees(turned))
 
 
 def go(portal, tool):

@@ -63,10 +63,8 @@ class Template:
         part = cv2.warpPerspective(
             picture, there, (wide + 2 * MARGIN_PX, high + 2 * MARGIN_PX), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         ).astype(np.float32)
-        begin, criteria = (
-            np.linalg.inv(MARGIN)[:2].astype(np.float32),
-            (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, *ROUNDS),
-        )
+        begin = np.linalg.inv(MARGIN)[:2].astype(np.float32)
+        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, *ROUNDS)
         whole = np.full(part.shape, 255, np.uint8)
         try:
             likeness, found = cv2.findTransformECC(self._print, part, begin, cv2.MOTION_AFFINE, criteria, whole, 1)

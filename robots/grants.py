@@ -24,6 +24,7 @@ END_CODES = {
 INTERRUPTED = "Interrupted"  # so begins the reason of what gave way to somebody else
 
 
+DIGITS = 6  # decimals of a number that pages are told: 1 µm and 0.06 thousandths of a degree
 COMES_TO_REST = "The robot comes to rest after what it did before; try again in a moment."
 
 
@@ -257,15 +258,16 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
 def told_result(command: Command) -> dict[str, Any]:
     """Return the result of a command for everybody: what was sent without texts, which its author alone may know."""
     told: dict[str, Any] = command.result
-    return {**told, "sent": _without_texts(told["sent"])} if "sent" in told else told
+    return {**told, "sent": told_numbers(told["sent"])} if "sent" in told else told
 
 
-def _without_texts(value: Any) -> Any:
+def told_numbers(value: Any) -> Any:
+    """Return a JSON value without texts, its numbers rounded to `DIGITS` decimals."""
     if isinstance(value, dict):
-        return {name: _without_texts(one) for name, one in value.items() if not isinstance(one, str)}
+        return {name: told_numbers(one) for name, one in value.items() if not isinstance(one, str)}
     if isinstance(value, list):
-        return [_without_texts(one) for one in value if not isinstance(one, str)]
-    return value
+        return [told_numbers(one) for one in value if not isinstance(one, str)]
+    return round(value, DIGITS) if isinstance(value, float) else value
 
 
 def stage_event(command: Command) -> CommandStage:

@@ -1,9 +1,9 @@
-"""The compression of text messages (permessage-deflate, RFC 7692).
+"""The compression of messages (permessage-deflate, RFC 7692).
 
 A message is compressed by itself, so that it is compressed once for all and an idle connection keeps no compressor.
-Over a thin line each text is compressed against those before it instead: a snapshot that repeats the last one but for a
-few words takes some dozen bytes. The peer keeps its window anyway; here the newest texts are kept in place of a
-compressor.
+Over a thin line each message is compressed against those before it instead: a snapshot that repeats the last one but
+for a few words takes some dozen bytes. The peer keeps its window anyway; here the newest messages are kept in place of
+a compressor.
 """
 
 import zlib
@@ -17,7 +17,7 @@ from websockets.typing import ExtensionParameter
 BITS, SETTINGS = 12, {"memLevel": 5}  # the window and memory of a compressor of one message
 TEXTS = 128  # frames that are kept, of the newest messages
 SMALL = 200  # bytes of a text that is not worth compressing by itself
-HISTORY = 1 << 14  # bytes of the newest texts that are kept of a thin line
+HISTORY = 1 << 14  # bytes of the newest messages that are kept of a thin line
 END = b"\x00\x00\xff\xff"  # of a flush, which is not sent
 
 
@@ -32,35 +32,37 @@ class Deflate(PerMessageDeflate):
         self._history: bytes | None = None
 
     def remember(self, on: bool) -> None:
-        """Compress texts against those that are sent from now on, or each by itself again."""
+        """Compress messages against those that are sent from now on, or texts each by itself again."""
         if on != self.remembers:
             self._history = b"" if on and self.may_remember else None
 
     @property
     def remembers(self) -> bool:
-        """Return whether each text is compressed against those before it: every compressed one has to pass here."""
+        """Return whether each message is compressed against those before: every compressed one has to pass here."""
         return self._history is not None
 
-    def size(self, text: str) -> int:
-        """Return how many bytes a text would take as the next one."""
-        return len(self._deflated(text.encode()))
+    def size(self, data: bytes) -> int:
+        """Return how many bytes a message would take as the next one."""
+        return min(len(data), len(self._deflated(data)))
 
     def encode(self, frame: Frame) -> Frame:
-        """Return the frame of a message compressed; control frames stay as they are."""
-        if self._history is None or frame.opcode is not Opcode.TEXT or not frame.fin:
+        """Return the frame of a message compressed, unless that is longer; control frames stay as they are."""
+        if self._history is None or frame.opcode not in (Opcode.TEXT, Opcode.BINARY) or not frame.fin:
             if self._history is not None and frame.opcode in (Opcode.TEXT, Opcode.BINARY, Opcode.CONT):
                 self._history = b""  # what the peer's window ends with is not known any more
             return super().encode(frame)
-        text = bytes(frame.data)
-        data = self._deflated(text)
-        self._history = (self._history + text)[-HISTORY:]
+        whole = bytes(frame.data)
+        data = self._deflated(whole)
+        if len(data) >= len(whole):
+            return frame  # it does not get into the peer's window
+        self._history = (self._history + whole)[-HISTORY:]
         return Frame(frame.opcode, data, True, True, frame.rsv2, frame.rsv3)
 
-    def _deflated(self, text: bytes) -> bytes:
+    def _deflated(self, whole: bytes) -> bytes:
         known = (self._history or b"")[-(1 << self._bits) :]
         more = {"zdict": known} if known else {}
         coder = zlib.compressobj(wbits=-self._bits, **more)  # type: ignore[arg-type]
-        return (coder.compress(text) + coder.flush(zlib.Z_SYNC_FLUSH)).removesuffix(END)
+        return (coder.compress(whole) + coder.flush(zlib.Z_SYNC_FLUSH)).removesuffix(END)
 
 
 class _Factory(ServerPerMessageDeflateFactory):

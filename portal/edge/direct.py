@@ -36,12 +36,12 @@ class Connection(Protocol):
         """Let no more be on the way than a thin line carries in a moment, or no longer; `free` and `ready` follow."""
 
     def remember(self, on: bool) -> None:
-        """Compress each text against those before it from now on, or by itself again."""
+        """Compress messages against those before from now on, or texts each by itself again."""
 
-    def text_frame(self, text: str) -> bytes:
-        """Return the frame of a text for this connection alone, which has to be written next."""
+    def frame(self, message: str | bytes) -> bytes:
+        """Return the frame of a message for this connection alone, which has to be written next."""
 
-    def text_size(self, text: str) -> int:
+    def size(self, message: str | bytes) -> int:
         """Return how many bytes that frame would hold."""
 
     @property

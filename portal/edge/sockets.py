@@ -13,7 +13,7 @@ from websockets.frames import Frame, Opcode
 from websockets.http11 import Request
 
 from portal.edge.compression import DEFLATE, Deflate, suits, text_frames
-from portal.edge.direct import NAME
+from portal.edge.direct import NAME, binary_frame
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount, Bucket
 from portal.edge.unsent import Unread
@@ -31,6 +31,10 @@ AHEAD = 8 * 1024  # bytes that the system may hold unsent; on a slow line more w
 def connections() -> AddressCount:
     """Return this process's counter of connections."""
     return AddressCount(settings.LIMITS["CONNECTIONS"])
+
+
+def _content(message: str | bytes) -> tuple[Opcode, bytes]:
+    return (Opcode.TEXT, message.encode()) if isinstance(message, str) else (Opcode.BINARY, message)
 
 
 class Ws(WebSocketsSansIOProtocol):
@@ -95,21 +99,22 @@ class Ws(WebSocketsSansIOProtocol):
             self._call()
 
     def remember(self, on: bool) -> None:
-        """Compress each text against those before it from now on, or by itself again."""
+        """Compress messages against those before from now on, or texts each by itself again."""
         if self._deflate is not None:
             self._deflate.remember(on)
 
-    def text_frame(self, text: str) -> bytes:
-        """Return the frame of a text for this connection alone, which has to be written next."""
+    def frame(self, message: str | bytes) -> bytes:
+        """Return the frame of a message for this connection alone, which has to be written next."""
         if self._deflate is None or not self._deflate.remembers:
-            return text_frames(text)[self.deflates]
-        return Frame(Opcode.TEXT, text.encode()).serialize(mask=False, extensions=[self._deflate])
+            return text_frames(message)[self.deflates] if isinstance(message, str) else binary_frame(message)
+        opcode, data = _content(message)
+        return Frame(opcode, data).serialize(mask=False, extensions=[self._deflate])
 
-    def text_size(self, text: str) -> int:
+    def size(self, message: str | bytes) -> int:
         """Return how many bytes that frame would hold."""
         if self._deflate is None or not self._deflate.remembers:
-            return len(text_frames(text)[self.deflates])
-        return self._deflate.size(text)
+            return len(self.frame(message))
+        return self._deflate.size(_content(message)[1])
 
     @property
     def window(self) -> int:

@@ -17,6 +17,7 @@ class Pieces:
 
     def __init__(self) -> None:
         self._data, self._at = b"", 0
+        self._guess = 0  # bytes of the last piece
 
     @property
     def left(self) -> bool:
@@ -25,21 +26,36 @@ class Pieces:
 
     def begin(self, data: bytes) -> None:
         """Send this message from now on."""
-        self._data, self._at = data, 0
+        self._data, self._at, self._guess = data, 0, 0
 
     def drop(self) -> None:
         """Send nothing more of the message."""
         self._data, self._at = b"", 0
 
-    def take(self, most: int) -> bytes:
-        """Return the next piece, of at most so many bytes (3 or more) with its head."""
-        end = min(self._at + max(most, 3) - 2, len(self._data))
-        flags = (FIRST if self._at == 0 else 0) | (LAST if end == len(self._data) else 0)
-        piece = bytes((TYPE, flags)) + self._data[self._at : end]
-        self._at = end
+    def take(self, most: int, size: Callable[[bytes], int] = len) -> bytes:
+        """Return the next piece with its head, of at most so many bytes by `size` unless one byte has more."""
+        count = _most_that_fit(len(self._data) - self._at, self._guess, most, lambda count: size(self._piece(count)))
+        piece = self._piece(count)
+        self._at, self._guess = self._at + count, count
         if not self.left:
             self.drop()
         return piece
+
+    def _piece(self, count: int) -> bytes:
+        end = self._at + count
+        flags = (FIRST if self._at == 0 else 0) | (LAST if end == len(self._data) else 0)
+        return bytes((TYPE, flags)) + self._data[self._at : end]
+
+
+def _most_that_fit(left: int, before: int, most: int, size: Callable[[int], int]) -> int:
+    """Return how many characters or bytes a piece has, at least one: at most twice as many as the one before.
+
+    `size(count)`: bytes that so many take.
+    """
+    count = min(left, 2 * before) if before else left
+    while (found := size(count)) > most and count > 1:
+        count = max(1, min(count - 1, count * most // found))
+    return count
 
 
 class JoinedText:
@@ -93,11 +109,7 @@ class TextPieces:
             if size(self._text) <= most:
                 whole, self._text = self._text, ""
                 return whole
-        count = len(self._text) - self._at
-        if self._guess:
-            count = min(count, 2 * self._guess)
-        while (found := size(self._piece(count))) > most and count > 1:
-            count = max(1, min(count - 1, count * most // found))
+        count = _most_that_fit(len(self._text) - self._at, self._guess, most, lambda count: size(self._piece(count)))
         piece = self._piece(count)
         self._at, self._guess = self._at + count, count
         if self._at == len(self._text):

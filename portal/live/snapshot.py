@@ -26,7 +26,7 @@ from queueing.services import (
     waiting,
     waits_for_staff,
 )
-from robots.grants import lease_of, open_grant, owner_alive, told_result
+from robots.grants import lease_of, open_grant, owner_alive, told_numbers, told_result
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
@@ -74,8 +74,8 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
         return None
     return {
         "id": frame.pk, "url": frame.url, "at_ms": ms_of(frame.taken_at), "stable": frame.stable,
-        "verdict": frame.verdict, "pose": frame.pose, "joints": frame.joints, "values": frame.values,
-        "calibration": frame.calibration, "width": frame.width, "height": frame.height,
+        "verdict": frame.verdict, "pose": told_numbers(frame.pose), "joints": told_numbers(frame.joints),
+        "values": frame.values, "calibration": frame.calibration, "width": frame.width, "height": frame.height,
     }  # fmt: skip
 
 

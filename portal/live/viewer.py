@@ -181,13 +181,13 @@ class Viewer:
         self.write(frame)
         return True
 
-    def write_text(self, text: str) -> None:
-        """Write a text message to the connection, which there must be."""
-        self.write(self.connection.text_frame(text))  # type: ignore[union-attr]
+    def write_message(self, message: str | bytes) -> None:
+        """Write a message, over a thin line compressed, to the connection, which there must be."""
+        self.write(self.connection.frame(message))  # type: ignore[union-attr]
 
-    def text_size(self, text: str) -> int:
-        """Return how many bytes a text message would take on the connection, which there must be."""
-        return self.connection.text_size(text)  # type: ignore[union-attr]
+    def size(self, message: str | bytes) -> int:
+        """Return how many bytes it would take on the connection, which there must be."""
+        return self.connection.size(message)  # type: ignore[union-attr]
 
     # messages that are put into the mailbox
 

@@ -12,6 +12,7 @@ from portal.live.pieces import Pieces, TextPieces
 from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
 from robots.kit.contract.short_heads import ShortHeads
+from robots.kit.contract.streams import unpack
 from robots.kit.packets import Changed
 
 LARGEST = 1 << 30  # bytes of a piece once the line is thin no longer: all that is left
@@ -32,8 +33,9 @@ class Writer:
         self._viewer, self._connection, self._send, self._outdated = viewer, viewer.connection, send, outdated
         self.freed = asyncio.Event()  # set whenever the connection has taken everything
         self._one_by_one = asyncio.Lock()
-        self._waiting: deque[bytes] = deque()  # packets of byte streams, in their order
-        self._pieces, self._ordered = Pieces(), False  # of a long message; whether packets must not come before its end
+        self._waiting: dict[int, deque[bytes]] = {}  # packets of each byte stream; the stream sent last comes last
+        self._pieces = Pieces()  # of a long message
+        self._stream: int | None = None  # whose packet it is
         self._picture = False  # it is a picture
         self._heads, self._texts = ShortHeads(), TextPieces()
         self._told = asyncio.Event()  # set while no text is left
@@ -84,7 +86,7 @@ class Writer:
             if isinstance(event, Changed):
                 self._outdated.set()
             else:
-                await self.send_text(msgspec.json.encode(event).decode())
+                await self.send_message(msgspec.json.encode(event).decode())
             await self.wait_until_free()
         return found
 
@@ -101,23 +103,40 @@ class Writer:
         return bool(sounds)
 
     async def _packets(self, viewer: Viewer) -> bool:
-        """Send the packets of byte streams; over a thin line one, or nothing while the one before is in pieces."""
-        if not self._waiting:
-            self._waiting += self._hub.news(viewer)
+        """Send the packets of byte streams; over a thin line one, of the streams in turn.
+
+        A long one is begun. While one is in pieces, the others of its stream wait for its end, and other long ones.
+        """
+        for data in self._hub.news(viewer):
+            packet = unpack(data)
+            waiting = self._waiting.setdefault(packet.stream, deque())
+            if packet.key:
+                waiting.clear()  # it has everything
+            waiting.append(data)
         found = False
-        while self._waiting and not (self._pieces.left and self._ordered):
-            long = viewer.piece and len(self._waiting[0]) > viewer.piece
-            if long and self._pieces.left:
-                break  # a picture is in pieces
-            data, found = self._waiting.popleft(), True
-            data = self._heads.shorten(data) if viewer.piece else data
-            if long:
-                self._begin(data, ordered=True)
+        while (stream := self._next_stream(viewer)) is not None:
+            found = True
+            waiting = self._waiting.pop(stream)
+            data = self._heads.shorten(waiting.popleft()) if viewer.piece else waiting.popleft()
+            if waiting:
+                self._waiting[stream] = waiting
+            if self._is_long(viewer, data):
+                self._begin(data, stream)
             else:
-                await self.send_bytes(data)
+                await self.send_message(data)
             if viewer.piece:
                 break
         return found
+
+    def _next_stream(self, viewer: Viewer) -> int | None:
+        """Return the byte stream whose next packet may be sent now."""
+        for stream, waiting in self._waiting.items():
+            if not self._pieces.left or (stream != self._stream and not self._is_long(viewer, waiting[0])):
+                return stream
+        return None
+
+    def _is_long(self, viewer: Viewer, data: bytes) -> bool:
+        return bool(viewer.piece) and viewer.size(data) > viewer.piece
 
     async def _requests(self, viewer: Viewer) -> bool:
         snapshot, count = viewer.take_requests()
@@ -129,14 +148,14 @@ class Writer:
     async def _count(self, viewer: Viewer) -> bool:
         counts, self._counts = self._counts, False
         if counts:
-            await self.send_text(watchers_text(self._hub.watchers(viewer.slug)))
+            await self.send_message(watchers_text(self._hub.watchers(viewer.slug)))
         return counts
 
     async def _text(self, viewer: Viewer) -> bool:
         """Send the next piece of a long text."""
         if not self._texts.left:
             return False
-        await self.send_text(self._texts.take(viewer.piece or LARGEST, viewer.text_size))
+        await self.send_message(self._texts.take(viewer.piece or LARGEST, viewer.size))
         if not self._texts.left:
             self._told.set()
         return True
@@ -147,7 +166,7 @@ class Writer:
         `shared`: others get the same one, so that it is compressed once; it waits until the connection is free.
         """
         if not self._viewer.piece and not self._texts.left:
-            await (self.send_text(text) if shared else self._send(text))
+            await (self.send_message(text) if shared else self._send(text))
             return
         self._texts.put(kind, text)
         self._told.clear()
@@ -158,21 +177,24 @@ class Writer:
         await self._told.wait()
 
     async def _long(self, viewer: Viewer) -> bool:
-        """Send the next piece of what is in pieces; a picture waits for texts."""
-        if self._texts.left and not self._ordered:
+        """Send the next piece of what is in pieces; what is no packet of a stream waits for texts."""
+        if self._texts.left and self._stream is None:
             return False
         if self._pieces.left and self._picture and not viewer.wish.cameras:
             self._pieces.drop()  # nobody looks at this picture any more
         if not self._pieces.left:
             return False
-        await self.send_bytes(self._pieces.take(viewer.piece or LARGEST))
+        if self._stream is None:
+            await self.send_bytes(self._pieces.take(viewer.piece or LARGEST))
+        else:
+            await self.send_message(self._pieces.take(viewer.piece or LARGEST, viewer.size))
         return True
 
     async def _pictures(self, viewer: Viewer) -> bool:
         if self._pieces.left or self._texts.left:
             return False
         if (whole := viewer.take_whole()) is not None:
-            self._begin(whole, ordered=False)
+            self._begin(whole)
             return await self._long(viewer)
         packets = self._hub.video(viewer)
         if packets:
@@ -181,15 +203,15 @@ class Writer:
         if picture is None:
             return bool(packets)
         if viewer.piece and len(picture) > viewer.piece:
-            self._begin(picture, ordered=False, picture=True)
+            self._begin(picture, picture=True)
         else:
             await self.send_bytes(picture)
         return True
 
-    def _begin(self, data: bytes, ordered: bool, picture: bool = False) -> None:
-        """Send a message in pieces; `ordered`: packets of byte streams must not come before its end."""
+    def _begin(self, data: bytes, stream: int | None = None, picture: bool = False) -> None:
+        """Send a message in pieces; `stream`: whose packet it is."""
         self._pieces.begin(data)
-        self._ordered, self._picture = ordered, picture
+        self._stream, self._picture = stream, picture
 
     async def _send_if(self, data: bytes | None) -> bool:
         if data is not None:
@@ -210,20 +232,20 @@ class Writer:
                 await self.freed.wait()
 
     async def send_bytes(self, data: bytes) -> None:
-        """Send a binary message."""
+        """Send bytes as they are: pictures, states and sound are as short as they get."""
         await self.wait_until_free()
         if self._connection is None:
             await self._send(bytes_data=data)
         elif not self._connection.is_closing():
             self._viewer.write(binary_frame(data))
 
-    async def send_text(self, text: str) -> None:
-        """Send a text message."""
+    async def send_message(self, message: str | bytes) -> None:
+        """Send a text, or bytes that may be compressed over a thin line."""
         await self.wait_until_free()
         if self._connection is None:
-            await self._send(text)
+            await (self._send(message) if isinstance(message, str) else self._send(bytes_data=message))
         elif not self._connection.is_closing():
-            self._viewer.write_text(text)
+            self._viewer.write_message(message)
 
     async def _send_together(self, packets: list[bytes]) -> None:
         """Send several messages, over a connection in one go: later messages wait behind them."""

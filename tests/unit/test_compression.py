@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from websockets.extensions.permessage_deflate import ClientPerMessageDeflateFactory
@@ -59,7 +60,23 @@ def test_a_snapshot_that_repeats_the_last_one_takes_some_dozen_bytes():
     assert json.loads(text)["queue"] == 3
     assert second < first / 8
     assert second < 120
-    assert ours.size(json.dumps(snapshot)) < 120, "as is said of one that is not sent"
+    assert ours.size(json.dumps(snapshot).encode()) < 120, "as is said of one that is not sent"
+
+
+def test_bytes_that_repeat_a_message_before_are_compressed_and_others_stay_as_they_are():
+    ours, theirs = agreed()
+    ours.remember(True)
+    told = json.dumps({name: {"how": "measured", "at_ms": 1795967136285} for name in "abcde"}).encode()
+    noise = bytes(np.random.default_rng(3).integers(0, 256, 200, np.uint8))
+    sizes = []
+    for data in (told, noise, told.replace(b"285", b"944")):
+        assert ours.size(data) <= len(data)
+        frame = Frame(Opcode.BINARY, data).serialize(mask=False, extensions=[ours])
+        found = parsed(frame, theirs)
+        assert (bytes(found.data), found.opcode) == (data, Opcode.BINARY)
+        sizes.append(len(frame))
+    assert sizes[1] <= len(noise) + 4
+    assert sizes[2] < 50
 
 
 def test_bytes_and_fragments_between_texts_break_nothing():

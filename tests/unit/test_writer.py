@@ -20,6 +20,10 @@ DELTAS = [pack(StreamPacket(0, n, 0, n == 1, bytes((n,)))) for n in (1, 2)]
 MAP = pack(StreamPacket(0, 3, 0, True, b"m" * 150))
 
 
+def content(message):
+    return (Opcode.TEXT, message.encode()) if isinstance(message, str) else (Opcode.BINARY, message)
+
+
 class ThinLine:
     """A connection that takes one message, until it is emptied."""
 
@@ -45,11 +49,11 @@ class ThinLine:
     def remember(self, on):
         self.remembers = on
 
-    def text_frame(self, text):
-        return Frame(Opcode.TEXT, text.encode()).serialize(mask=False)
+    def frame(self, message):
+        return Frame(*content(message)).serialize(mask=False)
 
-    def text_size(self, text):
-        return len(text.encode())
+    def size(self, message):
+        return len(content(message)[1])
 
     def keep(self, waits):
         self._kept = waits
@@ -167,6 +171,30 @@ def test_packets_of_a_stream_keep_their_order_though_one_comes_in_pieces():
     got = asyncio.run(written(put))
     assert whole(got[:-1]) == MAP
     assert got[-1] == bytes((FIRST, 0, 4 << 4)) + b"later"
+
+
+def test_a_short_packet_of_another_stream_overtakes_one_in_pieces():
+    moved = [pack(StreamPacket(1, n, 0, n == 1, b"moved")) for n in (1, 2)]
+
+    def put(viewer, before):
+        viewer.wake()
+        return {0: [MAP], 1: moved}.get(before)
+
+    got = asyncio.run(written(put))
+    assert [one[0] for one in got][:4] == [7, 3, 7, FIRST + 1], "one packet a round"
+    assert whole(one for one in got if one[0] == 7) == MAP
+
+
+def test_a_key_packet_takes_the_place_of_those_of_its_stream_that_wait():
+    newer = [pack(StreamPacket(0, n, 0, True, f"map {n}".encode())) for n in (4, 5)]
+
+    def put(viewer, before):
+        viewer.wake()
+        return {0: [MAP], 1: newer[:1], 2: newer[1:]}.get(before)
+
+    got = asyncio.run(written(put))
+    assert whole(got[:-1]) == MAP
+    assert got[-1] == newer[1]
 
 
 def test_a_picture_that_nobody_looks_at_any_more_is_not_sent_to_its_end():

@@ -15,7 +15,7 @@ from portal.web.classic import pictures
 from portal.web.classic import views as classic
 from portal.web.composites import views as streams
 from portal.web.jobs import views as jobs
-from portal.web.pages import scripts, views
+from portal.web.pages import landing, scripts, views
 from portal.web.pages.places import my_places
 from portal.web.recordings import day, exports
 from portal.web.recordings import views as recordings
@@ -30,12 +30,13 @@ for _page in admin.site._registry.values():
     _page.add_view = once(_page.add_view)  # type: ignore[method-assign]
 
 urlpatterns = [
-    path("", views.landing, name="landing"),
+    path("", landing.landing, name="landing"),
     path("story/", views.story, name="story"),
     path("status/", views.status, name="status"),
     path("me/", views.me, name="me"),
     path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
+    path("robots/<slug:slug>/drive/", landing.drive, name="drive"),
     path("robots/<slug:slug>/model.urdf", views.model, name="model"),
     path("robots/<slug:slug>/stream-code/", scripts.stream_code, name="stream-code"),
     path("robots/<slug:slug>/programs/", scripts.programs_of, name="programs"),

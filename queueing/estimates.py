@@ -6,9 +6,9 @@ from typing import Any
 from django.db.models import BigAutoField, Count, FloatField, Q
 
 from queueing import fairshare
-from queueing.jobs.forecasts import HANDOVER_S, jobs_before, jobs_take, left_of_turn
-from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState
-from queueing.rows import QUEUE
+from queueing.jobs.forecasts import HANDOVER_S, any_waits, jobs_before, jobs_take, left_of_turn
+from queueing.models import NOT_YET, Job, JobState, Queue, Ticket, TicketState
+from queueing.rows import QUEUE, link_of
 from queueing.turns import length_of_turn
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
@@ -38,17 +38,28 @@ def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tu
 
     Nobody is before a ticket that no longer waits. The wait is None if it is not known.
     """
-    people, jobs = 0, []
-    if ticket.state == TicketState.WAITING:
-        people = _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
-        jobs = jobs_before(ticket)
-    return people + len(jobs), _wait(robot, ticket, people, jobs, now)
+    if ticket.state != TicketState.WAITING:
+        return 0, _wait(robot, ticket.queue, 0, None, now)
+    people = _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
+    jobs = jobs_before(ticket)
+    return people + len(jobs), _wait(robot, ticket.queue, people, jobs, now)
 
 
-def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:
-    if ticket.queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
+def wait_if_joined(robot: Robot, now: datetime) -> tuple[int, int] | None:
+    """Return the least and greatest wait (s) of somebody who joins now and has driven little; None if not known."""
+    link = link_of(robot)
+    if link is None:  # nobody has ever joined
+        return fairshare.estimate(0, 0.0, length_of_turn(robot), HANDOVER_S)
+    people = Ticket.objects.filter(queue=link.queue_id, state__in=NOT_YET).count()
+    jobs = list(Job.objects.filter(queue=link.queue_id, state=JobState.WAITING)) if any_waits(link.queue_id) else []
+    return _wait(robot, link.queue, people, jobs, now)
+
+
+def _wait(robot: Robot, queue: Queue, people: int, jobs: list[Job] | None, now: datetime) -> tuple[int, int] | None:
+    """Return the wait behind so many people and these jobs; `jobs` None: nor behind the one that runs."""
+    if queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     left = left_of_turn(robot, now) or 0.0
     low, high = fairshare.estimate(people, left, length_of_turn(robot), HANDOVER_S)
-    of_jobs = jobs_take(robot, jobs, now) if ticket.state == TicketState.WAITING else (0.0, 0.0)
+    of_jobs = (0.0, 0.0) if jobs is None else jobs_take(robot, jobs, now)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

@@ -6,6 +6,7 @@ from math import ceil
 from queueing.models import PlaceEnd
 from robots.states import GrantEnd
 
+CLOSED = ("fault", "stopped", "offline", "locked_out")  # states in which nobody knows when a turn begins
 UNKNOWN = "the wait is not known now"
 
 
@@ -28,6 +29,18 @@ def wait_said(wait: tuple[int, int] | None) -> str:
     """Return the same as a sentence."""
     words = wait_words(wait)
     return f"{words[:1].upper()}{words[1:]}{'; your place is kept' if wait is None else ''}."
+
+
+def join_said(state: str, queue: int, wait: tuple[int, int] | None) -> str:
+    """Return how long somebody who joins now would wait for a robot in that state; empty if it is closed.
+
+    `queue`: how many requests wait.
+    """
+    if state in CLOSED:
+        return ""
+    if state == "ready" and queue == 0:
+        return "Free now"
+    return f"Your wait: {'not known now' if wait is None else wait_words(wait)}"
 
 
 def _rounded(seconds: int) -> str:

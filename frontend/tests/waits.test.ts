@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { pictureAge, isLive } from "../src/media/pictures.ts";
-import { queueSentence, waitSentence, waitWords, watcherWords } from "../src/queue/waits.ts";
+import { joinWait, queueSentence, waitSentence, waitWords, watcherWords } from "../src/queue/waits.ts";
 import { vectorsOf } from "./helpers.ts";
 
 test("a picture's age is said, and marked from 2 s and 5 s on", () => {
@@ -48,6 +48,11 @@ test("no wait is said with a zero, a fraction, a range of one or more precisely 
       const [, near, far] = /^about (\d+ (?:min|h)) to (\d+ (?:min|h))$/.exec(words) ?? [];
       assert.ok(!near || near !== far, words);
     }
+});
+
+test("the wait of somebody who joins is said as the server says it", () => {
+  const joins = vectorsOf<{ state: string; queue: number; wait: [number, number] | null; said: string }[]>("joins");
+  for (const { state, queue, wait, said } of joins) assert.equal(joinWait(state, queue, wait), said);
 });
 
 test("nobody, one and several wait", () => {

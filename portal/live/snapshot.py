@@ -23,6 +23,7 @@ from queueing.services import (
     open_turn,
     others_wait_since,
     place_and_wait,
+    wait_if_joined,
     waiting,
     waits_for_staff,
 )
@@ -140,7 +141,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     robot = Robot.objects.get(slug=slug)
     state, label, why = status_of(robot, now)
     grant = open_grant(robot)
-    turn = open_turn(robot)
+    turn, turns = open_turn(robot), offers_turns(robot)
     frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
     mine = _mine(grant, user)
@@ -158,13 +159,14 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "state": state,
             "label": label,
             "why": why,
-            "turns": offers_turns(robot),
+            "turns": turns,
         },
         "stopped": robot.stop_latched,
         "suspended": waits_for_staff(robot),
         "stop": _stop(stop_shown(robot, now)),
         "operator": turn.operator_name if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
+        "join_wait_s": wait_if_joined(robot, now) if turns else None,
         "jobs": jobs_shown(robot, now),
         "turn": _turn(turn, grant, mine),
         "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},

@@ -201,10 +201,13 @@ class Visitor:
         return self
 
     def take_turn(self):
-        """Join, accept the offer, and wait until the page has the turn; return the visitor."""
-        self.page.click("[data-do=join]")
-        self.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
-        self.page.wait_for_selector(".operating", timeout=20_000)
+        """Take control of a robot that is free, or wait for the offer, until the page has the turn; return the visitor."""
+        pressed = self.page.locator("[data-do=take], [data-do=join]").first
+        waits = pressed.get_attribute("data-do") == "join"
+        pressed.click()
+        if waits:
+            self.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
+        self.page.wait_for_selector(".operating", timeout=30_000)
         return self
 
     def axe(self, where=""):

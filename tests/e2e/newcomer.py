@@ -1,7 +1,5 @@
 """Somebody who has never been here, and their way: from the landing page to a motion, the log and the survey."""
 
-import re
-
 from playwright.sync_api import expect
 
 from accounts.models import Choice
@@ -81,14 +79,11 @@ class ByKeyboard(Newcomer):
 
 
 def sign_up(new):
-    """Come from the landing page to a robot, and from there to an account."""
+    """Come from the landing page to an account, on the way to driving a robot."""
     page = new.page
     page.goto("/")
     expect(page.locator("main")).to_contain_text("Simulated")
-    new.press("a[href='/robots/mercury/']", "main")
-    expect(page.locator(".robot-head")).to_contain_text("Simulated")
-    expect(page.locator("#watchers")).to_have_text(re.compile("^(, only you watch)?$"))
-    new.press("#place a >> text=Sign up")
+    new.press("main a >> text=Drive Mercury")
     page.wait_for_url("**/accounts/signup/**")
     word = "correct horse 42"
     new.fill({"email": "ada@example.org", "username": "ada", "password1": word, "password2": word})
@@ -96,15 +91,12 @@ def sign_up(new):
     page.wait_for_url("**/confirm-email/")
     page.goto(confirmation("ada@example.org"))
     new.press("main button")
-    page.wait_for_load_state()
+    page.wait_for_url("**/orientation/")
 
 
 def get_cleared(new):
     """Read the orientation and pass the test."""
     page = new.page
-    new.press("a[href='/robots/mercury/']")
-    new.press("#place a")
-    page.wait_for_url("**/orientation/")
     expect(page.locator("main")).to_contain_text("I'm here")
     expect(page.locator("main")).not_to_contain_text("at rest")
     new.press("main form button")
@@ -114,16 +106,14 @@ def get_cleared(new):
             new.press(answer)
     new.press("main form button")
     page.wait_for_url("**/robots/mercury/")
+    expect(page.locator(".robot-head")).to_contain_text("Simulated")
 
 
 def take_turn(new, motion, serve=lambda: None):
     """Wait in the queue, take control until a motion is possible; `serve` advances the queue where nothing else does."""
     page = new.page
-    new.press("[data-do=join]")
+    new.press("[data-do=take]")
     serve()
-    expect(page.locator("[data-do=accept]").first).to_be_visible()
-    assert page.evaluate(FOCUS) != "BODY"
-    new.press("[data-do=accept]")
     expect(page.locator(f"[data-command={motion}]")).to_have_attribute("aria-disabled", "false")
     assert page.evaluate(FOCUS) != "BODY"
 

@@ -29,8 +29,7 @@ def test_a_command_that_went_down_with_its_socket_is_said_to_be_lost_and_the_tur
 
         socket.on_message(say)
 
-    page.click("[data-do=join]")
-    page.locator("[data-do=accept]").press("Enter")
+    page.click("[data-do=take]")
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     page.route_web_socket(re.compile("/ws/(robots|operators)/"), swallow)
     page.reload()

@@ -56,8 +56,7 @@ def operate(ada, line, size):
     page = ada.page
     page.set_viewport_size(size)
     page.goto(f"http://localhost:{line.at[1]}/robots/mercury/")
-    page.click("[data-do=join]")
-    page.locator("[data-do=accept]").press("Enter")
+    page.click("[data-do=take]")
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false")
     return page

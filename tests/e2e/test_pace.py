@@ -99,8 +99,7 @@ def test_everybody_sees_how_many_watch(portal, visitor):
 
 def test_who_drives_does_not_watch_and_a_person_with_two_pages_is_one(portal, visitor):
     ada, bob = visitor().cleared("ada"), visitor().cleared("bob", None)
-    ada.page.click("[data-do=join]")
-    ada.page.locator("[data-do=accept]").press("Enter")
+    ada.page.click("[data-do=take]")
     expect(ada.page.locator("#watchers")).to_have_text(", nobody else watches")
     again = ada.new_page()
     again.goto("/robots/mercury/")

@@ -22,8 +22,7 @@ def test_a_page_whose_web_process_is_killed_goes_on_with_another(portal, visitor
         ada.allowed = ("WebSocket connection to", "ERR_", "status of 429")
         page = ada.page
         page.goto(f"http://localhost:{proxy.at[1]}/robots/mercury/")
-        page.click("[data-do=join]")
-        page.locator("[data-do=accept]").press("Enter")
+        page.click("[data-do=take]")
         expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false")
         webs[0].kill()
         expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "true")

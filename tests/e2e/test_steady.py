@@ -58,7 +58,7 @@ def watching(portal, visitor):
             portal.drive(one.user, robot)
         session(one, one.user)
         one.page.goto(f"http://localhost:{one.line.at[1]}{portal.robots[robot].get_absolute_url()}")
-        one.page.wait_for_selector(".operating" if drives else "[data-do=join]")
+        one.page.wait_for_selector(".operating" if drives else "[data-do=join], [data-do=take]")
         expect(one.page.locator("#line-said")).not_to_be_empty(timeout=20_000)  # the connection has been judged
         expect(one.page.locator("#banner")).to_be_hidden()
         settle(one.page)

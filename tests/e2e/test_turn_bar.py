@@ -119,9 +119,8 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     ada = cast("ada", viewport=PHONE)
     page = ada.page
     page.goto("/robots/mercury/")
-    page.click("[data-do=join]")
+    page.click("[data-do=take]")
     portal.serve()
-    page.locator("[data-do=accept]").press("Enter")
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     link = page.locator(".site-head a", has_text="log")
     link.click()

@@ -34,8 +34,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
 
     ada = visitor().sign_up("ada").get_cleared()
     bob = visitor().cleared("bob")
-    ada.page.click("[data-do=join]")
-    ada.page.locator("[data-do=accept]").press("Enter")
+    ada.page.click("[data-do=take]")
     expect(ada.page.locator("#robot")).to_have_class(re.compile("operating"))
     bob.page.click("[data-do=join]")
     expect(bob.page.locator("#place")).to_contain_text("You are next")
@@ -97,8 +96,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
 
 def operating(visitor, name="ada"):
     one = visitor().cleared(name)
-    one.page.click("[data-do=join]")
-    one.page.locator("[data-do=accept]").press("Enter")
+    one.page.click("[data-do=take]")
     expect(one.page.locator("#robot")).to_have_class(re.compile("operating"))
     expect(one.page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false")
     return one

@@ -7,15 +7,22 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from queueing.words import length_words, wait_said, wait_words
+from queueing.words import join_said, length_words, wait_said, wait_words
 
-VECTORS = json.loads((Path(__file__).parents[1] / "vectors/waits.json").read_text())
+VECTORS, JOINS = (
+    json.loads((Path(__file__).parents[1] / f"vectors/{name}.json").read_text()) for name in ("waits", "joins")
+)
 SECONDS = st.integers(0, 200_000)
 
 
 def test_a_wait_is_said_as_the_pages_scripts_say_it():
     for one in VECTORS:
         assert wait_said(one["wait"] and tuple(one["wait"])) == one["said"]
+
+
+def test_the_wait_of_somebody_who_joins_is_said_as_the_pages_scripts_say_it():
+    for one in JOINS:
+        assert join_said(one["state"], one["queue"], one["wait"] and tuple(one["wait"])) == one["said"]
 
 
 @given(SECONDS, SECONDS)

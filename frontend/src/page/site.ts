@@ -2,6 +2,7 @@
 import "../style/index.css";
 import { pollPendingParts } from "./pending_parts.ts";
 import "./focus.ts";
+import "./site_menu.ts";
 import "../queue/turn_bar.ts";
 
 pollPendingParts();

@@ -10,6 +10,7 @@ const AGAIN = "Press again to end it";
 const LATELY_MS = 3_600_000;
 const ASKED_MS = 8000; // how long the question is shown
 const DOUBLE_MS = 400; // a double click is one press
+const TAKE_MS = 15_000; // after this time one decides about an offer anew
 const FOLLOWS =
   "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
 
@@ -43,18 +44,25 @@ export class TurnPanel {
   private driving = false;
   private told = "";
   private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
+  private taking = -Infinity; // when control of the free robot was asked for
 
   constructor(
     private box: HTMLElement,
-    use: TurnPanelUse,
+    private use: TurnPanelUse,
   ) {
     box.addEventListener("click", (event) => {
       const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
         action = button?.dataset["do"];
       if (button && refusal(button)) use.refuse(() => refusal(button));
       else if (action === "leave" && this.driving && !this.ending.press()) this.ask();
+      else if (action === "take") this.take();
       else if (action) use.live.send({ t: action });
     });
+  }
+
+  /** Join the queue of a robot for which nobody waits; its offer is accepted as soon as it comes. */
+  private take(): void {
+    if (this.use.live.send({ t: "join" })) this.taking = performance.now();
   }
 
   /** Show the question on the button at once, not at the next drawing. */
@@ -68,6 +76,8 @@ export class TurnPanel {
   draw(s: Snapshot, now: number, up: boolean): void {
     this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
+    if (s.me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS && this.use.live.send({ t: "accept" }))
+      this.taking = -Infinity;
     drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));
   }
 
@@ -132,10 +142,15 @@ export class TurnPanel {
     return [
       ...over,
       heading(over.length ? "Drive it again" : "Drive it yourself"),
-      paragraph(queueSentence(s.queue)),
-      button("Join the queue", "join", { style: "primary", why }),
+      paragraph(free(s) ? "Nobody waits: it is yours at once." : queueSentence(s.queue)),
+      free(s) ? button("Take control", "take", { style: "primary", why }) : button("Join the queue", "join", { style: "primary", why }),
     ];
   }
+}
+
+/** Whether the robot is ready, and nobody waits for it. */
+function free(s: Snapshot): boolean {
+  return s.robot.state === "ready" && s.queue === 0;
 }
 
 /** Return how the last turn ended, what it cost and what is next, if the snapshot still tells it. */

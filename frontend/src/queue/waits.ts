@@ -23,6 +23,14 @@ export function waitSentence(wait: readonly [number, number] | null): string {
   return wait === null ? "The wait is not known now; your place is kept." : `${words.charAt(0).toUpperCase()}${words.slice(1)}.`;
 }
 
+const CLOSED = ["fault", "stopped", "offline", "locked_out"]; // nobody knows when a turn begins
+
+/** Return how long somebody who joins now would wait; empty where nobody knows. `queue`: how many requests wait. */
+export function joinWait(state: string, queue: number, wait: readonly [number, number] | null): string {
+  if (CLOSED.includes(state)) return "";
+  return state === "ready" && queue === 0 ? "Free now" : `Your wait: ${wait ? waitWords(wait) : "not known now"}`;
+}
+
 /** Return how many requests wait, of people and for jobs. */
 export function queueSentence(count: number): string {
   return count === 0 ? "Nobody waits." : `${count} in the queue.`;

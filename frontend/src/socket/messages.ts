@@ -82,6 +82,8 @@ export interface Snapshot {
   stopped: boolean;
   operator: string | null;
   queue: number;
+  /** The least and greatest wait (s) of somebody who joins now; null: not known, or nobody may drive. */
+  join_wait_s?: [number, number] | null;
   /** After a stop, jobs and the robot's own behaviour wait until staff resume them. */
   suspended: boolean;
   /** In the order in which they will be served. */

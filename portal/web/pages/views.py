@@ -16,7 +16,6 @@ from django.utils.http import http_date
 from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
-from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.classic.pictures import has_classic_console
@@ -40,24 +39,6 @@ from robots.services.permissions import reaches
 def _shown(robot: Robot) -> dict[str, Any]:
     state, label, why = status_of(robot, SYSTEM.now())
     return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
-
-
-def _no_camera(robot: Robot) -> bool:
-    """Return whether the robot is known to have no camera; False if its package is not installed."""
-    try:
-        return not description.views(robot.description())
-    except (ImportError, OSError):
-        return False
-
-
-def landing(request: HttpRequest) -> HttpResponse:
-    """Show the robots, live."""
-    robots = [
-        {**_shown(r), "still": shown_still(r, request.user), "blind": _no_camera(r)}
-        for r in Robot.objects.filter(enabled=True)
-    ]
-    entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
-    return render(request, "pages/landing.html", {"robots": robots, "entries": entries[:3]})
 
 
 def story(request: HttpRequest) -> HttpResponse:

@@ -1,0 +1,16 @@
+/** The menu of every page: its list of robots closes by Escape and by a press elsewhere, as a menu does. */
+
+const menu = document.getElementById("menu");
+const robots = document.querySelector<HTMLDetailsElement>(".menu-robots");
+
+document.addEventListener("click", ({ target }) => {
+  if (robots?.open && !robots.contains(target as Node)) robots.open = false;
+});
+menu?.addEventListener("keydown", (event) => {
+  if (event.key !== "Escape") return;
+  event.stopPropagation(); // elsewhere Escape stops the robot
+  if (!robots?.open) return;
+  event.preventDefault();
+  robots.open = false;
+  robots.querySelector("summary")?.focus();
+});

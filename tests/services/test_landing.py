@@ -1,0 +1,133 @@
+"""The landing page: which robot is large, what is said of each, and where its button leads."""
+
+from datetime import timedelta
+
+import pytest
+
+from operatorlog.models import Entry
+from portal.live.snapshot import snapshot
+from queueing import services as queue
+from queueing.estimates import wait_if_joined
+from robots.kit.clock import SYSTEM
+from robots.models import Frame, Grant, Lease, Robot
+from robots.states import Cycle, GrantEnd, GrantKind
+from tests.services.turns import drive
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+
+@pytest.fixture
+def robots(robot):
+    """Two robots that are ready."""
+    other = Robot.objects.create(slug="other", name="Other", driver=robot.driver, address="sim:other", enabled=True)
+    Robot.objects.update(cycle=Cycle.READY)
+    for one in (robot, other):
+        Lease.objects.update_or_create(
+            robot=one, defaults={"epoch": 1, "expires_at": SYSTEM.now() + timedelta(days=99)}
+        )
+    return robot, other
+
+
+def shown(client):
+    """Return what the landing page was drawn with."""
+    return client.get("/").context
+
+
+def picture(robot, grant=None, file="frames/x.jpg"):
+    return Frame.objects.create(robot=robot, grant=grant, file=file, taken_at=SYSTEM.now(), stable=True)
+
+
+def ended(robot, person, pictures=3):
+    """A turn that is over, with so many pictures."""
+    turn = drive(robot, person, SYSTEM.now())
+    for number in range(pictures):
+        picture(robot, turn.grant, f"frames/{turn.pk}-{number}.jpg")
+    queue.end_turn(turn, GrantEnd.HOLDER, "ended", SYSTEM.now())
+    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.READY)
+    return turn
+
+
+def test_the_robot_that_somebody_drives_is_large_and_says_who_drives(robots, people, client):
+    other = robots[1]
+    people["ada"].clearances.create(robot=other, granted_at=SYSTEM.now())
+    drive(other, people["ada"], SYSTEM.now())
+    answer = client.get("/")
+    assert answer.context["lead"]["robot"] == other
+    assert "ada drives" in answer.content.decode()
+    assert answer.context["loop"] is None
+    assert "Your wait: at most" in answer.content.decode()
+
+
+def test_else_the_one_that_moves_by_itself(robots, client):
+    other = robots[1]
+    Grant.objects.create(
+        robot=other, kind=GrantKind.IDLE, epoch=1, opened_at=SYSTEM.now(), until=SYSTEM.now() + timedelta(minutes=1)
+    )
+    assert shown(client)["lead"]["robot"] == other
+
+
+def test_else_the_one_that_was_driven_last_with_the_pictures_of_that_turn(robots, people, client):
+    other = robots[1]
+    people["ada"].clearances.create(robot=other, granted_at=SYSTEM.now())
+    turn = ended(other, people["ada"])
+    found = shown(client)
+    assert found["lead"]["robot"] == other
+    assert found["loop"]["turn"] == turn
+    assert [url.rsplit("-")[-1] for url in found["loop"]["urls"]] == ["0.jpg", "1.jpg", "2.jpg"]
+
+
+def test_hidden_pictures_are_neither_in_the_loop_nor_the_newest_find(robots, people, client):
+    robot = robots[0]
+    turn = ended(robot, people["ada"])
+    frame = Frame.objects.filter(grant=turn.grant).first()
+    entry = Entry.objects.create(
+        turn=turn, author=people["ada"], robot=robot, text="A shell", written_at=SYSTEM.now(), frame=frame
+    )
+    assert shown(client)["find"] == entry
+    entry.visibility = "hidden"
+    entry.save()
+    found = shown(client)
+    assert found["find"] is None
+    assert found["loop"] is None
+
+
+@pytest.mark.parametrize("state", [{"cycle": Cycle.FAULT}, {"cycle": Cycle.LOCKED_OUT}, {"stop_latched": True}])
+def test_a_robot_that_is_closed_is_not_large_and_says_no_wait(robots, client, state):
+    robot, other = robots
+    Robot.objects.filter(pk=robot.pk).update(**state)
+    found = shown(client)
+    assert (found["lead"]["robot"], found["drive"]) == (other, other)
+    assert [card["wait"] for card in found["cards"]] == [""]
+    Robot.objects.filter(pk=other.pk).update(**state)
+    assert shown(client)["drive"] is None
+
+
+def test_without_a_robot_the_page_says_so(client, db):
+    assert "No robot is switched on yet" in client.get("/").content.decode()
+
+
+def test_a_free_robot_says_so_and_each_person_who_waits_makes_the_wait_longer(robots, people, client):
+    robot = robots[0]
+    assert "Free now" in client.get("/").content.decode()
+    drive(robot, people["ada"], SYSTEM.now())
+    first = wait_if_joined(robot, SYSTEM.now())
+    queue.join(robot, people["bob"], SYSTEM.now())
+    assert wait_if_joined(robot, SYSTEM.now()) > first
+    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.FAULT)
+    robot.refresh_from_db()
+    assert wait_if_joined(robot, SYSTEM.now()) is None
+
+
+def test_the_button_leads_each_person_to_their_next_step(robots, people, client):
+    address = "/robots/mercury/drive/"
+    assert client.get(address)["Location"] == "/accounts/signup/?next=%2Frobots%2Fmercury%2Fdrive%2F"
+    client.force_login(people["eve"])
+    assert client.get(address)["Location"] == "/robots/mercury/orientation/"
+    client.force_login(people["ada"])
+    assert client.get(address)["Location"] == "/robots/mercury/"
+    assert client.get("/robots/none/drive/").status_code == 404
+
+
+def test_the_snapshot_tells_the_wait_of_somebody_who_joins(robots, people):
+    told = snapshot("mercury", people["eve"], SYSTEM.now(), True)
+    assert told["join_wait_s"] == wait_if_joined(robots[0], SYSTEM.now())

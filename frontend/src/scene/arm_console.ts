@@ -151,7 +151,10 @@ export class ArmConsole implements Console, Judge {
       this.ask();
     } catch (error) {
       byId("model").dataset["broken"] = "yes";
-      say(byId("model-said"), "The 3D view does not work in this browser; cameras and controls do.");
+      say(
+        byId("model-said"),
+        "The 3D view did not come, or does not work in this browser. Reload the page to try again; cameras and controls work.",
+      );
       console.warn(error);
     }
   }

@@ -100,7 +100,7 @@ export class ProgramDesk<Step> {
     if (this.blocks || this.loading) return;
     const box = byId(this.kind ? this.id("blocks") : "blocks");
     if (this.page.thin && !asked) {
-      this.offerBlocks(box, TOO_LARGE);
+      this.offerBlocks(box, TOO_LARGE, "Load the blocks", () => void this.openBlocks(true));
       return;
     }
     this.loading = true;
@@ -109,16 +109,19 @@ export class ProgramDesk<Step> {
       this.blocks = await this.use.blocks(box, (steps) => this.built(steps));
       this.blocks.show(this.steps);
     } catch (error) {
-      this.offerBlocks(box, "The blocks did not come.");
+      // a page asks for a file that failed once no more; the draft is stored
+      this.offerBlocks(box, "The blocks did not come. Reload the page when the connection is back.", "Reload the page", () =>
+        location.reload(),
+      );
       console.warn(error);
     }
     this.loading = false;
   }
 
   /** Say in the place of the blocks why they are not there, with a button to load them. */
-  private offerBlocks(box: HTMLElement, why: string): void {
-    const load = make("button", { type: "button", class: "button" }, "Load the blocks");
-    load.addEventListener("click", () => void this.openBlocks(true));
+  private offerBlocks(box: HTMLElement, why: string, label: string, act: () => void): void {
+    const load = make("button", { type: "button", class: "button" }, label);
+    load.addEventListener("click", act);
     box.replaceChildren(make("p", { role: "status" }, `${why} Lines of text work without them.`), load);
   }
 

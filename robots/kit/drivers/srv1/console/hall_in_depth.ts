@@ -29,7 +29,7 @@ export class HallInDepth {
     if (loaded) this.open(loaded.FloorView);
     else {
       this.face(false);
-      this.page.notice("The 3D view did not come. Try again when the connection is back; the map works.", "warning");
+      this.page.notice("The 3D view did not come. Reload the page when the connection is back; the map works.", "warning");
     }
   }
 

@@ -200,6 +200,13 @@ class Visitor:
             self.page.goto(address.format(robot.slug))
         return self
 
+    def follow_menu(self, words):
+        """Go where the menu of every page leads, on a phone after it was opened."""
+        link = self.page.locator(".menu a", has_text=words)
+        if not link.is_visible():
+            self.page.click(".menu-open")
+        link.click()
+
     def take_turn(self):
         """Take control of a robot that is free, or wait for the offer, until the page has the turn; return the visitor."""
         pressed = self.page.locator("[data-do=take], [data-do=join]").first

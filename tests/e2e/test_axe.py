@@ -91,7 +91,7 @@ def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, 
     page.get_by_role("button", name="Take control").click()
     page.wait_for_selector(".operating")
     seen(one, *both(look))
-    page.locator(".site-head a", has_text="log").click()
+    one.follow_menu("log")
     expect(page.locator("#turnbar")).to_contain_text("Leave in the middle of your turn?")
     seen(one, *both(look))
     page.get_by_role("button", name="Stay").click()

@@ -122,8 +122,7 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     page.click("[data-do=take]")
     portal.serve()
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
-    link = page.locator(".site-head a", has_text="log")
-    link.click()
+    ada.follow_menu("log")
     expect(page.locator(BAR)).to_contain_text("Leave in the middle of your turn?")
     expect(page.locator(BAR)).to_contain_text("20 s")
     ada.axe("asked")
@@ -132,7 +131,7 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     page.get_by_role("button", name="Stay").click()
     expect(page.locator(BAR)).to_be_hidden()
     assert page.url.endswith("/robots/mercury/")
-    link.click()
+    ada.follow_menu("log")
     asked = []
     page.on("dialog", lambda d: (asked.append(d.type), d.accept()))
     page.get_by_role("button", name="Leave the page").click()

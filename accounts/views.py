@@ -18,6 +18,8 @@ from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
 from robots.models import Robot
 
+TAKE = "take"  # the robot of which a person wants control as soon as its page is open
+
 
 def orientation(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the orientation; when it is marked as read, go on to the test."""
@@ -74,7 +76,9 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
             context.pop("questions")
         return render(request, "accounts/clearance.html", context, status=409)
     if hint is None:
-        messages.success(request, f"Passed. You are cleared for {robot.full_name}: join the queue.")
+        if request.POST.get("then") == "take":
+            request.session[TAKE] = robot.slug
+        messages.success(request, f"Passed. You are cleared for {robot.full_name}.")
         return redirect(robot)
     pause_s = services.pause_left(request.user, robot, SYSTEM.now())
     context = {

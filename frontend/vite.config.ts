@@ -43,6 +43,7 @@ export default defineConfig({
         "src/page/landing.ts",
         "src/page/turn_form.ts",
         "src/page/retry_pause.ts",
+        "src/page/send_form.ts",
         "src/widgets/plain_console.ts",
         "src/replay/page.ts",
         "src/admin/robot_form.ts",

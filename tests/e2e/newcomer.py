@@ -90,7 +90,6 @@ def sign_up(new):
     new.press("main button[type=submit]")
     page.wait_for_url("**/confirm-email/")
     page.goto(confirmation("ada@example.org"))
-    new.press("main button")
     page.wait_for_url("**/orientation/")
 
 
@@ -104,18 +103,16 @@ def get_cleared(new):
     for choice in Choice.objects.filter(correct=True).values_list("pk", flat=True):
         if page.locator(answer := f"input[type=radio][value='{choice}']").count():
             new.press(answer)
-    new.press("main form button")
+    new.press("main form button[name=then]")
     page.wait_for_url("**/robots/mercury/")
     expect(page.locator(".robot-head")).to_contain_text("Simulated")
 
 
 def take_turn(new, motion, serve=lambda: None):
-    """Wait in the queue, take control until a motion is possible; `serve` advances the queue where nothing else does."""
+    """Wait for control until a motion is possible; `serve` advances the queue where nothing else does."""
     page = new.page
-    new.press("[data-do=take]")
     serve()
     expect(page.locator(f"[data-command={motion}]")).to_have_attribute("aria-disabled", "false")
-    assert page.evaluate(FOCUS) != "BODY"
 
 
 def command(new, name):

@@ -1,11 +1,9 @@
 """The landing page: which robot is large, what is said of each, and where its button leads."""
 
-import re
 from datetime import timedelta
 
 import pytest
 
-from accounts import services
 from operatorlog.models import Entry
 from portal.live.snapshot import snapshot
 from queueing import services as queue
@@ -133,30 +131,3 @@ def test_the_button_leads_each_person_to_their_next_step(robots, people, client)
 def test_the_snapshot_tells_the_wait_of_somebody_who_joins(robots, people):
     told = snapshot("mercury", people["eve"], SYSTEM.now(), True)
     assert told["join_wait_s"] == wait_if_joined(robots[0], SYSTEM.now())
-
-
-@pytest.mark.parametrize(
-    ("who", "address", "step"),
-    [
-        (None, "/accounts/signup/", "Account"),
-        (None, "/robots/mercury/orientation/", "Account"),
-        ("eve", "/robots/mercury/orientation/", "Orientation"),
-        ("ada", "/robots/mercury/orientation/", None),
-    ],
-)
-def test_the_way_to_driving_shows_where_one_stands(robots, people, client, who, address, step):
-    if who:
-        client.force_login(people[who])
-    html = client.get(address).content.decode()
-    found = re.search(r'<li aria-current="step">(\w+)</li>', html)
-    assert (found and found[1]) == step
-    assert ('class="way"' in html) == (step is not None)
-
-
-def test_the_test_is_the_third_step(robots, people, client):
-    services.load_bank(robots[0])
-    services.mark_read(people["eve"], robots[0], SYSTEM.now())
-    client.force_login(people["eve"])
-    html = client.get("/robots/mercury/clearance/").content.decode()
-    assert '<li aria-current="step">Test</li>' in html
-    assert html.count('class="done"') == 2

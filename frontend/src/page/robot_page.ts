@@ -77,7 +77,7 @@ export class RobotPage {
       snapshot: () => this.snapshot,
       draw: () => this.draw(),
     });
-    this.turnPanel = new TurnPanel(byId("place"), this);
+    this.turnPanel = new TurnPanel(byId("place"), this, "take" in byId("robot").dataset);
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);

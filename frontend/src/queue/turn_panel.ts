@@ -39,6 +39,7 @@ interface TurnPanelUse {
   refuse(why: () => string): void;
 }
 
+/** `wanted`: the page before asked for control, as soon as this one is open. */
 export class TurnPanel {
   private ending = new Confirmation();
   private driving = false;
@@ -49,6 +50,7 @@ export class TurnPanel {
   constructor(
     private box: HTMLElement,
     private use: TurnPanelUse,
+    private wanted = false,
   ) {
     box.addEventListener("click", (event) => {
       const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
@@ -76,6 +78,10 @@ export class TurnPanel {
   draw(s: Snapshot, now: number, up: boolean): void {
     this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
+    if (this.wanted && up) {
+      this.wanted = false;
+      if (s.me.cleared && !s.me.ticket && free(s)) this.take();
+    }
     if (s.me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS && this.use.live.send({ t: "accept" }))
       this.taking = -Infinity;
     drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));

@@ -16,6 +16,7 @@ from django.utils.http import http_date
 from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
+from accounts.views import TAKE
 from operatorlog.services import hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.classic.pictures import has_classic_console
@@ -67,6 +68,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "suspended": waits_for_staff(robot),
         "composites": robot.spec().all_of(Composite),
         "turns": offers_turns(robot),
+        "take": TAKE in request.session and request.session.pop(TAKE) == robot.slug,
     }
     return render(request, "pages/robot.html", context)
 

@@ -1,0 +1,31 @@
+"""The way to driving: what the next button can do at once."""
+
+from typing import Any
+
+from allauth.account.internal.stagekit import get_pending_stage
+from django import template
+from django.template.context import RequestContext
+
+from portal.live.snapshot import status_of
+from queueing.services import offers_turns, waiting
+from robots.kit.clock import SYSTEM
+from robots.models import Robot
+
+register = template.Library()
+
+
+@register.filter
+def is_free(robot: Robot) -> bool:
+    """Return whether somebody who joins now drives at once."""
+    ready = status_of(robot, SYSTEM.now())[0] == "ready"
+    return ready and offers_turns(robot) and not waiting(robot)
+
+
+@register.simple_tag(takes_context=True)
+def signed_up_here(context: RequestContext, confirmation: Any) -> bool:
+    """Return whether the account of this confirmation was made in this browser, which waits for it to sign in.
+
+    A program that looks at links in mails has no such session.
+    """
+    stage = get_pending_stage(context["request"]) if confirmation else None
+    return stage is not None and bool(stage.login.user) and stage.login.user.pk == confirmation.email_address.user_id

@@ -26,6 +26,7 @@ _random = random.SystemRandom()
 RULES = settings.FARHAND
 FORGOTTEN = timedelta(days=30)  # an older failure does not extend the pause
 MANY = 64
+TAKE = "take"  # in a session: the robot of which a person wants control as soon as its page is open
 LARGEST_STREAM = 200_000  # bytes of a byte stream that a preview reads
 USER, LEVEL = Slot("user", BigAutoField()), Slot("level", IntegerField())
 _CLEARED: Prepared[Any] = Prepared(lambda: cleared_people(ROBOT, LEVEL).filter(user=USER)[:1])

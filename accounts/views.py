@@ -18,8 +18,6 @@ from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
 from robots.models import Robot
 
-TAKE = "take"  # the robot of which a person wants control as soon as its page is open
-
 
 def orientation(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the orientation; when it is marked as read, go on to the test."""
@@ -77,7 +75,7 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
         return render(request, "accounts/clearance.html", context, status=409)
     if hint is None:
         if request.POST.get("then") == "take":
-            request.session[TAKE] = robot.slug
+            request.session[services.TAKE] = robot.slug
         messages.success(request, f"Passed. You are cleared for {robot.full_name}.")
         return redirect(robot)
     pause_s = services.pause_left(request.user, robot, SYSTEM.now())

@@ -46,7 +46,10 @@ def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tu
 
 
 def wait_if_joined(robot: Robot, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait (s) of somebody who joins now and has driven little; None if not known."""
+    """Return the least and greatest wait (s) behind everybody who waits now; None if it is not known.
+
+    Somebody who has driven little may come before some of them.
+    """
     link = link_of(robot)
     if link is None:  # nobody has ever joined
         return fairshare.estimate(0, 0.0, length_of_turn(robot), HANDOVER_S)

@@ -31,14 +31,11 @@ def wait_said(wait: tuple[int, int] | None) -> str:
     return f"{words[:1].upper()}{words[1:]}{'; your place is kept' if wait is None else ''}."
 
 
-def join_said(state: str, queue: int, wait: tuple[int, int] | None) -> str:
-    """Return how long somebody who joins now would wait for a robot in that state; empty if it is closed.
-
-    `queue`: how many requests wait.
-    """
+def join_said(state: str, free: bool, wait: tuple[int, int] | None) -> str:
+    """Return how long somebody who joins now would wait for a robot in that state; empty if it is closed."""
     if state in CLOSED:
         return ""
-    if state == "ready" and queue == 0:
+    if free:
         return "Free now"
     return f"Your wait: {'not known now' if wait is None else wait_words(wait)}"
 

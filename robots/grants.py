@@ -258,15 +258,15 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
 def told_result(command: Command) -> dict[str, Any]:
     """Return the result of a command for everybody: what was sent without texts, which its author alone may know."""
     told: dict[str, Any] = command.result
-    return {**told, "sent": told_numbers(told["sent"])} if "sent" in told else told
+    return {**told, "sent": rounded_without_texts(told["sent"])} if "sent" in told else told
 
 
-def told_numbers(value: Any) -> Any:
+def rounded_without_texts(value: Any) -> Any:
     """Return a JSON value without texts, its numbers rounded to `DIGITS` decimals."""
     if isinstance(value, dict):
-        return {name: told_numbers(one) for name, one in value.items() if not isinstance(one, str)}
+        return {name: rounded_without_texts(one) for name, one in value.items() if not isinstance(one, str)}
     if isinstance(value, list):
-        return [told_numbers(one) for one in value if not isinstance(one, str)]
+        return [rounded_without_texts(one) for one in value if not isinstance(one, str)]
     return round(value, DIGITS) if isinstance(value, float) else value
 
 

@@ -51,8 +51,8 @@ test("no wait is said with a zero, a fraction, a range of one or more precisely 
 });
 
 test("the wait of somebody who joins is said as the server says it", () => {
-  const joins = vectorsOf<{ state: string; queue: number; wait: [number, number] | null; said: string }[]>("joins");
-  for (const { state, queue, wait, said } of joins) assert.equal(joinWait(state, queue, wait), said);
+  const joins = vectorsOf<{ state: string; free: boolean; wait: [number, number] | null; said: string }[]>("joins");
+  for (const { state, free, wait, said } of joins) assert.equal(joinWait(state, free, wait), said);
 });
 
 test("nobody, one and several wait", () => {

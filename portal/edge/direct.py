@@ -42,7 +42,7 @@ class Connection(Protocol):
         """Return the frame of a message for this connection alone, which has to be written next."""
 
     def size(self, message: str | bytes) -> int:
-        """Return how many bytes that frame would hold."""
+        """Return how many bytes it would take."""
 
     @property
     def window(self) -> int:

@@ -111,9 +111,9 @@ class Ws(WebSocketsSansIOProtocol):
         return Frame(opcode, data).serialize(mask=False, extensions=[self._deflate])
 
     def size(self, message: str | bytes) -> int:
-        """Return how many bytes that frame would hold."""
+        """Return how many bytes it would take."""
         if self._deflate is None or not self._deflate.remembers:
-            return len(self.frame(message))
+            return len(text_frames(message)[self.deflates]) if isinstance(message, str) else len(message)
         return self._deflate.size(_content(message)[1])
 
     @property

@@ -10,6 +10,7 @@ from portal.live.messages import LONGEST, NotUnderstood
 
 TYPE, FIRST, LAST = 7, 1, 2
 MARK = "\x07"  # of a piece of a text
+MUCH = 32  # characters or bytes that nothing compresses into one
 
 
 class Pieces:
@@ -52,7 +53,7 @@ def _most_that_fit(left: int, before: int, most: int, size: Callable[[int], int]
 
     `size(count)`: bytes that so many take.
     """
-    count = min(left, 2 * before) if before else left
+    count = min(left, 2 * before if before else MUCH * max(most, 1))
     while (found := size(count)) > most and count > 1:
         count = max(1, min(count - 1, count * most // found))
     return count

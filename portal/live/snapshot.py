@@ -11,6 +11,7 @@ from operatorlog.services import hidden_of, may_see_picture
 from portal.stores import trouble
 from queueing.models import Turn
 from queueing.services import (
+    CLOSED,
     Forecast,
     end_of_turn,
     forecast,
@@ -18,6 +19,7 @@ from queueing.services import (
     job_kinds,
     kinds_for,
     last_turn,
+    link_of,
     offers_turns,
     open_ticket,
     open_turn,
@@ -27,7 +29,7 @@ from queueing.services import (
     waiting,
     waits_for_staff,
 )
-from robots.grants import lease_of, open_grant, owner_alive, told_numbers, told_result
+from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
@@ -69,14 +71,27 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     return robot.cycle, Cycle(robot.cycle).label, ""
 
 
+def moves(state: str, label: str) -> bool:
+    """Return whether something moves the robot now, by what `status_of` says: a person, a job, staff or itself."""
+    return state in ("operating", "handover") or (state, label) == BY_ITSELF[GrantKind.IDLE][:2]
+
+
+def is_free(robot: Robot, state: str, label: str) -> bool:
+    """Return whether somebody who joins now drives at once, as far as the robot and its queue go."""
+    link = link_of(robot)
+    open_now = state == "ready" and not moves(state, label) and not waiting(robot)
+    return open_now and (link is None or not link.queue.paused)
+
+
 def still_info(frame: Frame | None) -> dict[str, Any] | None:
     """Return the fields of a stored picture for the page."""
     if frame is None:
         return None
     return {
         "id": frame.pk, "url": frame.url, "at_ms": ms_of(frame.taken_at), "stable": frame.stable,
-        "verdict": frame.verdict, "pose": told_numbers(frame.pose), "joints": told_numbers(frame.joints),
-        "values": frame.values, "calibration": frame.calibration, "width": frame.width, "height": frame.height,
+        "verdict": frame.verdict, "pose": rounded_without_texts(frame.pose),
+        "joints": rounded_without_texts(frame.joints), "values": frame.values, "calibration": frame.calibration,
+        "width": frame.width, "height": frame.height,
     }  # fmt: skip
 
 
@@ -145,6 +160,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
     mine = _mine(grant, user)
+    wait = wait_if_joined(robot, now) if turns and not mine and state not in CLOSED else None
     if not mine:
         frame, before = visible_frame(frame, user), visible_frame(before, user)
     return {
@@ -160,13 +176,15 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "label": label,
             "why": why,
             "turns": turns,
+            "moves": moves(state, label),
+            "free": wait is not None and is_free(robot, state, label),
         },
         "stopped": robot.stop_latched,
         "suspended": waits_for_staff(robot),
         "stop": _stop(stop_shown(robot, now)),
-        "operator": turn.operator_name if turn else ("staff" if _by_staff(grant) else None),
+        "operator": operator_name(turn, grant),
         "queue": waiting(robot),
-        "join_wait_s": wait_if_joined(robot, now) if turns else None,
+        "join_wait_s": wait,
         "jobs": jobs_shown(robot, now),
         "turn": _turn(turn, grant, mine),
         "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},
@@ -197,8 +215,12 @@ def _stop(shown: StopShown | None) -> dict[str, Any] | None:
     return {"confirmed": shown.confirmed, "since_ms": ms_of(shown.since), "rests_by_ms": ms_of(shown.rests_by)}
 
 
-def _by_staff(grant: Grant | None) -> bool:
-    return grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
+def operator_name(turn: Turn | None, grant: Grant | None) -> str | None:
+    """Return who drives, as everybody may read it: a handle or staff; None: nobody."""
+    if turn is not None:
+        return turn.operator_name
+    by_staff = grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
+    return "staff" if by_staff else None
 
 
 def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:

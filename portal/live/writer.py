@@ -8,7 +8,7 @@ import msgspec
 
 from portal.edge.direct import binary_frame
 from portal.live.hub import Hub
-from portal.live.pieces import Pieces, TextPieces
+from portal.live.pieces import MUCH, Pieces, TextPieces
 from portal.live.viewer import Viewer
 from portal.live.watchers import watchers_text
 from robots.kit.contract.short_heads import ShortHeads
@@ -120,7 +120,7 @@ class Writer:
             data = self._heads.shorten(waiting.popleft()) if viewer.piece else waiting.popleft()
             if waiting:
                 self._waiting[stream] = waiting
-            if self._is_long(viewer, data):
+            if not self._pieces.left and self._is_long(viewer, data):
                 self._begin(data, stream)
             else:
                 await self.send_message(data)
@@ -136,7 +136,10 @@ class Writer:
         return None
 
     def _is_long(self, viewer: Viewer, data: bytes) -> bool:
-        return bool(viewer.piece) and viewer.size(data) > viewer.piece
+        """Return whether a packet is sent in pieces, without compressing one of which that is plain."""
+        if not viewer.piece or len(data) <= viewer.piece:
+            return False
+        return len(data) > MUCH * viewer.piece or viewer.size(data) > viewer.piece
 
     async def _requests(self, viewer: Viewer) -> bool:
         snapshot, count = viewer.take_requests()

@@ -6,8 +6,8 @@ from allauth.account.internal.stagekit import get_pending_stage
 from django import template
 from django.template.context import RequestContext
 
-from portal.live.snapshot import status_of
-from queueing.services import offers_turns, waiting
+from portal.live import snapshot
+from queueing.services import offers_turns
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 
@@ -17,8 +17,8 @@ register = template.Library()
 @register.filter
 def is_free(robot: Robot) -> bool:
     """Return whether somebody who joins now drives at once."""
-    ready = status_of(robot, SYSTEM.now())[0] == "ready"
-    return ready and offers_turns(robot) and not waiting(robot)
+    state, label, _ = snapshot.status_of(robot, SYSTEM.now())
+    return offers_turns(robot) and snapshot.is_free(robot, state, label)
 
 
 @register.simple_tag(takes_context=True)

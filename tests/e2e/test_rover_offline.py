@@ -19,7 +19,6 @@ from tests.conftest import wait_for
 pytestmark = pytest.mark.timed
 
 LARGE = ("/floor_view-", "/mission_blocks-", "/blocks-")  # files of the 3D view and of the blocks
-STORED_MS = 1000  # after the last key, until a draft is stored
 FETCHED = (
     "names => names.every(n => performance.getEntriesByType('resource').some(r => r.name.includes(n) && r.duration))"
 )
@@ -70,7 +69,6 @@ def test_what_the_line_did_not_bring_is_said_and_comes_later(ada):
     expect(page.locator("#mission-steps tbody tr")).to_have_count(1)
     ada.axe("without blocks")
     page.unroute(refused)
-    page.wait_for_timeout(STORED_MS)
     page.locator("#blocks").get_by_role("button", name="Reload the page").press("Enter")
     page.wait_for_load_state()
     page.click("#deep")

@@ -151,7 +151,7 @@ def test_a_demo_shows_the_link_to_confirm_after_a_double_press(world, made, sett
 
 MAKES_NOTHING = {
     # reads only
-    "landing", "story", "status", "me", "robot", "model", "statistics", "statistics-json", "composite", "camera",
+    "landing", "drive", "story", "status", "me", "robot", "model", "statistics", "statistics-json", "composite", "camera",
     "snapshot", "shot", "movie-of-the-day", "recordings", "recording", "recording-file", "recording-index", "recording-part", "classic",
     "classic-picture", "log", "survey-results", "survey-csv", "media", "favicon.ico", "livez", "readyz",
     "recordings/<str:key>/movie.mp4", "recordings/<str:key>/movie.webm",

@@ -3,11 +3,13 @@
 from datetime import timedelta
 
 import pytest
+from django.contrib.auth.models import AnonymousUser
 
 from operatorlog.models import Entry
 from portal.live.snapshot import snapshot
 from queueing import services as queue
 from queueing.estimates import wait_if_joined
+from queueing.models import Queue
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -100,6 +102,33 @@ def test_a_robot_that_is_closed_is_not_large_and_says_no_wait(robots, client, st
     assert [card["wait"] for card in found["cards"]] == [""]
     Robot.objects.filter(pk=other.pk).update(**state)
     assert shown(client)["drive"] is None
+
+
+def test_a_robot_that_moves_by_itself_or_whose_queue_is_paused_is_not_called_free(robots, client):
+    robot, other = robots
+    Grant.objects.create(
+        robot=other, kind=GrantKind.IDLE, epoch=1, opened_at=SYSTEM.now(), until=SYSTEM.now() + timedelta(minutes=1)
+    )
+    queue.queue_of(robot)
+    Queue.objects.update(paused=True)
+    html = client.get("/").content.decode()
+    assert "Free now" not in html
+    assert "Your wait: not known now" in html
+    assert "Your wait: less than a minute" in html
+    for one in robots:
+        assert not snapshot(one.slug, AnonymousUser(), SYSTEM.now(), True)["robot"]["free"]
+
+
+def test_more_robots_and_pictures_cost_few_queries(robots, people, client, django_assert_max_num_queries):
+    ended(robots[0], people["ada"], pictures=30)
+    client.get("/")
+    for most in (75, 75 + 4 * 14):
+        with django_assert_max_num_queries(most):
+            client.get("/")
+        Robot.objects.bulk_create(
+            Robot(slug=f"r{most}-{n}", name=f"R {n}", driver=robots[0].driver, address=f"sim:{n}", enabled=True)
+            for n in range(4)
+        )
 
 
 def test_without_a_robot_the_page_says_so(client, db):

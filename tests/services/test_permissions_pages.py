@@ -41,6 +41,7 @@ GET = {
     "me/": ("/me/", signed_in(OK)),
     "me/places/": ("/me/places/", signed_in(OK)),
     "robots/<slug:slug>/": ("/robots/mercury/", everybody(OK)),
+    "robots/<slug:slug>/drive/": ("/robots/mercury/drive/", everybody(MOVED)),
     "robots/<slug:slug>/model.urdf": ("/robots/mercury/model.urdf", everybody(ABSENT)),
     # who gets a code: tests/faults/test_operator_stream.py
     "robots/<slug:slug>/stream-code/": ("/robots/mercury/stream-code/", everybody(METHOD)),

@@ -22,7 +22,7 @@ def test_a_wait_is_said_as_the_pages_scripts_say_it():
 
 def test_the_wait_of_somebody_who_joins_is_said_as_the_pages_scripts_say_it():
     for one in JOINS:
-        assert join_said(one["state"], one["queue"], one["wait"] and tuple(one["wait"])) == one["said"]
+        assert join_said(one["state"], one["free"], one["wait"] and tuple(one["wait"])) == one["said"]
 
 
 @given(SECONDS, SECONDS)

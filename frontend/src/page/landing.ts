@@ -1,5 +1,5 @@
 /** The landing page: each robot's picture follows its newest one, and says when it is not live; one robot is large. */
-import { make, say, set } from "../kit/dom.ts";
+import { byId, make, say, set } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { LIVE_MS, isLive } from "../media/pictures.ts";
 import { joinWait } from "../queue/waits.ts";
@@ -7,9 +7,11 @@ import type { Message, Snapshot } from "../socket/messages.ts";
 import type { PicturePacket } from "../socket/packets.ts";
 import { RobotSocket } from "../socket/robot_socket.ts";
 
-const EVERY_S = { large: 0.2, small: 1 }; // the least time between two pictures
+const LARGE_S = 0.2, // the least time between two pictures of a large robot that moves
+  SMALL_S = 1; // of any other
 const LOOP_MS = 1000; // how long a picture of the last turn is shown
 const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+let paused = calm; // whether pictures change only when somebody asks
 
 class LiveCard {
   private readonly picture: HTMLImageElement;
@@ -18,15 +20,17 @@ class LiveCard {
   private last = 0;
   private taken = 0; // when the last live picture was taken, by the server's clock (ms)
   private came = -Infinity; // when it came, by this page's clock (ms)
+  private moves = false; // something moves the robot
+  private asked = ""; // the newest wish
   private readonly live: RobotSocket;
 
+  /** `loop`: the pictures of the last turn, which are shown until the robot moves. */
   constructor(
     private readonly card: HTMLElement,
-    private readonly loop: readonly string[] = [],
+    private loop: readonly string[] = [],
   ) {
     this.name = card.querySelector(".name")?.textContent ?? "the robot";
     this.picture = card.querySelector("img") ?? new Image();
-    const every_s = card.matches(".lead") ? EVERY_S.large : EVERY_S.small;
     this.live = new RobotSocket(
       card.dataset["live"] ?? "",
       {
@@ -37,51 +41,65 @@ class LiveCard {
       },
       () => 15_000,
       null,
-      () => ({ t: "watch", cameras: calm ? [] : [0], every_s, compact: true }),
+      () => this.wish(),
     );
-    every(1000, () => this.judge());
-    if (!calm && loop.length) every(LOOP_MS, () => this.turnOver());
+    every(LOOP_MS, () => this.beat());
+    document.addEventListener("visibilitychange", () => this.ask());
   }
 
-  /** Whether the robot moves, so that its live picture is shown and not the last turn's. */
-  private get moves(): boolean {
-    return this.card.dataset["state"] === "operating";
+  /** Ask for what is needed now, and for nothing that nobody sees. */
+  ask(): void {
+    const before = this.asked,
+      wish = this.wish();
+    if (this.asked !== before) this.live.send(wish);
   }
 
-  private get looping(): boolean {
-    return !calm && this.loop.length > 0 && !this.moves;
+  private wish(): object {
+    const wish = {
+      t: "watch",
+      cameras: paused || document.hidden || this.loop.length ? [] : [0],
+      every_s: this.moves && this.card.matches(".lead") ? LARGE_S : SMALL_S,
+      compact: true,
+    };
+    this.asked = JSON.stringify(wish);
+    return wish;
   }
 
   private tell(m: Snapshot): void {
-    const { card } = this;
+    const { card } = this,
+      { robot } = m;
     const words = {
-      pill: m.robot.label,
+      pill: robot.label,
       drives: m.operator ? `${m.operator} drives` : "",
-      wait: m.robot.turns ? joinWait(m.robot.state, m.queue, m.join_wait_s ?? null) : "",
+      wait: robot.turns ? joinWait(robot.state, robot.free ?? false, m.join_wait_s ?? null) : "",
     };
     for (const [name, text] of Object.entries(words)) {
       const part = card.querySelector(`.${name}`);
       if (part) say(part, text);
     }
-    card.dataset["state"] = m.robot.state;
-    card.toggleAttribute("data-loop", this.looping);
-    if (m.still && !this.looping && (calm || !this.last)) this.place(m.still.url);
+    card.dataset["state"] = robot.state;
+    this.moves = robot.moves ?? false;
+    if (this.moves) this.loop = []; // its pictures are those of the turn before, from now on
+    card.toggleAttribute("data-loop", this.loop.length > 0);
+    this.ask();
+    if (m.still && !this.loop.length && (paused || !this.last)) this.place(m.still.url);
     this.judge();
   }
 
   private show(packet: PicturePacket): void {
-    if (calm || packet.camera !== 0 || packet.number === this.last) return;
+    if (paused || this.loop.length || packet.camera !== 0 || packet.number === this.last) return;
     this.last = packet.number;
     [this.taken, this.came] = [packet.atMs, performance.now()];
-    if (!this.looping) this.place(URL.createObjectURL(packet.jpeg));
+    this.place(URL.createObjectURL(packet.jpeg));
     this.judge();
   }
 
-  /** Show the next picture of the last turn. */
-  private turnOver(): void {
-    if (!this.looping) return;
-    const at = this.loop.indexOf(new URL(this.picture.src, location.href).pathname);
-    this.place(this.loop[(at + 1) % this.loop.length] ?? "");
+  private beat(): void {
+    if (this.loop.length && !paused && !document.hidden) {
+      const at = this.loop.indexOf(new URL(this.picture.src, location.href).pathname);
+      this.place(this.loop[(at + 1) % this.loop.length] ?? "");
+    }
+    this.judge();
   }
 
   private place(url: string): void {
@@ -95,18 +113,26 @@ class LiveCard {
   /** Mark a picture that is old, or whose age is not known because the server is not reached. */
   private judge(): void {
     const { picture } = this;
-    if (!picture.isConnected || this.looping) {
-      this.mark.remove();
-      return;
-    }
+    if (!picture.isConnected) return;
     const now = performance.now() - this.came < LIVE_MS && isLive(this.live.now() - this.taken, this.live.lost);
     this.card.dataset["picture"] = now ? "live" : "old";
-    set(picture, { alt: `What ${this.name}'s camera ${now ? "sees now" : "saw last"}` });
+    const seen = this.loop.length ? "saw in the last turn" : now ? "sees now" : "saw last";
+    set(picture, { alt: `What ${this.name}'s camera ${seen}` });
     if (now) this.mark.remove();
     else if (!this.mark.isConnected) this.card.querySelector(".thumb")?.append(this.mark);
   }
 }
 
 const pictures = document.getElementById("loop")?.textContent;
-for (const card of document.querySelectorAll<HTMLElement>("[data-live]"))
-  new LiveCard(card, pictures && card.matches(".lead") ? (JSON.parse(pictures) as string[]) : []);
+const cards = [...document.querySelectorAll<HTMLElement>("[data-live]")].map(
+  (card) => new LiveCard(card, pictures && card.matches(".lead") ? (JSON.parse(pictures) as string[]) : []),
+);
+if (cards.length && !calm) {
+  const pause = byId("pause");
+  pause.hidden = false;
+  pause.addEventListener("click", () => {
+    paused = !paused;
+    set(pause, { "aria-pressed": String(paused) });
+    for (const card of cards) card.ask();
+  });
+}

@@ -6,14 +6,15 @@ const robots = document.querySelector<HTMLDetailsElement>(".menu-robots");
 document.addEventListener("click", ({ target }) => {
   if (robots?.open && !robots.contains(target as Node)) robots.open = false;
 });
+robots?.addEventListener("focusout", ({ relatedTarget }) => {
+  if (relatedTarget && !robots.contains(relatedTarget as Node)) robots.open = false;
+});
 // a page that asks before it is left must be seen
 menu?.addEventListener("click", ({ target }) => {
   if ((target as Element).closest("a") && menu.matches(":popover-open")) menu.hidePopover();
 });
 menu?.addEventListener("keydown", (event) => {
-  if (event.key !== "Escape") return;
-  event.stopPropagation(); // elsewhere Escape stops the robot
-  if (!robots?.open) return;
+  if (event.key !== "Escape" || !robots?.open) return;
   event.preventDefault();
   robots.open = false;
   robots.querySelector("summary")?.focus();

@@ -47,18 +47,22 @@ export class TurnPanel {
   private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
   private taking = -Infinity; // when control of the free robot was asked for
 
-  constructor(
-    private box: HTMLElement,
-    private use: TurnPanelUse,
-    private wanted = false,
-  ) {
+  private box: HTMLElement;
+  private use: TurnPanelUse;
+  private wanted: boolean;
+
+  constructor(box: HTMLElement, use: TurnPanelUse, wanted = false) {
+    [this.box, this.use, this.wanted] = [box, use, wanted];
     box.addEventListener("click", (event) => {
       const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
         action = button?.dataset["do"];
       if (button && refusal(button)) use.refuse(() => refusal(button));
       else if (action === "leave" && this.driving && !this.ending.press()) this.ask();
       else if (action === "take") this.take();
-      else if (action) use.live.send({ t: action });
+      else if (action) {
+        this.taking = -Infinity;
+        use.live.send({ t: action });
+      }
     });
   }
 
@@ -78,17 +82,18 @@ export class TurnPanel {
   draw(s: Snapshot, now: number, up: boolean): void {
     this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
-    if (this.wanted && up) {
-      this.wanted = false;
-      if (s.me.cleared && !s.me.ticket && free(s)) this.take();
-    }
-    if (s.me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS && this.use.live.send({ t: "accept" }))
-      this.taking = -Infinity;
     drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));
   }
 
-  /** Make the turn bar update when something has changed here, so that both show the same. */
-  changed({ me }: Snapshot): void {
+  /** Take control where it was asked for, and make the turn bar update, so that both show the same. */
+  changed(s: Snapshot): void {
+    const { me } = s;
+    if (this.wanted && me.cleared && !me.ticket && s.robot.free) this.take();
+    else if (me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS) {
+      this.taking = -Infinity;
+      this.use.live.send({ t: "accept" });
+    }
+    this.wanted = false;
     const told = `${me.can.drive} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
     this.told = told;
@@ -148,15 +153,12 @@ export class TurnPanel {
     return [
       ...over,
       heading(over.length ? "Drive it again" : "Drive it yourself"),
-      paragraph(free(s) ? "Nobody waits: it is yours at once." : queueSentence(s.queue)),
-      free(s) ? button("Take control", "take", { style: "primary", why }) : button("Join the queue", "join", { style: "primary", why }),
+      paragraph(s.robot.free ? "Nobody waits: it is yours at once." : queueSentence(s.queue)),
+      s.robot.free
+        ? button("Take control", "take", { style: "primary", why })
+        : button("Join the queue", "join", { style: "primary", why }),
     ];
   }
-}
-
-/** Whether the robot is ready, and nobody waits for it. */
-function free(s: Snapshot): boolean {
-  return s.robot.state === "ready" && s.queue === 0;
 }
 
 /** Return how the last turn ended, what it cost and what is next, if the snapshot still tells it. */

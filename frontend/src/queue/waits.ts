@@ -25,10 +25,10 @@ export function waitSentence(wait: readonly [number, number] | null): string {
 
 const CLOSED = ["fault", "stopped", "offline", "locked_out"]; // nobody knows when a turn begins
 
-/** Return how long somebody who joins now would wait; empty where nobody knows. `queue`: how many requests wait. */
-export function joinWait(state: string, queue: number, wait: readonly [number, number] | null): string {
+/** Return how long somebody who joins now would wait; empty where nobody knows. */
+export function joinWait(state: string, free: boolean, wait: readonly [number, number] | null): string {
   if (CLOSED.includes(state)) return "";
-  return state === "ready" && queue === 0 ? "Free now" : `Your wait: ${wait ? waitWords(wait) : "not known now"}`;
+  return free ? "Free now" : `Your wait: ${wait ? waitWords(wait) : "not known now"}`;
 }
 
 /** Return how many requests wait, of people and for jobs. */

@@ -78,11 +78,23 @@ export interface Snapshot {
   store: string;
   /** Whether it belongs to a recording: nothing can be commanded. */
   replay?: boolean;
-  robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean; simulated?: boolean };
+  robot: {
+    slug: string;
+    name: string;
+    state: string;
+    label: string;
+    why: string;
+    turns: boolean;
+    simulated?: boolean;
+    /** Whether something moves it: a person, a job, staff or itself. */
+    moves?: boolean;
+    /** Whether somebody who joins now drives at once. */
+    free?: boolean;
+  };
   stopped: boolean;
   operator: string | null;
   queue: number;
-  /** The least and greatest wait (s) of somebody who joins now; null: not known, or nobody may drive. */
+  /** The least and greatest wait (s) behind everybody who waits now; null: not known, or the reader drives. */
   join_wait_s?: [number, number] | null;
   /** After a stop, jobs and the robot's own behaviour wait until staff resume them. */
   suspended: boolean;

@@ -109,10 +109,11 @@ export class ProgramDesk<Step> {
       this.blocks = await this.use.blocks(box, (steps) => this.built(steps));
       this.blocks.show(this.steps);
     } catch (error) {
-      // a page asks for a file that failed once no more; the draft is stored
-      this.offerBlocks(box, "The blocks did not come. Reload the page when the connection is back.", "Reload the page", () =>
-        location.reload(),
-      );
+      // a browser does not load a module again that failed once
+      this.offerBlocks(box, "The blocks did not come. Reload the page when the connection is back.", "Reload the page", () => {
+        this.store();
+        location.reload();
+      });
       console.warn(error);
     }
     this.loading = false;
@@ -239,9 +240,15 @@ export class ProgramDesk<Step> {
   }
 
   /** Store the draft on this device, so that a reload or a lost connection loses nothing. */
+  private store(): void {
+    clearTimeout(this.keeping);
+    storage.set(this.place, this.unchanged ? "" : this.area.value);
+  }
+
+  /** Store it soon. */
   private keep(): void {
     clearTimeout(this.keeping);
-    this.keeping = window.setTimeout(() => storage.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
+    this.keeping = window.setTimeout(() => this.store(), DRAFT_MS);
   }
 
   private get place(): string {

@@ -10,14 +10,16 @@ from django.utils.http import urlencode
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
-from portal.live.snapshot import BY_ITSELF, shown_still, status_of, visible_frame
+from operatorlog.services import hidden_of
+from portal.live.snapshot import is_free, moves, operator_name, shown_still, status_of
 from queueing.models import Turn
-from queueing.services import CLOSED, join_said, offers_turns, open_turn, wait_if_joined, waiting
+from queueing.services import CLOSED, join_said, offers_turns, open_turn, wait_if_joined
+from robots.grants import open_grant
 from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Robot
 
-ROAMS = {label for _, label, _ in BY_ITSELF.values()}
+ENTRIES = 3
 LOOP = 24  # pictures of the last turn that are shown one after another
 
 
@@ -26,11 +28,11 @@ def landing(request: HttpRequest) -> HttpResponse:
     now = SYSTEM.now()
     cards = [_card(robot, request.user, now) for robot in Robot.objects.filter(enabled=True)]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
-    lead = _lead(cards)
+    lead, find = _lead(cards), entries.exclude(frame=None).first()
     others = [card for card in cards if card is not lead]
     context = {
-        "lead": lead, "cards": others, "drive": _to_drive(lead, others), "entries": entries[:3],
-        "find": entries.exclude(frame=None).first(), "loop": _loop(lead, request.user),
+        "lead": lead, "cards": others, "drive": _to_drive(lead, others), "find": find, "loop": _loop(lead),
+        "entries": [entry for entry in entries[: ENTRIES + 1] if entry != find][:ENTRIES],
     }  # fmt: skip
     return render(request, "pages/landing.html", context)
 
@@ -47,41 +49,48 @@ def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:
     state, label, _ = status_of(robot, now)
     turn, turns = open_turn(robot), offers_turns(robot)
     return {
-        "robot": robot, "state": state, "label": label, "turns": turns, "turn": turn,
-        "operator": turn.operator_name if turn else "", "still": shown_still(robot, user), "blind": _no_camera(robot),
-        "wait": join_said(state, waiting(robot), wait_if_joined(robot, now)) if turns else "",
+        "robot": robot, "state": state, "label": label, "turns": turns, "turn": turn, "moves": moves(state, label),
+        "operator": operator_name(turn, open_grant(robot)) or "", "still": shown_still(robot, user),
+        "blind": _no_camera(robot), "wait": _wait(robot, state, label, now) if turns else "",
     }  # fmt: skip
 
 
+def _wait(robot: Robot, state: str, label: str, now: datetime) -> str:
+    """Return how long somebody who joins now would wait, in words."""
+    if state in CLOSED:
+        return ""
+    return join_said(state, is_free(robot, state, label), wait_if_joined(robot, now))
+
+
 def _lead(cards: list[dict[str, Any]]) -> dict[str, Any] | None:
-    """Return the card of the robot that moves: driven since last, else by itself, else the one driven last."""
+    """Return the card of a robot that moves: the turn that began last, else by itself, else the one driven last."""
     seen = [card for card in cards if not card["blind"] and card["state"] not in CLOSED] or cards
     driven = [card for card in seen if card["turn"]]
     if driven:
         return max(driven, key=lambda card: card["turn"].started_at)
-    roaming = next((card for card in seen if card["label"] in ROAMS), None)
-    if roaming is not None:
-        return roaming
+    moving = next((card for card in seen if card["moves"]), None)
+    if moving is not None:
+        return moving
     last = Turn.objects.filter(robot__in=[card["robot"] for card in seen]).order_by("-id").first()
     by_last = [card for card in seen if last is not None and card["robot"].pk == last.robot_id]
     return next(iter(by_last + seen), None)
 
 
 def _to_drive(lead: dict[str, Any] | None, others: list[dict[str, Any]]) -> Robot | None:
-    """Return the robot that the button is about: the large one, if it is free or people wait for it, else another."""
+    """Return the robot that the button is about: the large one, unless it is closed or offers no turns."""
     open_now = [card for card in (lead, *others) if card is not None and card["turns"] and card["state"] not in CLOSED]
     return open_now[0]["robot"] if open_now else None
 
 
-def _loop(lead: dict[str, Any] | None, user: Any) -> dict[str, Any] | None:
+def _loop(lead: dict[str, Any] | None) -> dict[str, Any] | None:
     """Return the pictures of the last turn, for a robot that rests; None if there are too few, or it moves."""
-    if lead is None or lead["turn"] or lead["label"] in ROAMS:
+    if lead is None or lead["moves"]:
         return None
     turn = Turn.objects.filter(robot=lead["robot"]).exclude(ended_at=None).order_by("-id").first()
-    if turn is None:
+    if turn is None or hidden_of(turn.grant_id) is not None:
         return None
     frames = Frame.objects.filter(grant=turn.grant_id).order_by("-id")[:LOOP]
-    shown = [frame.url for frame in reversed(frames) if visible_frame(frame, user) is not None]
+    shown = [frame.url for frame in reversed(frames)]
     return {"turn": turn, "urls": shown} if len(shown) > 1 else None
 
 

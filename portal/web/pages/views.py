@@ -16,7 +16,7 @@ from django.utils.http import http_date
 from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
-from accounts.views import TAKE
+from accounts.services import TAKE
 from operatorlog.services import hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.classic.pictures import has_classic_console

@@ -1,0 +1,67 @@
+/** Control that one press asks for: the offer is accepted as it comes, unless one has changed one's mind. */
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import type { Snapshot } from "../src/socket/messages.ts";
+import { browse } from "./browser.ts";
+
+const document = browse();
+const { TurnPanel } = await import("../src/queue/turn_panel.ts");
+let box = document.createElement("section");
+let sent: string[] = [];
+
+function panel(wanted = false): InstanceType<typeof TurnPanel> {
+  box = document.createElement("section");
+  const live = { send: (message: object) => sent.push((message as { t: string }).t) > 0 };
+  return new TurnPanel(box, { live, refuse: () => undefined }, wanted);
+}
+
+/** Return what a cleared person is told: that the robot is free or not, and the state of their ticket. */
+function told(free: boolean, ticket: string | null = null): Snapshot {
+  const me = { signed_in: true, cleared: true, can: { drive: false }, ticket: ticket && { state: ticket, ahead: 0, wait_s: null } };
+  return { robot: { slug: "arm", state: "ready", turns: true, free }, queue: free ? 0 : 1, turn: null, me } as unknown as Snapshot;
+}
+
+function press(action: string): void {
+  const button = document.createElement("button");
+  button.dataset["do"] = action;
+  box.append(button);
+  button.click();
+  button.remove();
+}
+
+beforeEach(() => (sent = []));
+
+test("one press takes control of a free robot, once", () => {
+  const one = panel();
+  one.changed(told(true));
+  press("take");
+  for (const state of ["waiting", "offered", "offered"]) one.changed(told(false, state));
+  assert.deepEqual(sent, ["join", "accept"]);
+});
+
+test("who leaves the queue and joins again decides about the offer", () => {
+  const one = panel();
+  press("take");
+  press("leave");
+  press("join");
+  one.changed(told(false, "offered"));
+  assert.deepEqual(sent, ["join", "leave", "join"]);
+});
+
+test("who only joined decides about the offer", () => {
+  const one = panel();
+  press("join");
+  one.changed(told(false, "offered"));
+  assert.deepEqual(sent, ["join"]);
+});
+
+test("the wish of the page before is carried out at once, or not at all", () => {
+  const one = panel(true);
+  one.changed(told(true));
+  one.changed(told(false, "offered"));
+  assert.deepEqual(sent, ["join", "accept"]);
+  const other = panel(true);
+  other.changed(told(false));
+  other.changed(told(true));
+  assert.deepEqual(sent, ["join", "accept"], "somebody else was faster");
+});

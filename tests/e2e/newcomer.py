@@ -12,13 +12,19 @@ COUNT = "addEventListener('pointerdown', (event) => { if (event.isTrusted) count
 FOCUS = "() => document.activeElement.tagName"
 HERE, GROUP = "e => e === document.activeElement", "e => e.name === document.activeElement.name"
 MOST_TABS = 300  # more than any page has to stop at
+# the keystroke-level model (Card, Moran, Newell 1980): a decision, a pointing, a press, a key; how fast adults read
+# English (Brysbaert 2019)
+DECIDES_S, POINTS_S, PRESSES_S, TYPES_S, WORDS_MIN = 1.35, 1.1, 0.2, 0.28, 238
 
 
 class Newcomer:
-    """Somebody with a browser, who presses what is shown; their presses are counted."""
+    """Somebody with a browser, who presses what is shown; their presses are counted, and the seconds that they need.
+
+    The seconds are those of the keystroke-level model, with what they read; not what this machine needs.
+    """
 
     def __init__(self, visitor, touches=False):
-        self.presses = 0
+        self.presses, self.seconds = 0, 0.0
         self._touches = touches
         self.page = visitor.page
         visitor.context.expose_function("counted", self._counted)
@@ -26,6 +32,11 @@ class Newcomer:
 
     def _counted(self):
         self.presses += 1
+        self.seconds += DECIDES_S + POINTS_S + PRESSES_S
+
+    def read(self, what):
+        """Read a part of the page."""
+        self.seconds += 60 * len(self.find(what).inner_text().split()) / WORDS_MIN
 
     def find(self, what, within="body"):
         """Return a link, a button or a choice that the page shows."""
@@ -42,6 +53,7 @@ class Newcomer:
         """Write into fields by their names."""
         for name, text in fields.items():
             self.page.fill(f"[name={name}]", text)
+            self.seconds += DECIDES_S + POINTS_S + PRESSES_S + TYPES_S * len(text)
 
 
 class ByKeyboard(Newcomer):
@@ -83,6 +95,7 @@ def sign_up(new):
     page = new.page
     page.goto("/")
     expect(page.locator("main")).to_contain_text("Simulated")
+    new.read(".pitch")
     new.press("main a >> text=Drive Mercury")
     page.wait_for_url("**/accounts/signup/**")
     word = "correct horse 42"
@@ -98,8 +111,10 @@ def get_cleared(new):
     page = new.page
     expect(page.locator("main")).to_contain_text("I'm here")
     expect(page.locator("main")).not_to_contain_text("at rest")
+    new.read("article")
     new.press("main form button")
     page.wait_for_selector("main input[type=radio]")
+    new.read("main form")
     for choice in Choice.objects.filter(correct=True).values_list("pk", flat=True):
         if page.locator(answer := f"input[type=radio][value='{choice}']").count():
             new.press(answer)

@@ -19,7 +19,6 @@ from queueing.services import (
     job_kinds,
     kinds_for,
     last_turn,
-    link_of,
     offers_turns,
     open_ticket,
     open_turn,
@@ -76,11 +75,9 @@ def moves(state: str, label: str) -> bool:
     return state in ("operating", "handover") or (state, label) == BY_ITSELF[GrantKind.IDLE][:2]
 
 
-def is_free(robot: Robot, state: str, label: str) -> bool:
-    """Return whether somebody who joins now drives at once, as far as the robot and its queue go."""
-    link = link_of(robot)
-    open_now = state == "ready" and not moves(state, label) and not waiting(robot)
-    return open_now and (link is None or not link.queue.paused)
+def is_free(state: str, label: str, queued: int, wait: tuple[int, int] | None) -> bool:
+    """Return whether somebody who joins now drives at once: the robot rests, and nobody waits in an open queue."""
+    return state == "ready" and not moves(state, label) and not queued and wait is not None
 
 
 def still_info(frame: Frame | None) -> dict[str, Any] | None:
@@ -159,7 +156,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     turn, turns = open_turn(robot), offers_turns(robot)
     frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
-    mine = _mine(grant, user)
+    mine, queued = _mine(grant, user), waiting(robot)
     wait = wait_if_joined(robot, now) if turns and not mine and state not in CLOSED else None
     if not mine:
         frame, before = visible_frame(frame, user), visible_frame(before, user)
@@ -177,13 +174,13 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "why": why,
             "turns": turns,
             "moves": moves(state, label),
-            "free": wait is not None and is_free(robot, state, label),
+            "free": is_free(state, label, queued, wait),
         },
         "stopped": robot.stop_latched,
         "suspended": waits_for_staff(robot),
         "stop": _stop(stop_shown(robot, now)),
         "operator": operator_name(turn, grant),
-        "queue": waiting(robot),
+        "queue": queued,
         "join_wait_s": wait,
         "jobs": jobs_shown(robot, now),
         "turn": _turn(turn, grant, mine),

@@ -7,7 +7,7 @@ from django import template
 from django.template.context import RequestContext
 
 from portal.live import snapshot
-from queueing.services import offers_turns
+from queueing.services import offers_turns, wait_if_joined, waiting
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 
@@ -17,8 +17,9 @@ register = template.Library()
 @register.filter
 def is_free(robot: Robot) -> bool:
     """Return whether somebody who joins now drives at once."""
-    state, label, _ = snapshot.status_of(robot, SYSTEM.now())
-    return offers_turns(robot) and snapshot.is_free(robot, state, label)
+    now = SYSTEM.now()
+    state, label, _ = snapshot.status_of(robot, now)
+    return offers_turns(robot) and snapshot.is_free(state, label, waiting(robot), wait_if_joined(robot, now))
 
 
 @register.simple_tag(takes_context=True)

@@ -17,7 +17,7 @@ def release_leave_and_write(page):
     page.check("[name=checked]")
     page.click("button[value=release]")
     expect(page.locator(".messages")).to_contain_text("released")
-    page.click("summary")
+    page.click(".ending summary")
     page.click("button[value=leave]")
     page.click("text=Write in the operator's log")
     page.fill("#text", "Driven without a single script.")

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from queueing.words import join_said, length_words, wait_said, wait_words
 
-VECTORS, JOINS = (
-    json.loads((Path(__file__).parents[1] / f"vectors/{name}.json").read_text()) for name in ("waits", "joins")
-)
+VECTORS = json.loads((Path(__file__).parents[1] / "vectors/waits.json").read_text())
+JOINS = json.loads((Path(__file__).parents[1] / "vectors/joins.json").read_text())
 SECONDS = st.integers(0, 200_000)
 
 

@@ -46,7 +46,7 @@ def signs_out(portal, most_s):
     one, other = (browser.open(AT_ROBOT.format(portal.slug)) for browser in (here, phone))
     queue.join(portal.robot, portal.people["ada"], world.now())
     queue.tick(world.now())
-    portal.until(lambda: offered(other), 10, "the offer")
+    portal.until(lambda: offered(other) and one.snapshot, 10, "the offer")  # and both pages know who is signed in
     other.say("accept")
     world.sleep(dice.random() * most_s)
     world.spawn(here.sign_out, "ada signs out", world.process("ada"))

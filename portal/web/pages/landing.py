@@ -13,7 +13,7 @@ from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of
 from portal.live.snapshot import is_free, moves, operator_name, shown_still, status_of
 from queueing.models import Turn
-from queueing.services import CLOSED, join_said, offers_turns, open_turn, wait_if_joined
+from queueing.services import CLOSED, join_said, offers_turns, open_turn, wait_if_joined, waiting
 from robots.grants import open_grant
 from robots.kit import description
 from robots.kit.clock import SYSTEM
@@ -59,7 +59,8 @@ def _wait(robot: Robot, state: str, label: str, now: datetime) -> str:
     """Return how long somebody who joins now would wait, in words."""
     if state in CLOSED:
         return ""
-    return join_said(state, is_free(robot, state, label), wait_if_joined(robot, now))
+    wait = wait_if_joined(robot, now)
+    return join_said(state, is_free(state, label, waiting(robot), wait), wait)
 
 
 def _lead(cards: list[dict[str, Any]]) -> dict[str, Any] | None:

@@ -65,6 +65,7 @@ export class ArmConsole implements Console, Judge {
   private planTimer = 0;
   private sentTo: { seq: number; target: string } | null = null; // the newest target that was sent
   private known = false; // whether a state has come
+  private completed: CommandInfo | null = null; // the newest motion of which no state tells where the arm is since
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
@@ -201,6 +202,7 @@ export class ArmConsole implements Console, Judge {
     this.prediction.state(packet);
     if (expected) this.view?.expect(this.prediction);
     this.view?.joints(this.parts.posture(packet));
+    this.arrive();
     this.joints.show(packet);
     for (const mode of Object.values(this.modes)) mode.state?.(packet);
     say(byId("mode"), packet.mode);
@@ -224,12 +226,17 @@ export class ArmConsole implements Console, Judge {
   command(c: CommandInfo): void {
     this.prediction.command(c);
     if (!FINAL.has(c.state)) return;
-    if (c.state === "completed" && c.kind !== "gripper") {
-      this.joints.arrived(c.seq);
-      this.position.arrived(c.seq);
-      this.scene?.arrived(c.seq);
-    }
+    if (c.state === "completed" && c.kind !== "gripper") this.completed = c;
+    this.arrive();
     if (!this.mode?.checked || this.plan?.ok === false) this.ask(); // the refusal was for a path from another place
+  }
+
+  /** Let everything follow the arm again after a motion, once a state tells where it is then: over a thin line that is later. */
+  private arrive(): void {
+    const { completed, page } = this;
+    if (!completed || !page.state || page.state.atMs < completed.at_ms) return;
+    this.completed = null;
+    for (const one of [this.joints, this.position, this.scene]) one?.arrived(completed.seq);
   }
 
   private get mode(): ArmMode | undefined {

@@ -21,6 +21,7 @@ from portal.edge.requests import Bounded
 from portal.live.access import OperatorAccess
 from portal.live.person_socket import PersonSocket
 from portal.live.robot_socket import RobotSocket
+from portal.web.daily.hits import CountedPages
 
 nowhere: Any = Refused(404, "There is no socket at this address.\n")
 sockets = URLRouter(
@@ -31,4 +32,6 @@ sockets = URLRouter(
         re_path("", nowhere),  # last
     ]
 )
-application = Bounded(ProtocolTypeRouter({"http": FewPages(), "websocket": OwnOrigin(CookieMiddleware(sockets))}))
+application = Bounded(
+    ProtocolTypeRouter({"http": CountedPages(FewPages()), "websocket": OwnOrigin(CookieMiddleware(sockets))})
+)

@@ -76,6 +76,7 @@ INSTALLED_APPS = [
     "operatorlog",
     "portal",
     "portal.web.classic",
+    "portal.web.daily",
 ]
 MIDDLEWARE = [
     "portal.web.pages.middleware.KnownHost",
@@ -170,6 +171,7 @@ CELERY_BEAT_SCHEDULE = {
     "online": {"task": "robots.online", "schedule": 60.0, "options": {"expires": 30}},
     "clean": {"task": "robots.clean", "schedule": 3600.0},
     "clean-jobs": {"task": "queueing.clean", "schedule": 3600.0},
+    "daily": {"task": "daily.figures", "schedule": 900.0, "options": {"expires": 600}},
 }
 
 AUTH_USER_MODEL = "accounts.User"

@@ -14,6 +14,7 @@ from operatorlog import views as log
 from portal.web.classic import pictures
 from portal.web.classic import views as classic
 from portal.web.composites import views as streams
+from portal.web.daily import views as daily
 from portal.web.jobs import views as jobs
 from portal.web.pages import landing, scripts, views
 from portal.web.pages.places import my_places
@@ -33,6 +34,9 @@ urlpatterns = [
     path("", landing.landing, name="landing"),
     path("story/", views.story, name="story"),
     path("status/", views.status, name="status"),
+    path("statistics/", daily.statistics, name="daily"),
+    path("statistics.json", daily.statistics_json, name="daily-json"),
+    path("statistics.csv", daily.statistics_csv, name="daily-csv"),
     path("me/", views.me, name="me"),
     path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),

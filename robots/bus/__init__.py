@@ -7,3 +7,4 @@ from robots.bus.reader import *
 from robots.bus.shots import *
 from robots.bus.store import *
 from robots.bus.streams import *
+from robots.bus.visitors import *

@@ -139,3 +139,8 @@ def code_key(digest: str) -> str:
 def operator_key(slug: str, user: int) -> str:
     """Return the key that exists for a while after a person has opened the operator's stream of a robot."""
     return f"farhand:{slug}:operator:{user}"
+
+
+def visitors_key(day: object, which: str) -> str:
+    """Return the key that counts different addresses of a day, or that holds the salt of their hashes."""
+    return f"farhand:visitors:{day}:{which}"

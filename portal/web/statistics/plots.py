@@ -1,12 +1,15 @@
 """The plots of a page of statistics, in the units of their SVG: left 60, bottom 206, 640 wide."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
-from math import isfinite
+from datetime import date, datetime, timedelta
+from math import floor, isfinite, log10
 
 from portal.web.statistics.counting import Bin, round_step
 
 LEFT, RIGHT, TOP, BOTTOM = 60.0, 634.0, 26.0, 206.0
+DATES = 6  # at the axis
+UNKNOWN = 5.0  # height of what says that a number is not known
 BELOW = 32.0  # so that on a phone, whose letters are larger here, the first time of day is clear of the least number
 
 
@@ -40,6 +43,7 @@ class Plot:
     across: tuple[Mark, ...]
     up: tuple[Mark, ...]
     tops: tuple[Mark, ...] = ()
+    flags: tuple[Mark, ...] = ()
 
 
 def short(value: float) -> str:
@@ -94,6 +98,30 @@ def line(points: list[tuple[float, float]], low: float, high: float, start: date
     drawn = " ".join(f"{_across(h):.1f},{BOTTOM - (BOTTOM - TOP) * (v - low) / span:.1f}" for h, v in inside)
     marks = tuple(Mark(_across(h), BOTTOM + BELOW, clock_of(start, h)) for h in range(0, 24, 4))
     return Plot((), drawn, marks, _up(low, high, span / 4) if inside else ())
+
+
+def days(values: Sequence[tuple[date, float | None, str]], marked: Collection[date]) -> Plot:
+    """Return a number for each day, with its meaning in words; None: not known, which is drawn below the axis.
+
+    Days that are `marked` have a flag, counted from 1.
+    """
+    most = max([value for _, value, _ in values if value is not None] + [0.0])
+    step = 10.0 ** floor(log10(max(most, 0.01) / 4)) if most > 0 else 0.25
+    step = next(step * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if most <= 4 * step * factor)
+    top, wide, every = 4 * step, (RIGHT - LEFT) / len(values), -(-len(values) // DATES)
+    bars, across = [], []
+    flags: list[Mark] = []
+    for n, (day, value, words) in enumerate(values):
+        x, high = LEFT + n * wide, (BOTTOM - TOP) * (value or 0.0) / top
+        y, css = (BOTTOM - high, "done") if value is not None else (BOTTOM, "unknown")
+        bars.append(
+            Bar(x + 0.1 * wide, y, 0.8 * wide, high if value is not None else UNKNOWN, css, f"{day:%-d %b %Y}: {words}")
+        )
+        if n % every == 0:
+            across.append(Mark(x + wide / 2, BOTTOM + BELOW, f"{day:%-d %b}"))
+        if day in marked:
+            flags.append(Mark(x + wide / 2, TOP - 8, str(len(flags) + 1)))
+    return Plot(tuple(bars), "", tuple(across), _up(0.0, top, step), flags=tuple(flags))
 
 
 def _across(hour: float) -> float:

@@ -25,6 +25,7 @@ class PortalConfig(AppConfig):
 
         cleaning.needed.append(day.movies_to_keep)
         checks.register(mail_leaves)
+        checks.register(webhook_is_whole)
         security.listen()
         changes.listen()
 
@@ -40,3 +41,16 @@ def mail_leaves(**_: Any) -> list[checks.CheckMessage]:
     text = f"A public portal has to send mails; the {kind} backend sends none."
     hint = "Set EMAIL_URL, for example smtp+tls://user:password@host:587."
     return [checks.Error(text, hint=hint, id="portal.E001")]
+
+
+def webhook_is_whole(**_: Any) -> list[checks.CheckMessage]:
+    """Refuse a webhook of alerts that is not HTTPS, or has no secret by which messages are signed."""
+    from portal.web.alerts import webhook  # noqa: PLC0415 - models are there only now
+
+    if not settings.ALERTS["WEBHOOK"]:
+        return []
+    try:
+        webhook.checked(settings.ALERTS["WEBHOOK"], settings.ALERTS["SECRET"])
+    except ValueError as error:
+        return [checks.Error(str(error), id="portal.E002")]
+    return []

@@ -75,8 +75,7 @@ INSTALLED_APPS = [
     "queueing",
     "operatorlog",
     "portal",
-    "portal.web.classic",
-    "portal.web.daily",
+    *(f"portal.web.{one}" for one in ("classic", "daily", "alerts")),
 ]
 MIDDLEWARE = [
     "portal.web.pages.middleware.KnownHost",
@@ -171,7 +170,8 @@ CELERY_BEAT_SCHEDULE = {
     "online": {"task": "robots.online", "schedule": 60.0, "options": {"expires": 30}},
     "clean": {"task": "robots.clean", "schedule": 3600.0},
     "clean-jobs": {"task": "queueing.clean", "schedule": 3600.0},
-    "daily": {"task": "daily.figures", "schedule": 900.0, "options": {"expires": 600}},
+    "alerts": {"task": "alerts.tell", "schedule": 30.0, "options": {"expires": 25, "queue": "alerts"}},
+    "daily": {"task": "daily.figures", "schedule": 900.0},
 }
 
 AUTH_USER_MODEL = "accounts.User"
@@ -245,6 +245,11 @@ EMAIL_CONFIG = read_url("EMAIL_URL", lambda: env.email_url("EMAIL_URL", default=
 vars().update(EMAIL_CONFIG)
 EMAIL_TIMEOUT = 20  # s, for each answer of the mail server
 DEFAULT_FROM_EMAIL = env.str("DEFAULT_FROM_EMAIL", "Farhand <farhand@localhost>")
+
+ALERTS = {
+    "AFTER_S": env.int("FARHAND_ALERT_AFTER_S", 300), "PRIVATE": env.bool("FARHAND_ALERT_PRIVATE", False),
+    "WEBHOOK": env.str("FARHAND_ALERT_WEBHOOK", ""), "SECRET": env.str("FARHAND_ALERT_SECRET", ""),
+}  # fmt: skip
 
 LANGUAGE_CODE = "en"
 TIME_ZONE = "UTC"

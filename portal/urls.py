@@ -11,6 +11,7 @@ from django.views.generic import RedirectView
 from accounts import views as accounts
 from operatorlog import results
 from operatorlog import views as log
+from portal.web.alerts import views as alerts
 from portal.web.classic import pictures
 from portal.web.classic import views as classic
 from portal.web.composites import views as streams
@@ -38,6 +39,7 @@ urlpatterns = [
     path("statistics.json", daily.statistics_json, name="daily-json"),
     path("statistics.csv", daily.statistics_csv, name="daily-csv"),
     path("me/", views.me, name="me"),
+    path("me/alerts/", alerts.choose, name="alerts"),
     path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/drive/", landing.drive, name="drive"),

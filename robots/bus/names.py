@@ -2,7 +2,8 @@
 
 WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
-HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
+# of the housekeeping worker, one queue each
+HOUSEKEEPING, TICKS, PROBES, ALERTS = "housekeeping", "ticks", "probes", "alerts"
 SOUND = "sound"  # what is watched by somebody who listens
 
 

@@ -153,9 +153,11 @@ MAKES_NOTHING = {
     # reads only
     "landing", "drive", "story", "status", "me", "robot", "model", "statistics", "statistics-json", "composite", "camera",
     "snapshot", "shot", "movie-of-the-day", "recordings", "recording", "recording-file", "recording-index", "recording-part", "classic",
-    "classic-picture", "log", "survey-results", "survey-csv", "media", "favicon.ico", "livez", "readyz",
+    "daily", "daily-json", "daily-csv", "classic-picture", "log", "survey-results", "survey-csv", "media", "favicon.ico", "livez", "readyz",
     "recordings/<str:key>/movie.mp4", "recordings/<str:key>/movie.webm",
     "robots/<slug:slug>/time-lapse/<str:day>.mp4", "robots/<slug:slug>/time-lapse/<str:day>.webm",
+    # sets a choice, again and again the same
+    "alerts",
     # a code for one stream of an operator, which lasts for half a minute
     "stream-code",
     # of accounts: what is there is changed, or a mail is sent, of which there is a limit

@@ -42,6 +42,7 @@ GET = {
     "statistics.json": ("/statistics.json", everybody(OK)),
     "statistics.csv": ("/statistics.csv", everybody(OK)),
     "me/": ("/me/", signed_in(OK)),
+    "me/alerts/": ("/me/alerts/", everybody(METHOD)),
     "me/places/": ("/me/places/", signed_in(OK)),
     "robots/<slug:slug>/": ("/robots/mercury/", everybody(OK)),
     "robots/<slug:slug>/drive/": ("/robots/mercury/drive/", everybody(MOVED)),
@@ -112,7 +113,7 @@ GET = {
     ),
     "admin/robots/robot/<int:pk>/do/<str:verb>/": ("/admin/robots/robot/{robot}/do/stop/", staff(MOVED)),
     "admin/accounts/user/<id>/password/": ("/admin/accounts/user/{user}/password/", only("superuser", else_=MOVED)),
-    "admin/^(?P<app_label>robots|accounts|auth|account|queueing|operatorlog)/$": (
+    "admin/^(?P<app_label>robots|accounts|auth|account|queueing|operatorlog|alerts)/$": (
         "/admin/robots/", only("viewer", "robot_staff", "superuser", staff_else=ABSENT, else_=MOVED),
     ),
     "admin/(?P<url>.*)$": ("/admin/nothing/here/", staff(ABSENT)),
@@ -130,6 +131,7 @@ POST = [
     ("/robots/mercury/jobs/", {"kind": "go", "arg-x": "0"}, everybody(400)),
     ("/recordings/none/movie/", {"kind": "mp4"}, everybody(ABSENT)),
     ("/robots/mercury/time-lapse/", {"day": "x", "kind": "mp4"}, everybody(MOVED)),
+    ("/me/alerts/", {}, {**everybody(NO), "anonymous": MOVED, "robot_staff": MOVED, "superuser": MOVED}),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
     ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),

@@ -19,6 +19,7 @@ from accounts.models import Clearance
 from accounts.services import TAKE
 from operatorlog.services import hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
+from portal.web.alerts.models import AlertChoice, may_be_told
 from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
 from portal.web.pages.errors import software_missing
@@ -174,6 +175,8 @@ def me(request: HttpRequest) -> HttpResponse:
     context = {
         "clearances": Clearance.objects.filter(user=request.user.pk, revoked_at=None).select_related("robot"),
         "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry")[:50],
+        "alerts": may_be_told(request.user),
+        "alerts_by_mail": not AlertChoice.objects.filter(user=request.user.pk, by_mail=False).exists(),
     }
     return render(request, "pages/me.html", context)
 

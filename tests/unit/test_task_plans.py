@@ -148,12 +148,12 @@ def test_whatever_is_stacked_nothing_is_in_anything_and_everything_rests(pairs):
 
 def test_a_preview_shows_the_way_up_to_a_line_that_cannot_be_done():
     text = {"text": "put red on yellow\ngrasp yellow"}
-    found = foresee_task(planner(), TABLE, text, tuple(READY), ())
+    found = foresee_task(planner(), TABLE, "task", text, tuple(READY), ())
     assert found.judgements[0].text == "Line 2, grasp yellow: red lies on yellow."
     assert found.judgements[0].at_s == pytest.approx(found.seconds, abs=1e-6)
     assert set(found.steps) == {0, 1}
     assert len(found.path) == len(found.tool) == len(found.steps)
-    whole = foresee_task(planner(), TABLE, {"text": "put red on yellow"}, tuple(READY), ())
+    whole = foresee_task(planner(), TABLE, "task", {"text": "put red on yellow"}, tuple(READY), ())
     assert (whole.judgements, whole.path) == ((), found.path)
 
 

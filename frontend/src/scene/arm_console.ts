@@ -1,7 +1,6 @@
 /** The console of an arm: cameras, the view in three dimensions, scene, joint and position mode; a robot adds its own modes. */
 import { byId, say } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
-import { fill } from "../kit/render.ts";
 import { request } from "../kit/request.ts";
 import { Tabs } from "../kit/tabs.ts";
 import type { CameraView } from "../media/camera_view.ts";
@@ -16,12 +15,15 @@ import { Scene, type SceneFacts } from "./scene.ts";
 import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
 import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
+import { BUTTONS, PICKING } from "../arm/buttons.ts";
 import { Cameras } from "../arm/cameras.ts";
 import { Joints } from "../arm/joints.ts";
 import { Position } from "../arm/position.ts";
 import { Prediction } from "../arm/prediction.ts";
 import { Tasks } from "../arm/tasks.ts";
-import { type ArmDescription, type ArmMode, type ArmParts, deg, type Judge, type Target } from "../arm/types.ts";
+import { Pick, type PickFacts } from "../arm/pick.ts";
+import { showReadings } from "../arm/readings.ts";
+import { type ArmDescription, type ArmMode, type ArmParts, type Judge, type Target } from "../arm/types.ts";
 import type { ArmView, ForbiddenBox } from "../arm/view.ts";
 
 interface Plan {
@@ -30,23 +32,12 @@ interface Plan {
   text: string;
 }
 
-const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFacts & { set: { boxes?: ForbiddenBox[] } };
+const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFacts & PickFacts & { set: { boxes?: ForbiddenBox[] } };
 const boxes = description.set.boxes ?? []; // of staff
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
 const POSTURES = ["ready", "home"]; // of robot.toml
 const THERE = 0.002; // rad: a target this near needs no ghost
-/** The kind of command of each button, as `whyNot` judges it. */
-const BUTTONS = {
-  open: "gripper",
-  close: "gripper",
-  ready: "ready",
-  "go-joints": "go",
-  "go-pose": "go",
-  "send-ghost": "go",
-  "run-task": "run-task",
-  run: "run",
-};
 /** The kinds of motion that a newer target may replace. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
 
@@ -71,6 +62,7 @@ export class ArmConsole implements Console, Judge {
   private position: Position;
   private scene: Scene | null = null; // null where the template has no tab for it
   private task: Tasks | null = null; // likewise
+  private pick: Pick | null; // null for a robot that does not declare it
   private modes: Record<string, ArmMode>;
 
   /** `modes` makes the robot's own modes, by the names of their tabs. */
@@ -88,7 +80,17 @@ export class ArmConsole implements Console, Judge {
     const share = (): number => Number(speed.value) / 100;
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
     this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
-    const { objects, objects_box, release_m = 0 } = description;
+    const { objects, objects_box, release_m = 0 } = description,
+      around = objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null;
+    this.pick = Pick.of(page, description, {
+      cameras: this.cameras,
+      objects: around,
+      changed: () => {
+        page.draw();
+        this.ask();
+      },
+      start: (target) => this.start(target, "go-pick"),
+    });
     if (document.getElementById("panel-task")) this.task = this.tasks();
     if (document.getElementById("panel-scene"))
       this.scene = new Scene(page, {
@@ -99,7 +101,7 @@ export class ArmConsole implements Console, Judge {
         sent: (seq, judged) => this.sent(seq, judged),
         cameras: description.view ?? [],
         pictures: this.cameras,
-        objects: objects && objects_box ? new SceneObjects(objects, objects_box, release_m, description) : null,
+        objects: around,
         task: this.task,
         showTask: () => this.tabs.choose("task"),
       });
@@ -148,6 +150,7 @@ export class ArmConsole implements Console, Judge {
       view.expect(this.prediction);
       if (this.page.state) view.joints(this.parts.posture(this.page.state));
       this.scene?.attach(view);
+      if (this.pick) this.pick.view = view;
       this.position.follow();
       this.ask();
     } catch (error) {
@@ -205,8 +208,9 @@ export class ArmConsole implements Console, Judge {
     this.arrive();
     this.joints.show(packet);
     for (const mode of Object.values(this.modes)) mode.state?.(packet);
+    this.pick?.state(packet);
     say(byId("mode"), packet.mode);
-    this.showReadings(packet);
+    showReadings(this.axes, packet, this.parts.gripper(packet));
     if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
@@ -218,6 +222,7 @@ export class ArmConsole implements Console, Judge {
 
   turn(): void {
     this.plan = this.sentTo = null;
+    this.pick?.clear();
     this.joints.take(this.page.state?.joints ?? []);
     this.position.take();
     this.scene?.turn();
@@ -225,6 +230,7 @@ export class ArmConsole implements Console, Judge {
 
   command(c: CommandInfo): void {
     this.prediction.command(c);
+    this.pick?.command(c);
     if (!FINAL.has(c.state)) return;
     if (c.state === "completed" && c.kind !== "gripper") this.completed = c;
     this.arrive();
@@ -240,7 +246,7 @@ export class ArmConsole implements Console, Judge {
   }
 
   private get mode(): ArmMode | undefined {
-    return this.modes[this.tabs.open];
+    return this.pick?.active ? this.pick : this.modes[this.tabs.open];
   }
 
   /** Return the target of the open mode; null if it has none. */
@@ -255,12 +261,17 @@ export class ArmConsole implements Console, Judge {
   private changed(name: string): void {
     this.mark(name);
     this.plan = null;
+    this.pick?.clear();
     this.noGhost();
     this.position.follow();
     this.page.settle();
-    this.scene?.show(name === "scene" && !byId("modes").hidden);
+    this.showScene();
     this.mode?.open?.();
     this.ask();
+  }
+
+  private showScene(): void {
+    this.scene?.show(this.tabs.open === "scene" && !byId("modes").hidden && !this.pick?.active);
   }
 
   /** Ask the server where the target would lead, a moment after the last change. */
@@ -316,6 +327,7 @@ export class ArmConsole implements Console, Judge {
   private gotPlan(answer: PlanAnswer): void {
     if (answer.n !== this.planned || !this.plan) return;
     this.plan = { ...this.plan, ok: answer.ok, text: answer.text };
+    this.pick?.answered(answer.ok, answer.text, answer.seconds ?? 0);
     if (this.mode?.checked) {
       this.mode.checked(answer);
       return this.page.draw();
@@ -341,8 +353,8 @@ export class ArmConsole implements Console, Judge {
   }
 
   /** Send a target; return the number of the command, 0 if it was refused. */
-  private start(target: Target): number {
-    const seq = this.page.command(target.kind, target.args, "go");
+  private start(target: Target, judged = "go"): number {
+    const seq = this.page.command(target.kind, target.args, judged);
     if (seq) this.sentTo = { seq, target: JSON.stringify(target) };
     return seq;
   }
@@ -359,6 +371,7 @@ export class ArmConsole implements Console, Judge {
     if (kind === "go" && f.busy && this.goesThere) return "The arm is on its way there already.";
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
+    if (this.pick && PICKING.has(kind)) return this.pick.whyNot(kind, this.plan);
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
     const target = this.target();
     if (this.mode?.local) return this.mode.local();
@@ -374,7 +387,7 @@ export class ArmConsole implements Console, Judge {
   draw(f: Facts): void {
     for (const c of f.snapshot?.commands ?? []) this.prediction.command(c);
     byId("modes").hidden = !this.page.operating && !this.page.snapshot?.me.cleared;
-    this.scene?.show(this.tabs.open === "scene" && !byId("modes").hidden);
+    this.showScene();
     for (const [name, kind] of Object.entries(BUTTONS)) {
       for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
     }
@@ -382,16 +395,5 @@ export class ArmConsole implements Console, Judge {
     this.joints.enable(why);
     this.position.enable(why);
     this.scene?.enable(why);
-  }
-
-  /** Show the newest state in the table of readings. */
-  private showReadings(packet: StatePacket): void {
-    const rows = this.axes.map((name, i) => {
-      const v = packet.velocities[i],
-        t = packet.torques[i];
-      const angle = `${deg(packet.joints[i] ?? 0).toFixed(1)}°`;
-      return [name, angle, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
-    });
-    fill(byId("readings").querySelector("tbody")!, [...rows, ["Gripper", this.parts.gripper(packet), "", ""]]);
   }
 }

@@ -43,7 +43,8 @@ const HANDLE_SIZE = 1,
 const PICTURE = 3 / 4; // height of a camera's picture by its width
 const RED = 0xd23b2f,
   GREEN = 0x2e9e4f,
-  TEAL = 0x1292a3;
+  TEAL = 0x1292a3,
+  WARM = 0xffb000;
 /** Where the camera stands for each viewpoint, from what it looks at (m; x away from the base, y left, z up). */
 const VIEWPOINTS: Record<string, [number, number, number]> = { front: [2.3, 0, 0.35], side: [0, -2.3, 0.35], top: [-0.02, 0, 2.4] };
 const MIDDLE = [0.35, 0, 0.3] as const;
@@ -54,6 +55,10 @@ export class SceneView extends ArmView {
   private handles = handlesOf(this.camera, this.canvas);
   private drop = new Line(new BufferGeometry(), new LineBasicMaterial({ color: TEAL, transparent: true, opacity: 0.7 }));
   private spot = new Mesh(new RingGeometry(0.012, 0.018, 32), new MeshBasicMaterial({ color: TEAL, transparent: true, opacity: 0.8 }));
+  private chosen = new Mesh(
+    new RingGeometry(0.016, 0.024, 32),
+    new MeshBasicMaterial({ color: WARM, depthTest: false, transparent: true }),
+  );
   private rubber = new Line(new BufferGeometry(), new LineBasicMaterial({ color: RED }));
   private use: Handles | null = null;
   private wide = 0; // see `look`
@@ -67,7 +72,8 @@ export class SceneView extends ArmView {
     this.use = use;
     this.emphasizeHand();
     this.spot.position.z = 0.001;
-    this.world.add(this.handle, this.drop, this.spot, this.rubber);
+    this.world.add(this.handle, this.drop, this.spot, this.rubber, this.chosen);
+    this.place(null);
     const { handles } = this;
     handles.setSpace("local"); // the handle is not turned, so its axes are those of the base
     handles.setSize(matchMedia("(pointer: coarse)").matches ? FINGER_SIZE : HANDLE_SIZE);
@@ -202,6 +208,13 @@ export class SceneView extends ArmView {
   /** Show parts of a figure, half transparent, where they belong. */
   goal(parts: readonly KnownObject[]): void {
     this.shapes.goal(parts);
+    this.ask();
+  }
+
+  /** Show a place that was chosen (m); null hides it. */
+  place(at: readonly [number, number, number] | null): void {
+    this.chosen.visible = at !== null;
+    if (at) this.chosen.position.set(at[0], at[1], at[2] + 0.001);
     this.ask();
   }
 

@@ -31,6 +31,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.capabilities import ArmModel, Composite, Objects
 from robots.kit.contract.command_packet import CommandLayout
 from robots.kit.contract.compact import Layout
+from robots.kit.contract.picking import PickAndPut
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
@@ -129,6 +130,8 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         from robots.kit.arms.objects import object_facts  # noqa: PLC0415
 
         facts |= object_facts(robot.driver) | goal_facts(robot.driver)
+    if (picking := spec.capability(PickAndPut)) is not None:
+        facts["pick_and_put"] = asdict(picking)
     return facts
 
 

@@ -8,6 +8,7 @@ command it calls `report`, which stores with the command what has been won by it
 
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from robots.kit.arms.beliefs import How, ObjectModel, Snapshot
@@ -19,7 +20,7 @@ from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
 from robots.kit.arms.objects import objects_of
 from robots.kit.arms.tasks import steps
-from robots.kit.arms.tasks.requests import AMEND, KINDS, amendment
+from robots.kit.arms.tasks.requests import AMEND, KINDS, TASK, amendment, task_of
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
@@ -41,7 +42,7 @@ class ArmTasks:
     def __init__(
         self, session: Session, driver: str, planner: Callable[[], MotionPlanner], holds: Callable[[], int]
     ) -> None:
-        self._session, self._planner = session, planner
+        self._session, self._driver, self._planner = session, driver, planner
         table, folder = objects_of(driver), session.settings.get("folder")
         self._streams = ObjectStreams(table, lambda name, data, key: session.stream(name, data, key))
         self.hand = Hand(load(driver), spec_of(driver).joints)
@@ -62,7 +63,11 @@ class ArmTasks:
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run a command of `KINDS`, whose values were checked. Raises as `Session.execute`."""
         if kind != AMEND:
-            return self._runner.run(str(args["text"]), permit, on_stage, self.look)
+            asked = partial(task_of, self._driver, kind=kind, args=args)
+            if kind == TASK:
+                asked(self.model.arrangement)  # a text that is no task is refused at once
+            self._runner.run(asked, permit, on_stage, self.look)
+            return Outcome(dict(args), self._session.latest())
         permit()
         if self._runner.runs:
             raise BadRequest("A task runs with the objects now; stop it first, or wait until it has ended.")

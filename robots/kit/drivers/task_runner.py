@@ -4,20 +4,22 @@ So a hold, a stop, a lost link and the end of the grant act as on any other moti
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import groupby
 from operator import attrgetter
 
-from robots.kit.arms.arrangement import NotPossible
+import numpy as np
+
+from robots.kit.arms.arrangement import Arrangement, NotPossible
 from robots.kit.arms.beliefs import How, ObjectModel
 from robots.kit.arms.chain import Joints
 from robots.kit.arms.hand import Hand
 from robots.kit.arms.motions import MotionPlanner
+from robots.kit.arms.objects import placed_of
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import Act, StepImpossible
 from robots.kit.arms.tasks.planning import plan
-from robots.kit.arms.tasks.requests import parsed
 from robots.kit.arms.tasks.steps import Step, Task, words
 from robots.kit.contract.errors import (
     BadRequest,
@@ -27,7 +29,7 @@ from robots.kit.contract.errors import (
     OutOfWorkspace,
     RobotError,
 )
-from robots.kit.contract.session import Observation, OnStage, Outcome, Permit, Progress, RobotState, Session
+from robots.kit.contract.session import Observation, OnStage, Permit, Progress, RobotState, Session
 from robots.kit.drivers.catching import Catch
 from robots.kit.drivers.permits import until_held
 from robots.kit.drivers.step_judge import StepJudge
@@ -55,24 +57,27 @@ class TaskRunner:
         self._load: str | None = None  # the object that the gripper has to hold now
         self.runs = False
 
-    def run(self, text: str, permit: Permit, on_stage: OnStage, look: Callable[[], None]) -> Outcome:
+    def run(
+        self, asked: Callable[[Arrangement], Task], permit: Permit, on_stage: OnStage, look: Callable[[], None]
+    ) -> None:
         """Run a task to its end; where it cannot go on, hold the arm. `look` measures the objects before it is planned.
 
+        `asked` returns the task, with the objects as they are known then.
+
         Raises:
-            BadRequest, OutOfWorkspace: the text is no task, or it cannot be done; nothing has moved.
+            BadRequest, OutOfWorkspace: it is no task, or it cannot be done; nothing has moved.
             GaveUp: a step was refused, or the gripper is empty; with its line and the cause.
             And what `Session.execute` raises.
         """
-        task = parsed(text)
         state = self._at_rest(permit)
         free = until_held(permit, self._holds)  # from before it is planned, which takes a moment
         look()
         self.runs = True  # from now on nobody else changes where the objects are
         try:
+            task = asked(self._model.arrangement)
             self._run(task, self._planned(task, state), free, _Stages(on_stage))
         finally:
             self.runs = False
-        return Outcome({"text": text}, self._session.latest())
 
     def _run(self, task: Task, acts: list[Act], free: Permit, stages: "_Stages") -> None:
         self._load = self._model.held
@@ -81,13 +86,17 @@ class TaskRunner:
         for number, (_, group) in enumerate(groupby(acts, key=attrgetter("step"))):
             of_step = list(group)
             line, action = of_step[0].of.line, words(of_step[0].of.action)
-            stages.tell(Progress(f"line {line} of {task.lines}: {action}", done / total))
-            self._step(f"line {line} of {task.lines}, {action}", of_step, number > 0, free, stages)
+            where = f"line {line} of {task.lines}" if line else ""
+            stages.tell(Progress(f"{where}: {action}" if line else action, done / total))
+            self._step(f"{where}, {action}" if line else "", of_step, number > 0, free, stages)
             done += sum(act.seconds for act in of_step)
         stages.begin()
 
     def _step(self, name: str, acts: list[Act], begun: bool, free: Permit, stages: "_Stages") -> None:
-        """Carry out the acts of one step; an arm that has seen more since they were planned plans them again."""
+        """Carry out the acts of one step; an arm that has seen more since they were planned plans them again.
+
+        `name` says which step it is, empty for one that comes from no text.
+        """
         of, first = acts[0].of, self._model.arrangement
         carries = isinstance(of.action, steps.Grasp | steps.PutOn | steps.PutAt)
         waiting, closed = deque(acts), False
@@ -101,7 +110,7 @@ class TaskRunner:
                 if catch is not None and not waiting:
                     waiting, catch = deque(catch.last(self._joints(), free)), None
                 act = waiting.popleft()
-                self._carry_out(act, free, stages)
+                self._carry_out(act, free, stages, [] if name else waiting)
                 lifted, closed = closed and carries, act.kind == "gripper" and bool(act.args["closed"])
                 if lifted and self._judge.lifted(act, first, stages.note) and waiting:
                     waiting = self._again(of)  # how it is held is known better now
@@ -161,13 +170,17 @@ class TaskRunner:
             with suppress(RobotError):  # what cannot be held is found by the owner's own looks
                 self._session.hold()
             cause = str(error).rstrip(".")
+            if not name:
+                raise GaveUp(f"{cause[:1].upper()}{cause[1:]}.") from error
             raise GaveUp(f"{name[:1].upper()}{name[1:]}: {cause[:1].lower()}{cause[1:]}. The arm was held.") from error
         except HardwareFault:
             with suppress(RobotError):
                 self._session.hold()
             raise
 
-    def _carry_out(self, act: Act, free: Permit, stages: "_Stages") -> None:
+    def _carry_out(self, act: Act, free: Permit, stages: "_Stages", leaves: Iterable[Act] = ()) -> None:
+        """Carry out one act. `leaves`: those by which the arm goes away where its gripper has taken nothing."""
+
         def permit() -> None:
             free()
             self._check_grip(self._session.latest())
@@ -177,7 +190,12 @@ class TaskRunner:
             stages.begin()
             self._look_on(act, permit, stages)
         elif act.kind == "gripper":
-            self._grip(act, free, stages)
+            try:
+                self._grip(act, free, stages)
+            except GripLost:
+                for one in leaves if act.args["closed"] else ():
+                    self._session.execute(one.kind, one.args, free, stages.pass_on)
+                raise
         else:
             self._session.execute(act.kind, act.args, permit, stages.pass_on)
             self._check_grip(self._session.latest())
@@ -201,6 +219,9 @@ class TaskRunner:
         self._load = None
         self._session.execute(act.kind, act.args, free, stages.pass_on)
         state = self._session.state()
+        if closes and isinstance(act.of.action, steps.Feel):
+            self._felt(state, free, stages)
+            return
         if closes and load is not None and self._hand.holds(state) is False:
             self._model.place(load, None, How.MISSED)
             raise GripLost(f"The gripper is empty: {load} was not there")
@@ -208,6 +229,19 @@ class TaskRunner:
             raise GripLost("The gripper does not open")
         self._model.take(act.arrangement, How.ARM)
         self._load = load
+
+    def _felt(self, state: RobotState, free: Permit, stages: "_Stages") -> None:
+        """Judge what the gripper has closed on where nothing was known to lie. Raises GripLost."""
+        if not self._hand.holds(state):
+            raise GripLost("The gripper is empty: nothing was there")
+        lost = [one for name, one in self._model.table.objects.items() if self._model.belief(name).place is None]
+        if len(lost) != 1:
+            self._session.execute("gripper", {"closed": 0.0}, free, stages.pass_on)
+            raise GripLost("Something is there that is none of the known objects, and it was left there")
+        (found,) = lost
+        held = placed_of(np.asarray(np.linalg.inv(found.grasps[0].tool)), held=True)
+        self._model.place(found.name, held, How.ARM)
+        self._load = found.name
 
     def _check_grip(self, state: RobotState | None) -> None:
         """Notice an object that was lost on the way. Raises GripLost."""

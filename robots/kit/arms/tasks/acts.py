@@ -8,6 +8,8 @@ from robots.kit.arms.path import Path
 from robots.kit.arms.planner import Refused
 from robots.kit.arms.tasks.steps import Step, words
 
+ELSEWHERE = "Choose another place."
+
 
 @dataclass(frozen=True)
 class Act:
@@ -30,5 +32,6 @@ class StepImpossible(Refused):
     """A step of a task cannot be done: its number, its line, when it would begin (s), and why."""
 
     def __init__(self, code: str, step: int, of: Step, at_s: float, why: str) -> None:
-        super().__init__(code, f"Line {of.line}, {words(of.action)}: {why}.")
+        said = f"Line {of.line}, {words(of.action)}: {why}." if of.line else f"{why[:1].upper()}{why[1:]}. {ELSEWHERE}"
+        super().__init__(code, said)
         self.step, self.line, self.at_s, self.why = step, of.line, at_s, why

@@ -14,7 +14,7 @@ from robots.kit.arms.arrangement import Arrangement, NotPossible
 from robots.kit.arms.budget import MOST, Budget
 from robots.kit.arms.chain import Joints, Matrix
 from robots.kit.arms.motions import MotionPlanner
-from robots.kit.arms.objects import TABLE, DescribedObject, upright, yaw_of
+from robots.kit.arms.objects import TABLE, DescribedObject, pose_of, upright, yaw_of
 from robots.kit.arms.planner import Refused, in_words
 from robots.kit.arms.plates import PLATE
 from robots.kit.arms.pose import Six, matrix
@@ -89,6 +89,8 @@ class _Planning:
         match action:
             case steps.Grasp(name):
                 yield from self._grasp(name)
+            case steps.Feel(at):
+                yield from self._feel((at[0] / 1000, at[1] / 1000))
             case steps.PutOn() | steps.PutAt():
                 if self.arrangement.held is None:
                     yield from self._grasp(action.name)
@@ -139,6 +141,24 @@ class _Planning:
             for grasp in described.grasps
             for turn in _turns(described, 0.0)
         )
+
+    def _feel(self, at: tuple[float, float]) -> Iterator[Act]:
+        """Close the gripper on the table, as for an object that stands there as its kind does at first."""
+        described = next(iter(self.arrangement.table.objects.values()))
+        pose = described.standing(pose_of(described.first)[:3, :3], *at, self.arrangement.table.height)
+        yield from self._first(
+            self._feel_by(pose @ _turned(turn) @ grasp.tool, pose[:3, :3] @ _turned(turn)[:3, :3] @ grasp.away)
+            for grasp in described.grasps
+            for turn in _turns(described, 0.0)
+        )
+
+    def _feel_by(self, tool: Matrix, away: Matrix) -> Iterator[Act]:
+        self.arrangement.check_fingers(tool)
+        yield self._act("gripper", {"closed": 0.0}, self._grip_s)
+        yield from self._moved(self._ways.travel(_shifted(tool, away), self.arrangement))
+        yield from self._straight(tool)
+        yield self._act("gripper", {"closed": 1.0}, self._grip_s)
+        yield from self._straight(_shifted(tool, (0.0, 0.0, self.arrangement.table.lift)))
 
     def _first(self, ways: Iterable[Iterator[Act]]) -> Iterator[Act]:
         """Yield the acts of the first way to do a step that can be gone.

@@ -13,12 +13,13 @@ from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.described import posture
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import OBJECTS
-from robots.kit.arms.objects import TABLE, ObjectTable, placed_of, pose_of, upright
+from robots.kit.arms.objects import TABLE, ObjectTable, objects_of, placed_of, pose_of, upright
 from robots.kit.arms.plates import PLATE
 from robots.kit.arms.preview import Trail, start_of
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import StepImpossible
 from robots.kit.arms.tasks.parsing import LONGEST_TEXT, BadTask, parse
+from robots.kit.arms.tasks.picking import PICK, PUT, picking, picking_commands, task_at
 from robots.kit.arms.tasks.planning import LONGEST_S, acts, plan
 from robots.kit.arms.tasks.steps import Task
 from robots.kit.contract.capabilities import Foreseen, JobCheck, Judgement, Objects, Programs
@@ -29,12 +30,13 @@ from robots.kit.contract.values import number
 from robots.kit.description import load
 
 TASK, AMEND = "task", "amend"
-KINDS = (TASK, AMEND)
+KINDS = (TASK, PICK, PUT, AMEND)
+FORESEEN = (TASK, PICK, PUT)  # kinds with a preview by the objects
 Packets = Iterable[tuple[bytes, bool]]
 
 
 def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
-    """Return the commands of an arm with objects: `task`, and `amend` for staff."""
+    """Return the commands of an arm with objects: `task`, `pick` and `put`, and `amend` for staff."""
     ends = zip("xyz", table.box.low, table.box.size, strict=True)
     place = tuple(Argument(name, "m", low, low + size) for name, low, size in ends)
     text = Argument("text", "", 1, LONGEST_TEXT, text=True, label="steps, one a line")
@@ -42,6 +44,7 @@ def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
     which = Argument("object", "", 0, len(table.objects) - 1, whole=True, help=f"{numbers}.")
     return (
         CommandKind(TASK, "Task", (text,), limit_s=LONGEST_S, asked_by=frozenset({TURN, ANYONE})),
+        *picking_commands(table),
         CommandKind(
             AMEND, "Correct an object's place", (which, *place, Argument("yaw", "rad", -tau, tau)), limit_s=10.0,
             lane="config", asked_by=frozenset({STAFF}), moves=False, still_after=False,
@@ -49,9 +52,17 @@ def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
     )  # fmt: skip
 
 
-def task_capabilities(table: ObjectTable, job_check: str) -> tuple[Any, ...]:
+def task_capabilities(driver: str, job_check: str) -> tuple[Any, ...]:
     """Return the capabilities of an arm with objects; `job_check` is a function as `JobCheck` names it."""
-    return Programs(TASK, "steps with objects"), JobCheck(OBJECTS, job_check), Objects(OBJECTS, table.box)
+    return (
+        Programs(TASK, "steps with objects"), JobCheck(OBJECTS, job_check), Objects(OBJECTS, objects_of(driver).box),
+        picking(driver),
+    )  # fmt: skip
+
+
+def task_of(driver: str, arrangement: Arrangement, kind: str, args: dict[str, Any]) -> Task:
+    """Return what a command of `FORESEEN` does, with the objects as they are. Raises BadRequest, OutOfWorkspace."""
+    return parsed(args["text"]) if kind == TASK else task_at(driver, arrangement, kind, args)
 
 
 def parsed(text: str) -> Task:
@@ -109,18 +120,28 @@ def check_job(planner: MotionPlanner, table: ObjectTable, args: dict[str, Any], 
 
 
 def foresee_task(
-    planner: MotionPlanner, table: ObjectTable, args: dict[str, Any], joints: tuple[float, ...], packets: Packets
+    planner: MotionPlanner,
+    table: ObjectTable,
+    kind: str,
+    args: dict[str, Any],
+    joints: tuple[float, ...],
+    packets: Packets,
 ) -> Foreseen:
-    """Return where a task would lead from rest at `joints` (rad); a step that cannot be done refuses it.
+    """Return where a command of `FORESEEN` would lead from rest at `joints` (rad).
 
-    Raises BadRequest where the text is no task, or `joints` cannot be those of the arm.
+    Raises:
+        BadRequest: the text is no task, or `joints` cannot be those of the arm.
+        OutOfWorkspace: it cannot be done. A step of a text that cannot be done has a judgement that refuses it instead.
     """
-    task, here = parsed(args["text"]), start_of(planner.driver, joints)
+    here, arrangement = start_of(planner.driver, joints), arrangement_of(table, packets)
+    task = task_of(planner.driver, arrangement, kind, args)
     trail = Trail(here)
     judgements: tuple[Judgement, ...] = ()
     try:
-        for act in acts(planner, task, arrangement_of(table, packets), here):
+        for act in acts(planner, task, arrangement, here):
             trail.add(act.step, act.seconds, act.path)
     except StepImpossible as error:
+        if not error.line:
+            raise OutOfWorkspace(str(error)) from error
         judgements = (Judgement(error.step, error.at_s, str(error)),)
-    return trail.foreseen(planner, numbered=True, judgements=judgements)
+    return trail.foreseen(planner, numbered=kind == TASK, judgements=judgements)

@@ -21,6 +21,13 @@ class Grasp:
 
 
 @dataclass(frozen=True)
+class Feel:
+    """Close the gripper at a place (x, y, in mm) of the table where nothing is known to lie; no line of a text."""
+
+    at: Pair
+
+
+@dataclass(frozen=True)
 class PutOn:
     """`put A on B`, with `by DX DY` (mm) and `turned DEG` in the frame of B.
 
@@ -90,12 +97,12 @@ class ExpectHeld:
     name: str | None
 
 
-Action = Grasp | PutOn | PutAt | MoveTo | MovePosture | Open | Close | Wait | ExpectOn | ExpectHeld
+Action = Grasp | Feel | PutOn | PutAt | MoveTo | MovePosture | Open | Close | Wait | ExpectOn | ExpectHeld
 
 
 @dataclass(frozen=True)
 class Step:
-    """A step and its line, counted from 1, which two equal steps need not share."""
+    """A step and its line, counted from 1, which two equal steps need not share; 0: it comes from no text."""
 
     action: Action
     line: int = field(default=0, compare=False)
@@ -115,7 +122,7 @@ Body = tuple[Step | Repeat, ...]
 
 @dataclass(frozen=True)
 class Task:
-    """A whole task, and how many lines its text has."""
+    """A whole task, and how many lines its text has; 0: it comes from no text."""
 
     body: Body
     lines: int = field(default=0, compare=False)
@@ -152,6 +159,8 @@ def words(action: Action) -> str:
     match action:
         case Grasp(name):
             return f"grasp {name}"
+        case Feel(at):
+            return f"pick up at {number(at[0])} {number(at[1])}"
         case PutOn(name, on, by, turned, stud):
             moved = "" if by is None else f" by {number(by[0])} {number(by[1])}"
             moved = moved if stud is None else f" at {stud[0]} {stud[1]}"
@@ -162,10 +171,8 @@ def words(action: Action) -> str:
             return " ".join(("move", *map(number, (*place, *(angles or ())))))
         case MovePosture(posture):
             return f"move {posture}"
-        case Open():
-            return "open"
-        case Close():
-            return "close"
+        case Open() | Close():
+            return type(action).__name__.lower()
         case Wait(seconds):
             return f"wait {number(seconds)}"
         case ExpectOn(name, on):

@@ -6,7 +6,7 @@ from robots.kit.arms.commands import TARGETS, bounded, check_target, motion_of, 
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.objects import objects_of
 from robots.kit.arms.preview import foresee as foresee_motions
-from robots.kit.arms.tasks.requests import TASK, Packets, check_job, check_request, foresee_task
+from robots.kit.arms.tasks.requests import FORESEEN, TASK, Packets, check_job, check_request, foresee_task
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.session import RobotState
@@ -46,8 +46,8 @@ def foresee(
 ) -> Foreseen:
     """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
     bounded("pa10", kind, args)
-    if kind == TASK:
-        return foresee_task(planner_for(settings), objects_of("pa10"), args, joints, packets)
+    if kind in FORESEEN:
+        return foresee_task(planner_for(settings), objects_of("pa10"), kind, args, joints, packets)
     program = [step_of(request) for request in steps_of(args)] if kind == "program" else None
     return foresee_motions(planner_for(settings), kind, args, joints, program)
 

@@ -45,7 +45,7 @@ def spec() -> Spec:
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for", STREAMS[0].name),
             Programs("program", "the lines of the arm's own wire"),
-            *task_capabilities(objects_of("pa10"), f"{HERE}.checks:check_task_job"),
+            *task_capabilities("pa10", f"{HERE}.checks:check_task_job"),
             stills(description["camera"]),
             MORE_BOXES,
         ),

@@ -6,7 +6,7 @@ from robots.kit.arms.commands import TARGETS, bounded, check_target, motion_plan
 from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.objects import objects_of
 from robots.kit.arms.preview import foresee as foresee_motions
-from robots.kit.arms.tasks.requests import TASK, Packets, check_job, check_request, foresee_task
+from robots.kit.arms.tasks.requests import FORESEEN, TASK, Packets, check_job, check_request, foresee_task
 from robots.kit.contract.capabilities import Foreseen
 from robots.kit.contract.session import RobotState
 
@@ -42,6 +42,6 @@ def foresee(
 ) -> Foreseen:
     """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
     bounded("puma", kind, args)
-    if kind == TASK:
-        return foresee_task(planner_for(settings), objects_of("puma"), args, joints, packets)
+    if kind in FORESEEN:
+        return foresee_task(planner_for(settings), objects_of("puma"), kind, args, joints, packets)
     return foresee_motions(planner_for(settings), kind, args, joints)

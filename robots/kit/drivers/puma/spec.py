@@ -40,7 +40,7 @@ def spec() -> Spec:
             Reset(),
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.checks:foresee", f"{HERE}.checks:planner_for", STREAMS[0].name),
-            *task_capabilities(objects_of("puma"), f"{HERE}.checks:check_task_job"),
+            *task_capabilities("puma", f"{HERE}.checks:check_task_job"),
             stills(description["camera"]),
             MORE_BOXES,
             Setting(

@@ -1,0 +1,203 @@
+/** Pick and put: a place is chosen by a click in a calibrated camera's picture, its way is shown, and one press goes. */
+import { byId, make, say } from "../kit/dom.ts";
+import { refusal } from "../kit/refusal.ts";
+import { facts } from "../page/facts.ts";
+import type { RobotPage } from "../page/robot_page.ts";
+import type { SceneObjects } from "../scene/objects.ts";
+import type { SceneView } from "../scene/view.ts";
+import type { CommandInfo } from "../socket/messages.ts";
+import type { StatePacket } from "../socket/packets.ts";
+import { FINAL } from "../socket/stages.ts";
+import type { Cameras } from "./cameras.ts";
+import { gripInWords, type GripperFacts, gripOf, type Grip } from "./gripper.ts";
+import { type Camera, inPicture, type Place, placeAt, placeInWords } from "./sight.ts";
+import type { ArmMode, Target } from "./types.ts";
+
+export interface PickFacts {
+  view?: Camera[];
+  gripper?: GripperFacts;
+  table_m?: number;
+  pick_and_put?: { pick: string; put: string; feels: boolean };
+}
+/** The parts of the console that it needs. */
+interface PickUse {
+  cameras: Cameras;
+  objects: SceneObjects | null;
+  /** Ask where the target would lead, after the place or the act has changed. */
+  changed(): void;
+  /** Send a target. */
+  start(target: Target): number;
+}
+const CHOOSE = "Choose a place in the picture first: click there, or move the cross with the arrow keys.";
+type Act = "pick" | "put";
+
+export class Pick implements ArmMode {
+  readonly asked = "go-pick";
+  readonly empty = CHOOSE;
+  private place: Place | null = null;
+  private act: Act = "pick";
+  private grip: Grip = "unknown";
+  private opening = NaN;
+  private said = byId("pick-said");
+  private badge = make("span", { id: "grip-said" }); // over the picture, beside what the arm does
+  private note = ""; // how the last one ended, until a place is chosen
+  private way = ""; // what is known of the way there
+  view: SceneView | null = null;
+
+  /** Return it for a robot that declares it and has cameras for it; null for others. */
+  static of(page: RobotPage, told: PickFacts, use: PickUse): Pick | null {
+    const kinds = told.pick_and_put,
+      offered = kinds && facts.commands.some(({ kind }) => kind === kinds.pick);
+    return kinds && offered && told.view?.length && document.getElementById("pick-said") ? new Pick(page, told, kinds, use) : null;
+  }
+
+  private constructor(
+    private page: RobotPage,
+    private told: PickFacts,
+    private kinds: Record<Act, string>,
+    private use: PickUse,
+  ) {
+    this.said.hidden = false;
+    byId("mode").after(this.badge);
+    const { cameras } = use;
+    cameras.onPick = (name, at, aspect) => this.choose(name, at, aspect);
+    cameras.onShown = () => this.mark();
+    cameras.calibrated = (told.view ?? []).map(({ name }) => name);
+    byId("screen").addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" || event.repeat || !this.place) return;
+      event.preventDefault();
+      document.querySelector<HTMLElement>('[data-command="go-pick"]')?.click();
+    });
+    page.on("pick-here", () => this.choice("pick"));
+    page.on("put-here", () => this.choice("put"));
+    page.on("go-pick", () => {
+      const target = this.target();
+      if (target && use.start(target)) this.note = "";
+    });
+  }
+
+  /** Whether a place is chosen, so that the target is this one's. */
+  get active(): boolean {
+    return this.place !== null;
+  }
+
+  target(): Target | null {
+    if (!this.place) return null;
+    const [x, y] = this.place.at;
+    return { kind: this.kinds[this.act], args: { x, y } };
+  }
+
+  /** Forget the place: another mode was chosen, or it was done. */
+  clear(): void {
+    if (!this.place) return;
+    this.place = null;
+    this.way = "";
+    this.mark();
+    this.draw();
+  }
+
+  private choose(name: string, at: readonly [number, number], aspect: number): void {
+    const camera = this.told.view?.find((one) => one.name === name);
+    if (!camera) {
+      const names = (this.told.view ?? []).map((one) => one.name).join(" or ");
+      this.tell(`Where things are is known in the pictures of the camera ${names}: choose one of these.`);
+      return;
+    }
+    const { objects } = this.use;
+    const found = placeAt(camera, at, aspect, {
+      known: objects?.known ?? [],
+      plate: objects?.plate ?? null,
+      table: this.told.table_m ?? 0,
+    });
+    if (!found) {
+      this.tell("There is no table at that place of the picture. Choose a lower one.");
+      return;
+    }
+    this.place = found;
+    this.note = "";
+    this.act = this.holds ? "put" : "pick";
+    this.changed();
+  }
+
+  private choice(act: Act): void {
+    this.act = act;
+    this.changed();
+  }
+
+  private tell(note: string): void {
+    this.clear();
+    this.note = note;
+    this.draw();
+    this.use.changed();
+  }
+
+  private changed(): void {
+    this.page.settle();
+    this.way = "The way is being checked.";
+    this.mark();
+    this.draw();
+    this.use.changed();
+  }
+
+  private get held(): string {
+    return this.use.objects?.known.find(({ held }) => held)?.facts.name ?? "";
+  }
+
+  private get holds(): boolean {
+    return this.grip === "holds" || this.held !== "";
+  }
+
+  state(packet: StatePacket): void {
+    const { gripper } = this.told,
+      at = gripper?.joint === undefined ? -1 : facts.names.indexOf(gripper.joint),
+      opening = packet.joints[at] ?? NaN;
+    if (gripper) this.grip = gripOf(gripper, opening, Number.isNaN(this.opening) ? opening : this.opening);
+    this.opening = opening;
+    this.draw();
+  }
+
+  /** Take over what was answered about the way: it is shown, or there is none. */
+  answered(ok: boolean, text: string, seconds: number): void {
+    if (this.place) this.way = ok ? `${seconds.toFixed(0)} s. Press Go.` : text;
+    this.draw();
+  }
+
+  /** Return why one of its buttons does not work, where nothing general prevents it; `plan`: that of the way. */
+  whyNot(kind: string, plan: { ok: boolean; text: string } | null): string {
+    if (!this.place) return CHOOSE;
+    if (kind === "pick-here") return this.holds ? "The gripper holds something: put it down first." : "";
+    if (kind === "put-here") return this.holds ? "" : "The gripper holds nothing: pick something up first.";
+    return plan?.ok ? "" : plan?.text || "The way is being checked.";
+  }
+
+  command(c: CommandInfo): void {
+    const mine = Object.values(this.kinds).includes(c.kind);
+    if (!mine || !FINAL.has(c.state)) return;
+    this.clear();
+    this.note = c.state === "completed" ? "" : c.reason;
+    this.draw();
+  }
+
+  /** Show the place in the picture and in the view. */
+  private mark(): void {
+    const { cameras } = this.use,
+      camera = this.told.view?.find(({ name }) => name === cameras.shownName);
+    cameras.mark(this.place && camera ? inPicture(camera, this.place.at, cameras.aspect) : null);
+    this.view?.place(this.place?.at ?? null);
+  }
+
+  draw(): void {
+    const { place, act } = this;
+    for (const one of ["pick", "put"] as const)
+      document.querySelector(`[data-command="${one}-here"]`)?.setAttribute("aria-pressed", String(place !== null && act === one));
+    const verb = act === "pick" ? "Pick up here" : "Put down here";
+    const next = this.holds ? "Click where to put it down." : "Click on what to pick up.";
+    const grip = gripInWords(this.grip, this.held);
+    say(this.badge, this.grip === "unknown" && !this.held ? "" : grip.replace(/\.$/, ""));
+    say(this.said, place ? `${placeInWords(place)}. ${verb}: ${this.way}` : [this.note || grip, next].filter(Boolean).join(" "));
+    byId("screen").classList.toggle(
+      "refused",
+      place !== null && refusal(document.querySelector<HTMLElement>('[data-command="go-pick"]')!) !== "",
+    );
+  }
+}

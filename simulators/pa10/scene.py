@@ -1,11 +1,10 @@
 """The table, the blocks and the cameras around the museum arm, as a MuJoCo model."""
 
-from math import atan, degrees
+from math import atan, degrees, radians, tan
 
 import mujoco
 
 from robots.kit.description import load
-from robots.kit.vision.prints import cameras_of
 from simulators.common.arm import scene as common
 from simulators.common.arm.scene import STEP_S as STEP_S  # the paper's 500 Hz
 from simulators.common.arm.scene import looking
@@ -49,11 +48,12 @@ def _block(made: mujoco.MjSpec, name: str, x: float, y: float, colour: tuple[flo
 def _cameras(made: mujoco.MjSpec) -> None:
     """The paper's three views: the robot with its surroundings, the table, from the gripper."""
     world = made.worldbody
-    for camera in cameras_of(load("pa10")):
-        seat, height = camera.seat, camera.size[1]
-        at = seat + camera.towards[2, :3]
-        fovy = degrees(2 * atan(height / 2 / camera.focal))
-        world.add_camera(name=camera.name, pos=seat, xyaxes=looking(tuple(seat), tuple(at)), fovy=fovy)
+    description = load("pa10")
+    shape = description["camera"]["height"] / description["camera"]["width"]
+    for view in description["view"]:
+        place, at = tuple(view["place"]), tuple(view["at"])
+        fovy = degrees(2 * atan(tan(radians(view["field_deg"]) / 2) * shape))
+        world.add_camera(name=view["name"], pos=place, xyaxes=looking(place, at), fovy=fovy)
     tool = made.body("tool")
     tool.add_camera(name="gripper", pos=[0.075, 0, 0.0], xyaxes=looking((0.075, 0, 0.0), (0.0, 0, 0.16)), fovy=70)
 

@@ -21,7 +21,7 @@ import { Joints } from "../arm/joints.ts";
 import { Position } from "../arm/position.ts";
 import { Prediction } from "../arm/prediction.ts";
 import { Tasks } from "../arm/tasks.ts";
-import { Pick, type PickFacts } from "../arm/pick.ts";
+import { Pick, type PickFacts } from "./pick.ts";
 import { showReadings } from "../arm/readings.ts";
 import { type ArmDescription, type ArmMode, type ArmParts, type Judge, type Target } from "../arm/types.ts";
 import type { ArmView, ForbiddenBox } from "../arm/view.ts";

@@ -63,10 +63,10 @@ class ArmTasks:
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run a command of `KINDS`, whose values were checked. Raises as `Session.execute`."""
         if kind != AMEND:
-            asked = partial(task_of, self._driver, kind=kind, args=args)
+            task_for = partial(task_of, self._driver, kind=kind, args=args)
             if kind == TASK:
-                asked(self.model.arrangement)  # a text that is no task is refused at once
-            self._runner.run(asked, permit, on_stage, self.look)
+                task_for(self.model.arrangement)  # a text that is no task is refused at once
+            self._runner.run(task_for, permit, on_stage, self.look)
             return Outcome(dict(args), self._session.latest())
         permit()
         if self._runner.runs:

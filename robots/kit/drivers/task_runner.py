@@ -58,11 +58,11 @@ class TaskRunner:
         self.runs = False
 
     def run(
-        self, asked: Callable[[Arrangement], Task], permit: Permit, on_stage: OnStage, look: Callable[[], None]
+        self, task_for: Callable[[Arrangement], Task], permit: Permit, on_stage: OnStage, look: Callable[[], None]
     ) -> None:
         """Run a task to its end; where it cannot go on, hold the arm. `look` measures the objects before it is planned.
 
-        `asked` returns the task, with the objects as they are known then.
+        `task_for` returns the task, with the objects as they are known then.
 
         Raises:
             BadRequest, OutOfWorkspace: it is no task, or it cannot be done; nothing has moved.
@@ -74,7 +74,7 @@ class TaskRunner:
         look()
         self.runs = True  # from now on nobody else changes where the objects are
         try:
-            task = asked(self._model.arrangement)
+            task = task_for(self._model.arrangement)
             self._run(task, self._planned(task, state), free, _Stages(on_stage))
         finally:
             self.runs = False

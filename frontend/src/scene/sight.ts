@@ -1,7 +1,7 @@
 /** Where a click in a calibrated camera's picture is on the table, and where a place is in the picture. Lengths in m. */
 import type { Pose } from "../motion/chain.ts";
-import type { KnownObject, PlateFacts } from "../scene/known.ts";
-import { inverse } from "../scene/poses.ts";
+import type { KnownObject, PlateFacts } from "./known.ts";
+import { inverse } from "./poses.ts";
 
 type Vector = readonly [number, number, number];
 /** A calibrated camera: the place of its lens and a point in the middle of its picture, its horizontal field of view. */

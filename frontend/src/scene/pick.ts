@@ -3,15 +3,15 @@ import { byId, make, say } from "../kit/dom.ts";
 import { refusal } from "../kit/refusal.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import type { SceneObjects } from "../scene/objects.ts";
-import type { SceneView } from "../scene/view.ts";
+import type { SceneObjects } from "./objects.ts";
+import type { SceneView } from "./view.ts";
 import type { CommandInfo } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
-import type { Cameras } from "./cameras.ts";
-import { gripInWords, type GripperFacts, gripOf, type Grip } from "./gripper.ts";
+import type { Cameras } from "../arm/cameras.ts";
+import { gripInShort, gripInWords, type GripperFacts, gripOf, type Grip } from "./gripper.ts";
 import { type Camera, inPicture, type Place, placeAt, placeInWords } from "./sight.ts";
-import type { ArmMode, Target } from "./types.ts";
+import type { ArmMode, Target } from "../arm/types.ts";
 
 export interface PickFacts {
   view?: Camera[];
@@ -193,7 +193,7 @@ export class Pick implements ArmMode {
     const verb = act === "pick" ? "Pick up here" : "Put down here";
     const next = this.holds ? "Click where to put it down." : "Click on what to pick up.";
     const grip = gripInWords(this.grip, this.held);
-    say(this.badge, this.grip === "unknown" && !this.held ? "" : grip.replace(/\.$/, ""));
+    say(this.badge, gripInShort(this.grip, this.held));
     say(this.said, place ? `${placeInWords(place)}. ${verb}: ${this.way}` : [this.note || grip, next].filter(Boolean).join(" "));
     byId("screen").classList.toggle(
       "refused",

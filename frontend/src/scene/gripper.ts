@@ -23,8 +23,19 @@ export function gripOf({ open, empty_below }: GripperFacts, opening: number, bef
 export function gripInWords(grip: Grip, held: string): string {
   if (grip === "moving") return "The gripper moves.";
   if (held) return grip === "unknown" ? `The gripper should hold ${held}; it cannot feel.` : `The gripper holds ${held}.`;
-  if (grip === "holds") return "The gripper holds something.";
-  return grip === "unknown"
-    ? "The gripper cannot feel whether it holds something."
-    : `The gripper is ${grip === "open" ? "open and " : ""}empty.`;
+  return SENTENCES[grip];
+}
+
+const SENTENCES = {
+  holds: "The gripper holds something.",
+  empty: "The gripper is empty.",
+  open: "The gripper is open and empty.",
+  unknown: "The gripper cannot feel whether it holds something.",
+};
+
+/** Return it in the fewest words, for the picture's edge. */
+export function gripInShort(grip: Grip, held: string): string {
+  if (grip === "moving") return "Gripper moves";
+  if (held) return `Holds ${held}`;
+  return { holds: "Holds something", empty: "Empty", open: "Empty, open", unknown: "" }[grip];
 }

@@ -11,6 +11,7 @@ from robots import services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted, RobotError
 from robots.models import Robot
+from robots.states import GrantKind
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,11 @@ def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = Fa
         return Answer(False, str(error), error.code, changed=True)
 
 
+def _drives_for_maintenance(robot: Robot, user: Any) -> bool:
+    grant = services.open_grant(robot)
+    return grant is not None and grant.kind == GrantKind.STAFF and grant.holder_id == user.pk
+
+
 def _command(slug: str, user: Any, message: Command) -> Answer:
     """Issue a command; the robot comes with its grant, in one query."""
     issued = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now(), message.seen)
@@ -69,6 +75,9 @@ def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool, session: st
             services.release_stop(robot, user, message.checked)
             queue.note_act(robot, user, now)
             return Answer(text="The stop is released. Nothing moves until you give a command.")
+        case Leave() if _drives_for_maintenance(robot, user):
+            services.end_maintenance(robot, user)
+            return Answer(text="The maintenance turn is over. The robot stays locked out.", changed=True)
         case Join() | Leave() | Accept():
             queue.change_place(str(message.__struct_config__.tag), robot, user, now, queue.Page(session))
             return Answer(changed=True)

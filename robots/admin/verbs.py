@@ -89,9 +89,20 @@ def lift(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def maintenance(robot: Robot, request: HttpRequest) -> str:
-    """Give the member of staff a turn of 30 minutes at a robot that is locked out."""
+    """Give the member of staff a turn of 30 minutes at a robot; with a note, lock it out before."""
+    if robot.cycle != Cycle.LOCKED_OUT and request.POST.get("note", "").strip():
+        services.need_worker(robot, SYSTEM.now())  # else nobody could drive it, and it would be closed for nothing
+        services.lock_out(robot, request.user, request.POST["note"])
     services.start_maintenance(robot, request.user)
-    return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
+    return "You drive now, for 30 minutes. Release the stop first. End is beside the picture."
+
+
+@staff_only
+def end_maintenance(robot: Robot, request: HttpRequest) -> str:
+    """End the maintenance turn, of whoever drives; the robot stays locked out."""
+    if not services.end_maintenance(robot, request.user):
+        return "No maintenance turn runs."
+    return "The maintenance turn is over. The robot stays locked out."
 
 
 @staff_only
@@ -164,5 +175,5 @@ def after_adding(load: Load) -> Load:
     return load
 
 
-OWN = (enable, disable, stop, release, lock_out, lift, maintenance, procedure, setting, test)
+OWN = (enable, disable, stop, release, lock_out, lift, maintenance, end_maintenance, procedure, setting, test)
 VERBS: dict[str, Verb] = {verb.__name__: verb for verb in OWN}

@@ -65,6 +65,7 @@ class Robot(models.Model):
     stopped_after = models.PositiveBigIntegerField(null=True, editable=False)  # the newest command at the last stop
     stop_confirmed = models.BooleanField(default=False, db_default=False, editable=False)  # the robot said it rests
     rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
+    silent_since = models.DateTimeField(null=True, blank=True, editable=False)  # while it is on without a worker
     turn_s = models.PositiveIntegerField(
         "turn (s)", null=True, blank=True, validators=[a_turn], help_text="Empty: default."
     )

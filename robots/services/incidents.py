@@ -7,6 +7,10 @@ from robots.kit.clock import SYSTEM
 from robots.models import Command, Incident, Robot
 from robots.services.permissions import need_staff
 
+# the remedies of incidents that end without anybody's help
+TRIED_AGAIN = "Trying again every few seconds."
+NOT_OFFERED = "Not offered."
+
 
 def incident(
     robot: Robot, code: str, text: str, now: datetime, command: Command | None = None, remedy: str = ""

@@ -13,6 +13,7 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.kit.packets import Changed
 from robots.models import Grant, Robot
+from robots.people import is_person
 from robots.services.commands import need_worker
 from robots.services.permissions import need_staff
 from robots.services.stopping import stop
@@ -103,3 +104,17 @@ def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
     if grant is not None and grant.kind == GrantKind.STAFF and grant.holder_id == user.pk:
         return grant
     return start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=minutes))
+
+
+def end_maintenance(robot: Robot, user: Any) -> bool:
+    """End the maintenance turn; the robot stays locked out. Return False if there is none.
+
+    Its holder may end it, and staff. Raises NotStaff.
+    """
+    grant = open_grant(robot)
+    if grant is None or grant.kind != GrantKind.STAFF:
+        return False
+    own = user is not None and is_person(user, grant.holder_id)
+    if not own:
+        need_staff(user)
+    return end_grant(grant, GrantEnd.HOLDER if own else GrantEnd.STAFF, "maintenance ended", SYSTEM.now())

@@ -117,7 +117,7 @@ def delete(robot: Robot, user: Any, pk: int) -> None:
 
 
 def approve(program: Program, user: Any, approved: bool) -> bool:
-    """Put a shared program into the gallery, or take it out. Return False if that was done before.
+    """Put a shared program into the gallery, or decline it or take it out. Return False if that was done before.
 
     Raises NotPermitted, BadRequest.
     """
@@ -125,5 +125,12 @@ def approve(program: Program, user: Any, approved: bool) -> bool:
         raise NotPermitted("Only staff can approve programs.")
     if approved and not program.shared and program.author_id is not None:
         raise BadRequest("Its author has not shared it.")
-    others = Program.objects.filter(pk=program.pk).exclude(approved=approved)
-    return bool(others.update(approved=approved, approved_by=user.pk if approved else None))
+    decided = Q(approved=True) if approved else Q(approved=False, approved_by__isnull=False)
+    others = Program.objects.filter(pk=program.pk).exclude(decided)
+    return bool(others.update(approved=approved, approved_by=user.pk))
+
+
+def to_approve() -> QuerySet[Program]:
+    """Return the programs that people share and staff have not decided on since they were changed last."""
+    shared = Program.objects.filter(shared=True, approved=False, approved_by=None)
+    return shared.exclude(author=None)

@@ -197,7 +197,7 @@ def test_each_form_of_the_admin_is_decided_on(admin_user):
     request.user = admin_user
     assert {model for model, page in admin.site._registry.items() if page.has_add_permission(request)} == NEW.keys()
     assert VERBS.keys() == VERBS_ONCE.keys() | {
-        "enable", "disable", "stop", "release", "lock_out", "lift", "resume_jobs",
+        "enable", "disable", "stop", "release", "lock_out", "lift", "end_maintenance", "resume_jobs",
     }  # fmt: skip
 
 

@@ -67,6 +67,11 @@ def locked(w):
     return w.robot
 
 
+def maintained(w):
+    services.start_maintenance(locked(w), w.root)
+    return w.robot
+
+
 def program(w, author="operator", **fields):
     return Program.objects.create(
         robot=w.robot, author=w.cast[author], name="p", text="down", changed_at=SYSTEM.now(), **fields
@@ -130,6 +135,7 @@ ROWS = {
     "robots.lock_out": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, "cleaning")),
     "robots.lift_lock_out": (ROBOT_STAFF, lambda do, w: do(locked(w), w.user)),
     "robots.start_maintenance": (ROBOT_STAFF, lambda do, w: do(locked(w), w.user)),
+    "robots.end_maintenance": (ROBOT_STAFF, lambda do, w: do(maintained(w), w.user)),
     "robots.staff_command": (
         ROBOT_STAFF, lambda do, w: (over(w), do(w.robot, w.user, "soft_reset")),
     ),

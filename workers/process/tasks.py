@@ -40,10 +40,11 @@ def clean() -> int:
 
 @shared_task(name="robots.online", ignore_result=True, max_retries=0)
 def online() -> None:
-    """Count the time since the last call as online for each robot whose owner answers."""
+    """Count the time since the last call as online for each robot whose owner answers, and note outages."""
     global _looked
     last, _looked = _looked, SYSTEM.monotonic()
     services.note_online(SYSTEM.now(), _looked - last)
+    services.note_outages(SYSTEM.now())
 
 
 _looked = SYSTEM.monotonic()

@@ -9,7 +9,7 @@ from robots.kit.contract.session import RobotState
 from robots.kit.packets import Changed, Notice
 from robots.models import Command, Grant, Robot
 from robots.services import asked_since_stop
-from robots.services.incidents import incident
+from robots.services.incidents import TRIED_AGAIN, incident
 from robots.states import Cycle, GrantKind
 from workers.authority.lane import Lane
 from workers.robot.owned import OwnedRobot
@@ -183,7 +183,7 @@ class Connection:
     def _unready(self, text: str, code: str = "") -> None:
         robot = self._owned.robot
         if robot.reason != text and code:
-            incident(robot, code, text, self._owned.now(), remedy="Trying again every few seconds.")
+            incident(robot, code, text, self._owned.now(), remedy=TRIED_AGAIN)
         robot.reason = text[:300]
         told = Robot.objects.filter(pk=robot.pk)
         told.exclude(cycle__in=(Cycle.LOCKED_OUT, Cycle.OPERATING)).update(cycle=Cycle.FAULT)

@@ -11,7 +11,7 @@ from robots.kit.contract.errors import CameraFault, HardwareFault, RobotError, S
 from robots.kit.contract.session import Permit, RobotState
 from robots.models import Grant
 from robots.services import asked_since_stop
-from robots.services.incidents import incident
+from robots.services.incidents import NOT_OFFERED, incident
 from robots.states import IN_ORDER, Cycle, GrantEnd, GrantKind
 from workers.authority.gate import Gate
 from workers.media.pictures import Pictures
@@ -52,7 +52,7 @@ class Handover:
         except AnotherGrant:
             return
         except RobotError as error:
-            incident(robot, error.code, str(error), now(), remedy="Not offered.")
+            incident(robot, error.code, str(error), now(), remedy=NOT_OFFERED)
             owned.set_cycle(Cycle.FAULT, f"It could not be put in order: {error}", Cycle.HANDOVER)
             self._connection.later(10.0)
         else:

@@ -14,6 +14,8 @@ const TAKE_MS = 15_000; // after this time one decides about an offer anew
 const FOLLOWS =
   "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
 
+const STAYS_SHUT = "The robot stays locked out until staff lift that.";
+
 /** Confirmation of an action that cannot be undone: the same button, in the same place, is pressed again. */
 class Confirmation {
   private asked = -Infinity;
@@ -75,7 +77,7 @@ export class TurnPanel {
   private ask(): void {
     if (this.drawn) this.draw(...this.drawn);
     const said = document.getElementById("say");
-    if (said) said.textContent = `${AGAIN}. ${FOLLOWS}`;
+    if (said) said.textContent = `${AGAIN}. ${this.drawn?.[0].turn?.staff ? STAYS_SHUT : FOLLOWS}`;
   }
 
   /** Draw the panel. `up`: whether there is a connection. */
@@ -99,9 +101,10 @@ export class TurnPanel {
     this.told = told;
   }
 
-  private endParts(why: string): Part[] {
-    const { asking } = this.ending;
-    return [button(asking ? AGAIN : "End my turn", "leave", { why }), ...(asking ? [paragraph(FOLLOWS)] : [])];
+  private endParts(staff: boolean, why: string): Part[] {
+    const { asking } = this.ending,
+      name = staff ? "End maintenance" : "End my turn";
+    return [button(asking ? AGAIN : name, "leave", { why }), ...(asking ? [paragraph(staff ? STAYS_SHUT : FOLLOWS)] : [])];
   }
 
   /** Return the parts of the panel; `why`: why no button works now. */
@@ -114,7 +117,8 @@ export class TurnPanel {
         heading(s.turn.staff ? "Maintenance turn" : "You drive"),
         countdown(clock(left)),
         paragraph(s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn"),
-        ...(s.turn.staff ? [] : this.endParts(why)),
+        ...this.endParts(s.turn.staff, why),
+        ...(s.turn.staff ? [link("All robots, for staff", "/admin/")] : []),
       ];
     }
     if (!s.robot.turns) return jobsOnly(s);

@@ -47,6 +47,7 @@ export default defineConfig({
         "src/widgets/plain_console.ts",
         "src/replay/page.ts",
         "src/admin/robot_form.ts",
+        "src/admin/first_page.ts",
         ...modules,
         ...consoles,
       ],

@@ -45,13 +45,28 @@ class EditedSince(admin.SimpleListFilter):
         return queryset.filter(edited_at__gt=F("moderated_at")) if self.value() == "since" else queryset
 
 
+class WaitsForReview(admin.SimpleListFilter):
+    """Filters entries at which a moderator has to look."""
+
+    title = "review"
+    parameter_name = "waits"
+
+    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
+        """Return the one choice."""
+        return [("review", "not looked at yet")]
+
+    def queryset(self, request: HttpRequest, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
+        """Return the filtered entries."""
+        return queryset.filter(pk__in=services.to_review().values("pk")) if self.value() == "review" else queryset
+
+
 @admin.register(Entry)
 class EntryAdmin(GuardedAdmin):
     """Publish, feature, or hide entries with a reason."""
 
     list_display = ("written_at", "picture", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")
     list_select_related = ("author", "robot", "frame__robot")
-    list_filter = ("visibility", EditedSince, "robot")
+    list_filter = (WaitsForReview, "visibility", EditedSince, "robot")
     form = ModerationForm
     search_fields = ("text", "author__username")
     fields = ("author", "robot", "text", "picture", "page", "written_at", "edited_at", "visibility", "hidden_reason")

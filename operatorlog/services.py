@@ -6,7 +6,7 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import Exists, OuterRef, Q, QuerySet
+from django.db.models import Exists, F, OuterRef, Q, QuerySet
 from django.db.models.signals import post_delete
 from django.dispatch import receiver
 
@@ -119,6 +119,11 @@ def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: 
     if visibility == Visibility.HIDDEN:  # after the transaction, so that no time-lapse is made again before it
         transaction.on_commit(partial(keeping.forget_lapses, entry.turn.grant), robust=True)
     bus.publish_on_commit(entry.robot.slug, Changed("log"))
+
+
+def to_review() -> QuerySet[Entry]:
+    """Return the entries at which no moderator has looked, or that were changed since."""
+    return Entry.objects.filter(Q(moderated_at=None) | Q(edited_at__gt=F("moderated_at")))
 
 
 def reason_for(visibility: Visibility, reason: str) -> str:

@@ -58,7 +58,7 @@ PORT = env.int("FARHAND_PORT", 8000)
 SITE_ADDRESS = site_address(env.str("FARHAND_URL", ""), CSRF_TRUSTED_ORIGINS, ALLOWED_HOSTS, PUBLIC, PORT)
 
 INSTALLED_APPS = [
-    "django.contrib.admin",
+    "portal.web.staff.apps.StaffConfig",
     "django.contrib.auth",
     "django.contrib.contenttypes",
     "django.contrib.sessions",

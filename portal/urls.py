@@ -1,7 +1,6 @@
 """The addresses of pages."""
 
 from allauth.account import views as allauth
-from allauth.account.decorators import secure_admin_login
 from django.contrib import admin
 from django.contrib.auth.decorators import login_required
 from django.templatetags.static import static
@@ -23,13 +22,6 @@ from portal.web.recordings import day, exports
 from portal.web.recordings import views as recordings
 from portal.web.statistics import views as statistics
 from robots.once import once
-
-admin.site.site_header = "Farhand"
-admin.site.site_title = "Farhand"
-admin.site.index_title = "Robots, people, log"
-admin.site.login = secure_admin_login(admin.site.login)  # type: ignore[method-assign] # one door
-for _page in admin.site._registry.values():
-    _page.add_view = once(_page.add_view)  # type: ignore[method-assign]
 
 urlpatterns = [
     path("", landing.landing, name="landing"),

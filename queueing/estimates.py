@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from django.db.models import BigAutoField, Count, FloatField, Q
+from django.db.models import BigAutoField, Count, FloatField, Q, QuerySet
 
 from queueing import fairshare
 from queueing.jobs.forecasts import HANDOVER_S, any_waits, jobs_before, jobs_take, left_of_turn
@@ -31,6 +31,11 @@ def waiting(robot: Robot) -> int:
     """Return how many people wait for the robot, or for a job on it."""
     people = Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
     return people + Job.objects.filter(robot=robot, state=JobState.WAITING).count()
+
+
+def waiting_people(queue: Queue) -> QuerySet[Ticket]:
+    """Return the places of the people who wait or have an offer, in the order in which they will be served."""
+    return Ticket.objects.filter(queue=queue, state__in=NOT_YET).select_related("user").order_by("start_tag", "pk")
 
 
 def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tuple[int, int] | None]:

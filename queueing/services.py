@@ -6,7 +6,7 @@ errors of queues; import-linter checks it.
 """
 
 from queueing.endings import end_of_turn, is_news, last_turn
-from queueing.estimates import place_and_wait, wait_if_joined, waiting
+from queueing.estimates import place_and_wait, wait_if_joined, waiting, waiting_people
 from queueing.jobs.asking import Asker, ask, job_of_form
 from queueing.jobs.forecasts import Forecast, forecast, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, label_of, offers_turns
@@ -37,7 +37,7 @@ __all__ = (  # noqa: RUF022 - by subject
     "tick",
     # reads of tickets and turns
     "open_ticket", "open_turn", "turn_of", "last_turn", "others_wait_since", "idle_at",
-    "Standing", "standings", "place_and_wait", "wait_if_joined", "waiting", "last_report_elsewhere",
+    "Standing", "standings", "place_and_wait", "wait_if_joined", "waiting", "waiting_people", "last_report_elsewhere",
     # ends and waits in words
     "End", "end_of_turn", "is_news", "wait_said", "join_said", "CLOSED",
     # jobs

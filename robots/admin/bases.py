@@ -1,6 +1,7 @@
 """Base classes of admin pages: guarded actions, read-only records, tables with accessible names, partial saving."""
 
 from collections.abc import Callable, Iterable
+from http import HTTPStatus
 from typing import Any
 
 from django import forms
@@ -9,11 +10,22 @@ from django.contrib.admin.utils import model_ngettext
 from django.core.exceptions import PermissionDenied
 from django.forms.models import BaseInlineFormSet, BaseModelFormSet
 from django.http import HttpRequest, HttpResponse
+from django.shortcuts import redirect
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots.kit.contract.errors import RobotError
 from robots.models import Frame
+
+
+def comes_from_first(request: HttpRequest) -> bool:
+    """Return whether the form stands on the admin's first page, to which its answer leads back."""
+    return request.method == "POST" and request.POST.get("from") == "first"
+
+
+def back_to(request: HttpRequest, *otherwise: Any) -> HttpResponse:
+    """Return the redirection to the page whose form was sent: the admin's first page, or `otherwise`."""
+    return redirect("admin:index") if comes_from_first(request) else redirect(*otherwise)
 
 
 class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
@@ -25,7 +37,8 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         known = {getattr(action, "__name__", action) for action in self.actions or ()} | {"delete_selected"}
         if wanted in known and wanted not in self.get_actions(request):
             raise PermissionDenied
-        return super().changelist_view(request, extra_context)
+        answer = super().changelist_view(request, extra_context)
+        return back_to(request) if answer.status_code == HTTPStatus.FOUND and comes_from_first(request) else answer
 
     def act_on(
         self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: str, rest: str

@@ -11,7 +11,7 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import bus, grants, services
-from robots.admin.bases import FormFieldsAdmin
+from robots.admin.bases import FormFieldsAdmin, back_to
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.admin.verbs import AFTER_ADDING, VERBS, settings_by_staff
 from robots.kit import addresses
@@ -182,7 +182,7 @@ class RobotAdmin(FormFieldsAdmin):
     def do(self, request: HttpRequest, pk: int, verb: str) -> HttpResponse:
         """Run one verb, sent by POST."""
         robot = get_object_or_404(Robot, pk=pk)
-        back = redirect("admin:robots_robot_change", pk)
+        back = back_to(request, "admin:robots_robot_change", pk)
         if request.method != "POST" or verb not in VERBS:
             return back
         try:
@@ -198,7 +198,7 @@ class RobotAdmin(FormFieldsAdmin):
         self.log_change(
             request, robot, f"{verb} {request.POST.get('kind') or request.POST.get('note', '')}".strip()[:200]
         )
-        return redirect("admin:robots_robot_change", robot.pk)
+        return redirect(robot) if verb == "maintenance" else back_to(request, "admin:robots_robot_change", robot.pk)
 
     def change_view(
         self, request: HttpRequest, object_id: str, form_url: str = "", extra_context: dict[str, Any] | None = None

@@ -3,6 +3,7 @@
 from typing import Any
 
 from django.contrib import admin, messages
+from django.db.models import QuerySet
 from django.http import HttpRequest
 from django.template.defaultfilters import filesizeformat
 from django.utils.html import format_html
@@ -15,12 +16,28 @@ from robots.models.recordings import OfTheDay
 from robots.services import programs
 
 
+class WaitsForDecision(admin.SimpleListFilter):
+    """Filters programs that people share and staff have not decided on."""
+
+    title = "decision"
+    parameter_name = "waits"
+
+    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
+        """Return the one choice."""
+        return [("decision", "not made yet")]
+
+    def queryset(self, request: HttpRequest, queryset: QuerySet[Program]) -> QuerySet[Program]:
+        """Return the filtered programs."""
+        waiting = programs.to_approve().values("pk")
+        return queryset.filter(pk__in=waiting) if self.value() == "decision" else queryset
+
+
 @admin.register(Program)
 class ProgramAdmin(FormFieldsAdmin, GuardedAdmin):
     """People's programs, reviewed for the gallery."""
 
     list_display = ("name", "robot", "kind", "author", "shared", "approved", "changed_at")
-    list_filter = ("robot", "shared", "approved")
+    list_filter = (WaitsForDecision, "robot", "shared", "approved")
     search_fields = ("name", "text")
     fields = ("robot", "kind", "author", "name", "text", "shared", "approved", "approved_by", "changed_at")
     readonly_fields = ("robot", "kind", "author", "text", "approved", "approved_by", "changed_at", "shared")
@@ -35,13 +52,13 @@ class ProgramAdmin(FormFieldsAdmin, GuardedAdmin):
         """Approve the chosen programs."""
         self._decide(request, queryset, True)
 
-    @admin.action(description="Take out of the gallery", permissions=["change"])
+    @admin.action(description="Decline, or take out of the gallery", permissions=["change"])
     def take_out(self, request: HttpRequest, queryset: Any) -> None:
-        """Withdraw the approval of the chosen programs."""
+        """Decline the chosen programs, or withdraw their approval."""
         self._decide(request, queryset, False)
 
     def _decide(self, request: HttpRequest, queryset: Any, approved: bool) -> None:
-        words = ("In the gallery", "There before") if approved else ("Out of the gallery", "Not there before")
+        words = ("In the gallery", "There before") if approved else ("Not in the gallery", "Decided before")
         self.act_on(request, queryset, lambda one: programs.approve(one, request.user, approved), *words)
 
 

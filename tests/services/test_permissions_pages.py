@@ -98,6 +98,7 @@ GET = {
     ),
     "accounts/password/reset/done/": ("/accounts/password/reset/done/", everybody(OK)),
     "admin/": ("/admin/", staff(OK)),
+    "admin/live/": ("/admin/live/", staff(OK)),
     "admin/login/": ("/admin/login/", staff(MOVED, NO) | {"anonymous": MOVED}),
     "admin/logout/": ("/admin/logout/", staff(METHOD, MOVED)),
     "admin/password_change/": ("/admin/password_change/", staff(OK)),

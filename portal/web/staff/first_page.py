@@ -1,0 +1,73 @@
+"""The first page of the admin: a card for each robot, numbers of today, and what waits for staff."""
+
+from datetime import datetime, time
+from typing import Any
+from urllib.parse import urlencode
+
+from django.urls import reverse
+
+from portal.live.snapshot import operator_name, shown_still, status_of
+from portal.web.staff.pending import pending
+from queueing.models import Job, Turn
+from queueing.services import link_of, open_turn, waiting, waiting_people, waits_for_staff
+from robots.grants import open_grant
+from robots.kit.clock import SYSTEM
+from robots.models import Incident, Robot
+from robots.services import stop_shown
+from robots.states import Cycle, GrantKind
+
+LIVE = 16  # cards with live pictures; each has a socket, and a person may have 20
+NAMED = 5  # people in a queue that a card names
+
+
+def first_page(user: Any) -> dict[str, Any]:
+    """Return what the first page shows to this member of staff."""
+    now = SYSTEM.now()
+    sees = user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot")
+    cards = [_card(robot, user, now) for robot in Robot.objects.all()] if sees else []
+    for card in [card for card in cards if card["robot"].enabled][:LIVE]:
+        card["live"] = True
+    return {
+        "cards": cards, "sees_robots": sees, "may_act": user.has_perm("robots.change_robot"), "now": now,
+        "today": _today(user, now), "pending": pending(user, now),
+    }  # fmt: skip
+
+
+def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:
+    state, label, why = status_of(robot, now)
+    turn, grant, link = open_turn(robot), open_grant(robot), link_of(robot)
+    maintenance = grant is not None and grant.kind == GrantKind.STAFF
+    sees_people = user.has_perm("queueing.view_ticket") and link is not None
+    incident = Incident.objects.filter(robot=robot).first() if user.has_perm("robots.view_incident") else None
+    return {
+        "robot": robot, "state": state, "label": label, "why": why, "still": shown_still(robot, user),
+        "stop": stop_shown(robot, now), "suspended": waits_for_staff(robot), "turn": turn,
+        "operator": str(grant.holder) if maintenance and grant is not None else operator_name(turn, grant),
+        "maintenance": maintenance, "until": turn.until if turn else grant.until if grant and maintenance else None,
+        "mine": maintenance and grant is not None and grant.holder_id == user.pk,
+        "locked_out": robot.cycle == Cycle.LOCKED_OUT, "waiting": waiting(robot), "queue": link.queue if link else None,
+        "people": [one.user for one in waiting_people(link.queue)[:NAMED]] if sees_people and link else [],
+        "incident": incident,
+    }  # fmt: skip
+
+
+def _today(user: Any, now: datetime) -> list[dict[str, Any]]:
+    """Return numbers of today (UTC), each with the list that it counts; without lists that the person may not see."""
+    midnight = datetime.combine(now.date(), time.min, now.tzinfo)
+    shown: list[tuple[str, Any, str, str]] = [
+        ("Turns today", Turn, "started_at", "queueing.view_turn"),
+        ("Jobs today", Job, "asked_at", "queueing.view_job"),
+        ("Incidents today", Incident, "at", "robots.view_incident"),
+    ]
+    return [
+        {
+            "words": words, "number": model.objects.filter(**{f"{field}__gte": midnight}).count(),
+            "url": f"{_list_of(model)}?{urlencode({f'{field}__gte': midnight.isoformat(' ')})}",
+        }
+        for words, model, field, permission in shown
+        if user.has_perm(permission)
+    ]  # fmt: skip
+
+
+def _list_of(model: Any) -> str:
+    return reverse(f"admin:{model._meta.app_label}_{model._meta.model_name}_changelist")

@@ -1,0 +1,45 @@
+"""The menu of the admin: groups by purpose, robots first, and the pages outside of the admin that belong to each."""
+
+from typing import Any
+
+from django.urls import reverse
+
+GROUPS = (
+    ("Robots", ("robots",)),
+    ("Queues, turns and jobs", ("queueing",)),
+    ("Log and survey", ("operatorlog",)),
+    ("People", ("accounts", "account", "auth")),
+)
+FIRST = ("Robot", "Queue", "Entry", "User")  # models that lead their group
+# group: name of a page, name of its address, the permission that it wants
+PAGES = {
+    "Robots": (("Status page", "status", ""), ("Movie of the day", "movie-of-the-day", "")),
+    "Log and survey": (
+        ("Log as visitors see it", "log", ""),
+        ("Survey results", "survey-results", "operatorlog.view_surveyresponse"),
+    ),
+}
+
+
+def in_groups(apps: list[dict[str, Any]], user: Any) -> list[dict[str, Any]]:
+    """Return Django's list of apps as the groups of the menu; an app of no group comes last."""
+    by_label = {app["app_label"]: app for app in apps}
+    grouped = []
+    for name, labels in GROUPS:
+        found = [by_label.pop(label) for label in labels if label in by_label]
+        if not found:
+            continue
+        models = sorted(
+            (m for app in found for m in app["models"]), key=lambda m: (m["object_name"] not in FIRST, m["name"])
+        )
+        grouped.append({**found[0], "name": name, "models": [*models, *_pages(name, user)]})
+    return [*grouped, *by_label.values()]
+
+
+def _pages(group: str, user: Any) -> list[dict[str, Any]]:
+    return [
+        {"name": name, "object_name": address, "admin_url": reverse(address), "add_url": None, "view_only": True,
+         "perms": {"view": True}}
+        for name, address, permission in PAGES.get(group, ())
+        if not permission or user.has_perm(permission)
+    ]  # fmt: skip

@@ -1,0 +1,147 @@
+"""What waits for staff, as one list: robots, incidents, programs for the gallery, entries of the log."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any
+
+from django.db.models import QuerySet
+from django.urls import reverse
+
+from operatorlog.models import Entry, Visibility
+from operatorlog.services import to_review
+from queueing.services import waits_for_staff
+from robots.kit.clock import SYSTEM
+from robots.models import Frame, Incident, Program, Robot
+from robots.services import stop_shown
+from robots.services.programs import to_approve
+
+MOST = 20  # of each kind, the newest
+
+
+@dataclass(frozen=True)
+class Act:
+    """A button that resolves an item: its label, and the form that it sends."""
+
+    label: str
+    address: str
+    fields: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One thing that waits: what it is, since when, and the page and buttons that resolve it."""
+
+    key: str  # of its row on the page
+    kind: str
+    what: str
+    since: datetime
+    url: str
+    link: str
+    acts: tuple[Act, ...] = ()
+    text: str = ""  # of people, to be read before the decision
+    frame: Frame | None = None
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How many things of a kind wait, how many of them are listed, and the page that lists all."""
+
+    name: str
+    count: int
+    listed: int
+    url: str
+
+
+@dataclass(frozen=True)
+class Pending:
+    """The kinds that the person may decide on, and the items of all, the oldest first."""
+
+    kinds: tuple[Kind, ...]
+    items: tuple[Item, ...]
+
+
+def pending(user: Any, now: datetime | None = None) -> Pending:
+    """Return what waits and this person may see."""
+    now = now or SYSTEM.now()
+    kinds: list[Kind] = []
+    items: list[Item] = []
+    if user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot"):
+        found = [item for robot in Robot.objects.filter(enabled=True) for item in _of_robot(robot, user, now)]
+        kinds.append(Kind("Robots", len(found), len(found), reverse("admin:robots_robot_changelist")))
+        items += found
+    for name, permission, rows, order, item, query in _LISTS:
+        if user.has_perm(permission):
+            waiting = rows()
+            listed = [item(row, user) for row in waiting.order_by(f"-{order}")[:MOST]]
+            model = waiting.model._meta
+            all_of_them = reverse(f"admin:{model.app_label}_{model.model_name}_changelist") + query
+            kinds.append(Kind(name, waiting.count() if len(listed) == MOST else len(listed), len(listed), all_of_them))
+            items += listed
+    return Pending(tuple(kinds), tuple(sorted(items, key=lambda one: one.since)))
+
+
+def _action(row: Any, label: str, name: str) -> Act:
+    """Return the button that runs an action of the row's list."""
+    model = row._meta
+    address = reverse(f"admin:{model.app_label}_{model.model_name}_changelist")
+    return Act(label, address, {"action": name, "_selected_action": str(row.pk)})
+
+
+def _page(row: Any) -> str:
+    model = row._meta
+    return reverse(f"admin:{model.app_label}_{model.model_name}_change", args=[row.pk])
+
+
+def _of_robot(robot: Robot, user: Any, now: datetime) -> list[Item]:
+    """Return what staff have to do at a robot: look and release its stop, or resume its jobs."""
+    stop, since = stop_shown(robot, now), robot.stopped_at
+    if stop is not None:
+        words = f"{robot} is stopped: look at its newest picture, then release the stop."
+        return [Item(f"stop-{robot.pk}", "Robot", words, since or now, f"#robot-{robot.slug}", "Go to its card")]
+    if since is None or not waits_for_staff(robot):
+        return []
+    words = f"{robot} was stopped: its jobs and its own behaviour wait until they are resumed."
+    address = reverse("admin:robots_robot_do", args=[robot.pk, "resume_jobs"])
+    acts = (Act("Resume jobs", address),) if user.has_perm("robots.change_robot") else ()
+    return [Item(f"stop-{robot.pk}", "Robot", words, since, f"#robot-{robot.slug}", "Go to its card", acts)]
+
+
+def _of_incident(row: Incident, user: Any) -> Item:
+    acts = (_action(row, "Dealt with", "close"),) if user.has_perm("robots.change_robot") else ()
+    text = f"{row.robot}: {row.text} {row.remedy}".strip()
+    return Item(f"incident-{row.pk}", "Incident", text, row.at, _page(row), "Look at it", acts)
+
+
+def _of_program(row: Program, user: Any) -> Item:
+    acts = (_action(row, "Take into the gallery", "take_in"), _action(row, "Decline", "take_out"))
+    words = f"{row.author} shares the program {row.name!r} for {row.robot}."
+    return Item(f"program-{row.pk}", "Program", words, row.changed_at, _page(row), "Open it", acts, row.text)
+
+
+def _of_entry(row: Entry, user: Any) -> Item:
+    shown = row.visibility != Visibility.HIDDEN
+    acts = (_action(row, "Keep it published", "publish"), _action(row, "Feature", "feature")) if shown else ()
+    words = f"{row.author_name} {'changed an entry' if row.edited_at else 'wrote'} about {row.robot}."
+    link = "Hide it, with a reason" if shown else "Decide on the hidden entry"
+    return Item(
+        f"entry-{row.pk}", "Entry", words, row.edited_at or row.written_at, _page(row), link, acts, row.text, row.frame
+    )
+
+
+# name, permission, rows that wait, order, item, filter of the list
+_LISTS: tuple[tuple[str, str, Callable[[], QuerySet[Any]], str, Callable[[Any, Any], Item], str], ...] = (
+    (
+        "Incidents", "robots.view_incident",
+        lambda: Incident.objects.filter(closed_at=None).select_related("robot"), "at", _of_incident,
+        "?closed_at__isnull=1",
+    ),
+    (
+        "Programs", "robots.change_program",
+        lambda: to_approve().select_related("robot", "author"), "changed_at", _of_program, "?waits=decision",
+    ),
+    (
+        "Entries", "operatorlog.change_entry",
+        lambda: to_review().select_related("robot", "author", "frame"), "written_at", _of_entry, "?waits=review",
+    ),
+)  # fmt: skip

@@ -12,6 +12,7 @@ from portal.web.alerts.following import follow
 from portal.web.alerts.models import Alert, AlertChoice, AlertMessage
 from portal.web.alerts.sending import send_due
 from robots.models import Incident, Lease, Program, Robot
+from robots.services import note_outages, programs
 from robots.services.incidents import close_incident, incident
 from robots.states import Cycle
 from tests.services.alerts import rounds, stop
@@ -259,3 +260,23 @@ def test_alerts_that_are_long_over_are_deleted(robot, clock):
     Lease.objects.update(expires_at=clock.now() + timedelta(days=9))
     rounds(clock, 1)
     assert not Alert.objects.exists()
+
+
+def test_a_program_that_staff_declined_is_told_to_nobody(robot, people, admin_user, clock):
+    program = Program.objects.create(
+        robot=robot, author=people["ada"], name="p", text="down", shared=True, changed_at=clock.now()
+    )
+    programs.approve(program, admin_user, False)
+    clock.go(86_400)
+    rounds(clock, 5)
+    assert mail.outbox == []
+
+
+def test_an_outage_that_is_an_incident_too_is_told_once(robot, clock):
+    Lease.objects.update(expires_at=clock.now())
+    for _ in range(8):
+        note_outages(clock.now())
+        rounds(clock, 1)
+    assert Incident.objects.count() == 1
+    assert subjects() == [NEEDS]
+    assert len(Alert.objects.all()) == 1

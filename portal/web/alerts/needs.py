@@ -10,7 +10,9 @@ from django.db.models import Count
 from portal.web.alerts.models import Kind
 from queueing.services import waits_for_staff
 from robots.grants import owner_alive
-from robots.models import Incident, Program, Robot
+from robots.models import Incident, Robot
+from robots.services.outages import CODE
+from robots.services.programs import to_approve
 from robots.states import Cycle
 
 NEW_S = (
@@ -54,6 +56,7 @@ def _of(robot: Robot, now: datetime) -> Iterator[Need]:
     elif waits_for_staff(robot):
         yield Need(robot, Kind.SUSPENDED, "After a stop its jobs wait until staff resume them.", _after_s())
     fresh = Incident.objects.filter(robot=robot, closed_at=None, at__gte=now - timedelta(seconds=NEW_S))
+    fresh = fresh.exclude(code=CODE)  # told already: its worker does not answer
     for code, text, remedy in fresh.order_by("at").values_list("code", "text", "remedy")[:50]:
         yield Need(robot, Kind.INCIDENT, f"{text} {remedy}".strip()[:LONGEST], subject=code)
 
@@ -67,7 +70,7 @@ def _after_s() -> float:
 
 
 def _reviews(now: datetime) -> dict[tuple[int, str, str], Need]:
-    waiting = Program.objects.filter(shared=True, approved=False, changed_at__lt=now - timedelta(seconds=REVIEW_S))
+    waiting = to_approve().filter(changed_at__lt=now - timedelta(seconds=REVIEW_S)).order_by()
     rows = waiting.filter(robot__enabled=True).values_list("robot").annotate(n=Count("pk")).order_by()
     robots = Robot.objects.in_bulk([robot for robot, _ in rows])
     found = (

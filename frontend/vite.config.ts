@@ -42,6 +42,7 @@ export default defineConfig({
         "src/page/site.ts",
         "src/page/landing.ts",
         "src/page/turn_form.ts",
+        "src/page/turn_steps.ts",
         "src/page/retry_pause.ts",
         "src/page/send_form.ts",
         "src/widgets/plain_console.ts",

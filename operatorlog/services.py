@@ -135,6 +135,12 @@ def reason_for(visibility: Visibility, reason: str) -> str:
     return reason.strip()[:200]
 
 
+def entries_for(user: Any) -> QuerySet[Entry]:
+    """Return the entries of the log that a person sees there: those that are not hidden, and their own."""
+    shown = ~Q(visibility=Visibility.HIDDEN)
+    return Entry.objects.filter(shown | Q(author=user.pk) if user.is_authenticated else shown)
+
+
 def hidden_with(file: str) -> Entry | None:
     """Return the hidden entry about the turn of a stored picture (`frames/...`); None if no entry hides the picture."""
     of_turn = Q(frame__file=file) | Q(turn__grant__frames__file=file)

@@ -11,6 +11,7 @@ from django.views.decorators.cache import never_cache
 from operatorlog import services
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
 from operatorlog.services import may_see_hidden
+from operatorlog.steps import steps_of
 from queueing.models import Turn
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
@@ -21,8 +22,8 @@ PAGE = 20
 
 
 def log(request: HttpRequest) -> HttpResponse:
-    """List the entries that everybody may read."""
-    entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
+    """List the entries that everybody may read, and hidden ones to their author alone."""
+    entries = services.entries_for(request.user).select_related("author", "robot", "frame", "turn")
     robot = request.GET.get("robot", "")
     if robot:
         entries = entries.filter(robot__slug=robot)
@@ -77,7 +78,9 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     chosen = entry.frame_id if entry else (frames[-1].pk if frames else None)
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)
-    commands, findings = turn.grant.commands.order_by("id"), list(findings_of([turn.grant_id]))
+    findings = list(findings_of([turn.grant_id]))
+    steps, step_pages = steps_of(turn, request.GET.get("page"))
+    long = turn.grant.commands.filter(result__has_key="left_out")
     noted = {one.frame_id for one in findings}  # the page shows these pictures beside the findings
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
@@ -86,8 +89,9 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],
-        "commands": commands, "findings": findings if "all" in request.GET else findings[:SHOWN],
-        "all_findings": findings, "findings_in_all": len(findings), "left_out": left_out(commands),
+        "steps": steps, "step_pages": step_pages,
+        "findings": findings if "all" in request.GET else findings[:SHOWN],
+        "all_findings": findings, "findings_in_all": len(findings), "left_out": left_out(long),
     }  # fmt: skip
     return render(request, "operatorlog/turn.html", context, status=status)
 

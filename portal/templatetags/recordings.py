@@ -1,6 +1,7 @@
 """Recordings on pages of turns and jobs."""
 
 from collections.abc import Sequence
+from datetime import datetime, timedelta
 from typing import Any
 
 from django import template
@@ -13,6 +14,7 @@ from robots.recordings import movies
 from robots.recordings.keeping import recorded
 
 register = template.Library()
+LEAD = timedelta(seconds=1)  # a replay begins so long before what happened
 
 
 @register.simple_tag(takes_context=True)
@@ -20,6 +22,22 @@ def recordings_of(context: Any, grant: int) -> list[Recording]:
     """Return the recordings of a grant that this person may know of."""
     request = context.get("request")
     return access.to_offer([grant], request.user) if request is not None else []
+
+
+@register.filter
+def replayable(recordings: list[Recording]) -> bool:
+    """Return whether one of them can be replayed."""
+    return any(one.replayable for one in recordings)
+
+
+@register.simple_tag
+def replay_at(recordings: list[Recording], moment: datetime) -> str:
+    """Return the address of the replay at a moment; empty where no recording that can be replayed contains it."""
+    for one in recordings:
+        if one.replayable and one.began_at <= moment <= (one.ended_at or moment):
+            seconds = max(0.0, (moment - LEAD - one.began_at).total_seconds())
+            return f"{one.get_absolute_url()}#at={seconds:.1f}"
+    return ""
 
 
 @register.simple_tag

@@ -172,6 +172,19 @@ def test_on_a_slow_line_it_says_that_it_loads(portal, visitor, recording):
     expect(page.locator("#replay-said")).to_be_empty()
 
 
+@pytest.mark.parametrize("wrong", ["#at=", "#at=-3", "#at=1e9", "#at=<b>", "#at=9999999999"])
+def test_an_address_names_the_moment_with_which_it_begins(portal, visitor, recording, wrong):
+    """The page of a turn links each command to its moment."""
+    page = visitor().page
+    page.goto(f"{recording.get_absolute_url()}#at=12.0")
+    shows(page, 12)
+    page.goto(f"{recording.get_absolute_url()}#at=17.0")  # only the fragment changes: the page stays
+    shows(page, 17)
+    page.goto("/log/")
+    page.goto(recording.get_absolute_url() + wrong)
+    shows(page, 0)
+
+
 def test_without_its_slices_the_page_says_so_and_tries_again(portal, visitor, recording):
     one = visitor()
     one.allowed = ("503", "net::")

@@ -85,6 +85,12 @@ function show(marks: readonly Mark[], length: number): void {
   );
 }
 
+/** Show the moment that the address names, as `#at=12.5` (s); other pages link to it. */
+function seekToAddress(): void {
+  const found = /^#at=(\d{1,6}(?:\.\d{1,3})?)$/.exec(location.hash);
+  if (found) void player?.seek(Number(found[1]) * 1000);
+}
+
 async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
   const answer = await request(about.index, {}, FILE_MS);
   if (answer.status === 404) {
@@ -104,6 +110,8 @@ async function begin(handlers: Handlers, opened: (player: Player) => void): Prom
   }
   for (const control of [button, range, speed]) control.disabled = false;
   player.attach(handlers);
+  seekToAddress();
+  window.addEventListener("hashchange", seekToAddress);
   draw();
 }
 

@@ -41,6 +41,7 @@ class Argument:
 
     `whole`: a number without a fraction. `label` is what forms call it, `help` a sentence that explains it. `number` is
     for a text that a channel shows (`CommandKind.shown`): the function that gives its number, as `package.module:name`.
+    `directions` are the words for more and for less of it, as ("right", "left").
     """
 
     name: str
@@ -53,6 +54,7 @@ class Argument:
     label: str = ""
     help: str = ""
     number: str = ""
+    directions: tuple[str, str] | tuple[()] = ()
 
     @property
     def title(self) -> str:
@@ -74,7 +76,8 @@ class CommandKind:
     `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
     `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and
     `default` holds the arguments that handover restores after a turn. `shown` names, by argument, the channel that
-    shows its value: so it is confirmed, and set again where the robot has forgotten it.
+    shows its value: so it is confirmed, and set again where the robot has forgotten it. `says` tells what it does, for
+    logs (see `words.py`); without it they have its label and its arguments.
     """
 
     kind: str
@@ -92,6 +95,7 @@ class CommandKind:
     steered: bool = False  # while it is held, keep-alives may carry newer values: `Session.steered`
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
     policies: Policies = HOLD  # at the end of its grant and without a connection
+    says: str = ""
 
     def open_to(self, who: str) -> bool:
         """Tell whether `who` (`turn`, `anyone`, `staff`) may ask for it."""

@@ -19,6 +19,7 @@ MEASURED = tuple(
     )
 )
 BY_STAFF = frozenset({STAFF})
+ACROSS, ALONG = ("right", "left"), ("up", "down")  # as seen on the map
 
 
 def spec() -> Spec:
@@ -28,8 +29,9 @@ def spec() -> Spec:
     limit = motion["limit_s"] + 3.0
     shortest, longest = air["burst_range_s"]
     burst = Argument("seconds", "s", shortest, longest, required=False)
-    place = Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])
-    direction = Argument("dx", "", -1.0, 1.0), Argument("dy", "", -1.0, 1.0)
+    (x0, x1), (y0, y1) = sand["x"], sand["y"]
+    place = Argument("x", "m", x0, x1, directions=ACROSS), Argument("y", "m", y0, y1, directions=ALONG)
+    direction = Argument("dx", "", -1.0, 1.0, directions=ACROSS), Argument("dy", "", -1.0, 1.0, directions=ALONG)
     slowest, fastest = motion["speed_range"]
     speed = Argument("speed", "m/s", slowest, fastest)
     arm = description["arm"]
@@ -55,9 +57,9 @@ def spec() -> Spec:
         ),
         commands=(
             CommandKind("move", "Move", place, limit_s=limit),
-            CommandKind("up", "Up", limit_s=limit),
-            CommandKind("down", "Down", limit_s=limit),
-            CommandKind("air", "Air", (burst,), limit_s=6.0),
+            CommandKind("up", "Up", limit_s=limit, says="Raise the camera"),
+            CommandKind("down", "Down", limit_s=limit, says="Lower the nozzle to the sand"),
+            CommandKind("air", "Air", (burst,), limit_s=6.0, says="Blow air[ for {seconds}]"),
             CommandKind("jog", "Jog", direction, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("home", "Home", limit_s=limit, asked_by=BY_STAFF),
             CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),

@@ -110,7 +110,8 @@ def spec() -> Spec:
                 limit_s=GO_S, asked_by=BY_ALL, still_after=False,
             ),
             CommandKind(
-                "turn", "Turn in place", (Argument("angle", "rad", -pi, pi, label="to the left"),),
+                "turn", "Turn in place",
+                (Argument("angle", "rad", -pi, pi, label="to the left", directions=("to the left", "to the right")),),
                 limit_s=TURN_S, still_after=False,
             ),
             CommandKind(

@@ -37,18 +37,17 @@ def test_the_pictures_are_stepped_through_by_keyboard(portal, turn, visitor):
     expect(said).to_have_text("1 of 2: Move to 10 cm right, 2 cm down")
     first = picture.get_attribute("src")
     before, after = stepper.get_by_role("button", name="Before"), stepper.get_by_role("button", name="Next")
-    expect(before).to_have_attribute("aria-disabled", "true")
     after.focus()
     page.keyboard.press("Enter")
     expect(said).to_have_text("2 of 2: Blow air for 0.5 s")
-    expect(after).to_have_attribute("aria-disabled", "true")
     expect(after).to_be_focused()
     assert picture.get_attribute("src") != first
     assert "after: Blow air for 0.5 s" in picture.get_attribute("alt")
-    page.keyboard.press("Enter")
-    expect(said).to_have_text("2 of 2: Blow air for 0.5 s")
-    before.press("Enter")
+    page.keyboard.press("Enter")  # after the last one the first follows
+    expect(said).to_contain_text("1 of 2")
     expect(picture).to_have_attribute("src", first)
+    before.press("Enter")
+    expect(said).to_contain_text("2 of 2")
 
 
 def test_without_scripts_the_list_tells_everything(portal, turn, visitor):

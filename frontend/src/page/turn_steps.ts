@@ -19,13 +19,11 @@ if (list && stepper && shown.length > 1) {
     set(byId("stepper-picture"), { src: address(at), alt: step.querySelector("img")?.alt ?? "" });
     say(byId("stepper-said"), words(step, at));
     for (const one of shown) one.toggleAttribute("data-shown", one === step);
-    // a disabled button would lose the keyboard's focus
-    for (const button of buttons) set(button, { "aria-disabled": String(!shown[at + Number(button.dataset["by"])]) });
     if (at + 1 < shown.length) new Image().src = address(at + 1);
   };
   for (const button of buttons)
     button.addEventListener("click", () => {
-      at = Math.min(shown.length - 1, Math.max(0, at + Number(button.dataset["by"])));
+      at = (at + Number(button.dataset["by"]) + shown.length) % shown.length; // after the last one the first follows
       draw();
     });
   stepper.hidden = false;

@@ -41,6 +41,7 @@ export default defineConfig({
       input: [
         "src/page/site.ts",
         "src/page/landing.ts",
+        "src/page/embed.ts",
         "src/page/turn_form.ts",
         "src/page/turn_steps.ts",
         "src/page/retry_pause.ts",

@@ -18,7 +18,7 @@ from portal.web.daily import views as daily
 from portal.web.jobs import views as jobs
 from portal.web.pages import landing, scripts, views
 from portal.web.pages.places import my_places
-from portal.web.recordings import day, exports
+from portal.web.recordings import day, embeds, exports
 from portal.web.recordings import views as recordings
 from portal.web.statistics import views as statistics
 from robots.once import once
@@ -58,6 +58,9 @@ urlpatterns = [
     *(path(f"recordings/<str:key>/movie.{k}", exports.movie, {"kind": k}) for k in exports.MEDIA),
     path("recordings/<str:key>/<int:version>/index.json", recordings.index, name="recording-index"),
     path("recordings/<str:key>/<int:version>/<int:number>.bin", recordings.part, name="recording-part"),
+    path("recordings/<str:key>/<int:version>/moment-<int:second>.jpg", embeds.picture, name="recording-picture"),
+    path("embed/recordings/<str:key>/", embeds.recording, name="embed-recording"),
+    path("embed/robots/<slug:slug>/", embeds.robot, name="embed-robot"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),

@@ -72,6 +72,10 @@ GET = {
     "recordings/<str:key>/file.mcap": ("/recordings/none/file.mcap", everybody(ABSENT)),
     "recordings/<str:key>/<int:version>/index.json": ("/recordings/none/1/index.json", everybody(ABSENT)),
     "recordings/<str:key>/<int:version>/<int:number>.bin": ("/recordings/none/1/0.bin", everybody(ABSENT)),
+    # who sees what of one that exists: test_moments.py
+    "recordings/<str:key>/<int:version>/moment-<int:second>.jpg": ("/recordings/none/1/moment-1.jpg", everybody(ABSENT)),
+    "embed/recordings/<str:key>/": ("/embed/recordings/none/", everybody(ABSENT)),
+    "embed/robots/<slug:slug>/": ("/embed/robots/mercury/", everybody(OK)),
     "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),

@@ -6,6 +6,7 @@ import { clock } from "../kit/times.ts";
 import { useRecording } from "../socket/connection.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
 import { Player } from "./player.ts";
+import { share } from "./share.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 
 const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
@@ -109,7 +110,9 @@ async function begin(handlers: Handlers, opened: (player: Player) => void): Prom
     byId("replay-end").hidden = false;
   }
   for (const control of [button, range, speed]) control.disabled = false;
+  if (about.said) say(said, about.said);
   player.attach(handlers);
+  if (about.start) void player.seek(Math.min(about.start, player.length));
   seekToAddress();
   window.addEventListener("hashchange", seekToAddress);
   draw();
@@ -121,6 +124,10 @@ function toggle(): void {
 }
 
 button.addEventListener("click", toggle);
+share(
+  () => Math.floor((player?.at ?? 0) / 1000),
+  (words) => say(said, words),
+);
 // a range input has no use for Space, and Home, End and the arrows move it; buttons and lists keep their own keys
 range.addEventListener("keydown", (event) => {
   if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return;

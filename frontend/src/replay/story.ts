@@ -25,6 +25,9 @@ export interface About {
   slug: string;
   name: string;
   who: string;
+  /** where the replay opens (ms), and what to say of the link */
+  start?: number;
+  said?: string;
 }
 /** A moment that people jump to. `bad`: something failed, or is missing. */
 export interface Mark {

@@ -17,6 +17,6 @@ def choose(request: HttpRequest) -> HttpResponse:
     if not may_be_told(request.user):
         raise PermissionDenied("Alerts are for staff who may change robots.")
     by_mail = request.POST.get("by_mail") == "on"
-    AlertChoice.objects.update_or_create(user_id=request.user.pk, defaults={"by_mail": by_mail})
+    AlertChoice.objects.update_or_create(user_id=request.user.pk or 0, defaults={"by_mail": by_mail})
     messages.success(request, "Alerts come by e-mail." if by_mail else "No alerts come by e-mail.")
     return redirect("me")

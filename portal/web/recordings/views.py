@@ -6,6 +6,7 @@ from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 import msgspec
+from django.conf import settings
 from django.core.cache import cache
 from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
 from django.shortcuts import get_object_or_404, render
@@ -17,6 +18,7 @@ from portal.web.pages.serving import file_response, limit_rate
 from portal.web.pages.views import console_context
 from portal.web.recordings import access
 from portal.web.recordings.exports import movies_of
+from portal.web.recordings.moments import LONGEST, card_tags, moment_in
 from queueing.models import JobRun
 from queueing.services import offers_turns
 from robots.kit.clock import SYSTEM
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
     from robots.kit.recording.timeline import Index
 
 LISTED, LOOKED = 20, 60
-LONGEST = timedelta(hours=12)  # of a turn or a job
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
 BUSY = "Other recordings are being read; try again in some seconds.\n"
@@ -83,14 +84,19 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     recording, about = access.visible(key, request.user, with_file=False)
     robot = recording.robot
     movies = movies_of(recording)
+    second, said = moment_in(request.GET.get("t", ""), recording)
     context: dict[str, Any] = {
+        "card": card_tags(recording, about, second), "site": settings.SITE_ADDRESS,
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
         "view": recording.replayable, "movies": movies, "replaying": True,
         "arriving": any(one["movie"] is not None and one["movie"].open for one in movies),
     }  # fmt: skip
     if recording.replayable:
         try:
-            context |= {**console_context(robot, None), "replay_json": _facts(recording, about)}
+            context |= {
+                **console_context(robot, None),
+                "replay_json": _facts(recording, about) | {"start": second * 1000, "said": said},
+            }
         except (LookupError, ImportError, OSError):
             return software_missing(request, robot.name)
     answer = render(request, "recordings/replay.html", context)
@@ -107,14 +113,15 @@ def _facts(recording: Recording, about: access.About | None) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _readable(request: HttpRequest, key: str, version: int) -> Recording:
+def readable(request: HttpRequest, key: str, version: int) -> Recording:
+    """Return the recording in this version, if this person may see it. Raises Http404."""
     recording, _ = access.visible(key, request.user)
     if version != recording.version:
         raise Http404("The recording was changed; reload its page.")
     return recording
 
 
-def _index(recording: Recording) -> "Index | None":
+def index_of(recording: Recording) -> "Index | None":
     """Return the index of a recording, from the cache if it is there; None if others are read now. Raises Http404."""
     name = f"{INDEX}:{recording.pk}:{recording.version}"
     stored = cache.get(name)
@@ -132,7 +139,7 @@ def _index(recording: Recording) -> "Index | None":
 
 
 def _read(recording: Recording) -> str:
-    from robots.kit.recording.timeline import read_index  # noqa: PLC0415 - see _index
+    from robots.kit.recording.timeline import read_index  # noqa: PLC0415 - see index_of
 
     try:
         return msgspec.json.encode(read_index(keeping.path_of(recording))).decode()
@@ -140,7 +147,8 @@ def _read(recording: Recording) -> str:
         raise Http404("The recording's file is gone.") from error
 
 
-def _busy() -> HttpResponse:
+def busy() -> HttpResponse:
+    """Return the answer while others read recordings."""
     return HttpResponse(BUSY, status=503, content_type="text/plain", headers={"Retry-After": "5"})
 
 
@@ -148,9 +156,9 @@ def _busy() -> HttpResponse:
 @limit_rate()
 def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
     """Return what happened when, as JSON."""
-    found = _index(_readable(request, key, version))
+    found = index_of(readable(request, key, version))
     if found is None:
-        return _busy()
+        return busy()
     told = msgspec.to_builtins(found)
     del told["places"], told["topics"]  # they are for `part`
     answer = HttpResponse(msgspec.json.encode(told), content_type="application/json")
@@ -162,12 +170,12 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
 @limit_rate("slices")
 def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
     """Return a slice: the packets of five seconds."""
-    from robots.kit.recording.timeline import read_slice  # noqa: PLC0415 - see _index
+    from robots.kit.recording.timeline import read_slice  # noqa: PLC0415 - see index_of
 
-    recording = _readable(request, key, version)
-    known = _index(recording)
+    recording = readable(request, key, version)
+    known = index_of(recording)
     if known is None:
-        return _busy()
+        return busy()
     if number >= len(known.needs):
         raise Http404("The recording is shorter.")
     joints, channels = _names(recording.robot)

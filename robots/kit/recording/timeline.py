@@ -13,7 +13,17 @@ from typing import Any
 from robots.kit.contract.streams import unpack
 from robots.kit.recording import reading
 from robots.kit.recording.axis import Axis, words_of
-from robots.kit.recording.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, camera_of, nameless
+from robots.kit.recording.container import (
+    CAMERA,
+    COMMANDS,
+    EVENTS,
+    STATE,
+    STREAM,
+    Message,
+    camera_of,
+    jpeg_of,
+    nameless,
+)
 from robots.kit.recording.packets import picture_packed, state_packed
 
 SLICE_MS = 5000
@@ -155,3 +165,40 @@ def _packet(message: Message, joints: Sequence[str], channels: Sequence[str]) ->
     except ValueError:
         return b""
     return message.data if message.topic.startswith(STREAM) else b""
+
+
+NEAR = 12  # slices in which a picture is looked for
+
+
+def picture_at(path: Path, index: Index, at_ms: int) -> bytes | None:
+    """Return the JPEG that the first camera had taken last at a time (ms since the beginning), else the next one.
+
+    None if there is none within a minute. Raises OSError.
+    """
+    if not index.cameras or not index.places:
+        return None
+    number = min(slice_of(at_ms), len(index.places) - 1)
+    for one in range(number, max(-1, number - NEAR), -1):
+        before = [jpeg for taken, jpeg in _pictures(path, index, one) if taken <= at_ms]
+        if before:
+            return before[-1]
+    for one in range(number, min(len(index.places), number + NEAR)):
+        for _, jpeg in _pictures(path, index, one):
+            return jpeg
+    return None
+
+
+def _pictures(path: Path, index: Index, number: int) -> Iterator[tuple[int, bytes]]:
+    """Yield when each picture of the first camera was taken in a slice (ms since the beginning), and its JPEG."""
+    offset, newest_ns, at_ns = index.places[number]
+    axis = Axis(newest_ns, at_ns)
+    for part in reading.parts(path, offset, dict(index.topics)):
+        for message in part.messages:
+            at_ms = axis.place(message.at_ns) // MS
+            if slice_of(at_ms) > number:
+                return
+            if slice_of(at_ms) == number and camera_of(message.topic) == index.cameras[0]:
+                try:
+                    yield at_ms, jpeg_of(message.content())
+                except (ValueError, KeyError):
+                    continue

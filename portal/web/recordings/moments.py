@@ -1,0 +1,58 @@
+"""A moment of a recording: the second in a link, and the tags by which other sites show a card of it."""
+
+from datetime import timedelta
+from math import isfinite
+from typing import Any
+
+from django.conf import settings
+from django.utils.html import format_html
+from django.utils.safestring import SafeString
+
+from portal.web.recordings import access
+from robots.models import Recording
+
+LONGEST = timedelta(hours=12)  # of a turn or a job
+NO_TIME = "The link names no time in this recording, so it begins at the start."
+
+
+def length_s(recording: Recording) -> int:
+    """Return the length of a recording in whole seconds; 0 where the time of day was set meanwhile."""
+    ended = recording.ended_at or recording.began_at
+    passed = (ended - recording.began_at).total_seconds()
+    return int(passed) if 0 <= passed < LONGEST.total_seconds() else 0
+
+
+def moment_in(text: str, recording: Recording) -> tuple[int, str]:
+    """Return the second that `?t=` names, and what to say if it names none."""
+    try:
+        at = float(text[:20]) if text else 0.0
+    except ValueError:
+        return 0, NO_TIME
+    if not isfinite(at) or not 0 <= at <= length_s(recording):
+        return 0, NO_TIME
+    return int(at), ""
+
+
+def picture_address(recording: Recording, second: int) -> str:
+    """Return the address of the picture of a moment, without the site."""
+    return f"{recording.get_absolute_url()}{recording.version}/moment-{second}.jpg"
+
+
+def card_tags(recording: Recording, about: access.About | None, second: int) -> SafeString:
+    """Return the Open Graph tags of a recording that everybody may see; nothing for others.
+
+    All addresses are of the configured site: no header of a request decides them.
+    """
+    if about is None or not about.public or not recording.replayable:
+        return SafeString("")
+    site, here = settings.SITE_ADDRESS, recording.get_absolute_url()
+    told: dict[str, Any] = {
+        "og:site_name": settings.SITE_NAME, "og:type": "website",
+        "og:title": f"{about.title} on {recording.robot.full_name}",
+        "og:description": f"A recording of {recording.began_at:%-d %B %Y}, to be looked at from this moment on.",
+        "og:url": f"{site}{here}" + (f"?t={second}" if second else ""),
+        "og:image": f"{site}{picture_address(recording, second)}",
+        "og:image:alt": f"What the camera of {recording.robot.name} saw at that moment",
+    }  # fmt: skip
+    tags = [format_html('<meta property="{}" content="{}">', name, content) for name, content in told.items()]
+    return SafeString("\n".join([*tags, '<meta name="twitter:card" content="summary_large_image">']))

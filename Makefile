@@ -106,6 +106,7 @@ wheel: setup
 shots: setup-test
 	PYTHONPATH=. $(PY) -m tests.e2e.shots docs/images
 	PYTHONPATH=. $(PY) -m tests.e2e.moments docs/images
+	PYTHONPATH=. $(PY) -m tests.e2e.orientation_pictures
 
 lock:
 	.venv/bin/uv pip compile -q --universal --python-version 3.11 --no-deps --generate-hashes --no-emit-index-url \

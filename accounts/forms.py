@@ -11,6 +11,8 @@ from django.shortcuts import redirect
 
 from accounts import handles
 
+RULES = "8 characters or more, not only digits. No word that many people use, and nothing of yours or of ours."
+
 
 class SignupForm(BaseSignupForm):  # type: ignore[misc]
     """allauth's form, which takes as long for a known address as for a new one."""
@@ -18,6 +20,7 @@ class SignupForm(BaseSignupForm):  # type: ignore[misc]
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.fields["username"].help_text = handles.RULES
+        self.fields["password1"].help_text = RULES
 
     def try_save(self, request: HttpRequest) -> tuple[Any, HttpResponse | None]:
         """Create the account; for a known address, create one, roll it back, and mail that an account exists."""

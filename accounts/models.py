@@ -20,6 +20,10 @@ class User(AbstractUser):
     )  # fmt: skip
     handle_key = HandleKey(max_length=255, unique=True, null=True, editable=False)
     email = models.EmailField("email address", unique=True)
+    guest = models.BooleanField(
+        default=False, db_default=False, editable=False,
+        help_text="Somebody without an account, who may only practise on a simulator.",
+    )  # fmt: skip
 
     def __str__(self) -> str:
         return self.username

@@ -1,17 +1,33 @@
-"""Renders the orientation with an anchor for each paragraph, so that the test can refer to it."""
+"""Renders the orientation with an anchor for each paragraph, so that the test can refer to it, and its picture.
 
+A robot's orientation names a control as `[Up](control:up)`: by the id of its element on the robot's page, or by its
+command. The folder `orientation` beside it has pictures of that page and says where each control is
+(`tests/e2e/orientation_pictures.py`); text and picture then have the same numbers.
+"""
+
+import json
 import re
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from robots.kit import description
+
+CONTROL = "control:"
+LOOKS = ("wide-light", "wide-dark", "narrow-light", "narrow-dark")
+FOLDER, PLACES = "orientation", "places.json"
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """The orientation's HTML, and the anchor of each paragraph by section and number, from 1."""
+    """The orientation's HTML, the anchor of each paragraph by section and number from 1, and the controls it names."""
 
     html: str
     anchors: dict[tuple[str, int], str]
+    controls: tuple[str, ...] = ()
 
 
 def anchor(section: str, paragraph: int) -> str:
@@ -24,6 +40,7 @@ def render(source: str) -> Rendered:
     markdown = MarkdownIt("commonmark", {"html": False})
     tokens = markdown.parse(source)
     anchors: dict[tuple[str, int], str] = {}
+    controls: dict[str, int] = {}
     section, number, depth = "", 0, 0
     for index, token in enumerate(tokens):
         if token.type == "heading_open":
@@ -34,4 +51,61 @@ def render(source: str) -> Rendered:
             number += 1
             anchors[section, number] = anchor(section, number)
             token.attrSet("id", anchors[section, number])
-    return Rendered(markdown.renderer.render(tokens, markdown.options, {}), anchors)
+        _number(token.children or [], controls)
+    return Rendered(markdown.renderer.render(tokens, markdown.options, {}), anchors, tuple(controls))
+
+
+def _number(tokens: list[Token], controls: dict[str, int]) -> None:
+    """Make the controls that a paragraph names bold, each with its number in the order of the text."""
+    named = False
+    for token in tokens:
+        if token.type == "link_open" and str(token.attrGet("href")).startswith(CONTROL):
+            name = str(token.attrGet("href")).removeprefix(CONTROL)
+            number = controls.setdefault(name, len(controls) + 1)
+            token.tag, token.attrs, named = "b", {"class": "control", "data-number": number}, True
+        elif token.type == "link_close" and named:
+            token.tag, named = "b", False
+
+
+@dataclass(frozen=True)
+class Place:
+    """A control in a picture: its number in the text and its rectangle (px)."""
+
+    number: int
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The pictures of one width of the page, light and dark, with their size (px) and the controls in them."""
+
+    name: str
+    width: int
+    height: int
+    places: tuple[Place, ...]
+
+
+@cache
+def shapes(driver: str, controls: tuple[str, ...]) -> tuple[Shape, ...]:
+    """Return the pictures of a robot's orientation, for wide and for narrow pages; none if its package has none."""
+    try:
+        found: dict[str, Any] = json.loads(description.text_of(driver, f"{FOLDER}/{PLACES}"))
+    except (OSError, ImportError):
+        return ()
+    return tuple(
+        Shape(name, *one["size"], tuple(
+            Place(number, *one["places"][control])
+            for number, control in enumerate(controls, 1) if control in one["places"]
+        ))
+        for name, one in found.items()
+    )  # fmt: skip
+
+
+def picture(driver: str, look: str) -> bytes:
+    """Return a picture (WebP) of a robot's orientation. Raises LookupError, OSError or ImportError."""
+    if look not in LOOKS:
+        raise LookupError(look)
+    return description.folder(driver).joinpath(FOLDER, f"{look}.webp").read_bytes()

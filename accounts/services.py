@@ -12,6 +12,8 @@ from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 
 from accounts import quiz
 from accounts.bank import load_bank as load_bank
+from accounts.guests import new_guest as new_guest
+from accounts.guests import remove_guests as remove_guests
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.grants import ROBOT
 from robots.kit.contract.capabilities import Preview
@@ -63,9 +65,16 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
     """Return whether the person may drive the robot."""
     if user is None or not user.is_authenticated or not user.is_active:
         return False
+    if user.guest:
+        return robot.guest_s is not None and level == 1
     if not robot.clearance_required:
         return True
     return bool(_CLEARED(robot=robot.pk, level=level, user=user.pk))
+
+
+def practised(slug: str) -> bool:
+    """Return whether people practise on this robot. Only there, and nowhere else, is a guest signed in."""
+    return Robot.objects.filter(slug=slug, practice_for__isnull=False).exists()
 
 
 def cleared_people(robot: Robot | Slot, level: int | Slot = 1) -> QuerySet[Any, Any]:

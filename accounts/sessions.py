@@ -39,8 +39,9 @@ def end_sessions(person: Any) -> None:
 
 @receiver(pre_delete, sender=settings.AUTH_USER_MODEL)
 def end_of_deleted(instance: Any, **_: Any) -> None:
-    """End the sessions of an account with it."""
-    end_sessions(instance)
+    """End the sessions of an account with it. Not of a guest: there are many, and the session shows nothing then."""
+    if not instance.guest:
+        end_sessions(instance)
 
 
 @receiver(pre_save, sender=settings.AUTH_USER_MODEL)

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 from django.contrib import messages
 from django.contrib.auth.decorators import login_required
-from django.http import HttpRequest, HttpResponse
+from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.utils.safestring import mark_safe
 from django.views.decorators.cache import never_cache
 
 from accounts import services
 from accounts.models import Attempt
-from accounts.orientation import anchor
+from accounts.orientation import anchor, picture, shapes
 from accounts.orientation import render as render_orientation
 from robots.kit import description
 from robots.kit.clock import SYSTEM
@@ -21,24 +21,35 @@ from robots.models import Robot
 
 def orientation(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the orientation; when it is marked as read, go on to the test."""
-    robot = get_object_or_404(Robot, slug=slug)
+    robot = get_object_or_404(Robot, slug=slug, practice_for=None)
     if request.method == "POST" and request.user.is_authenticated:
         services.mark_read(request.user, robot, SYSTEM.now())
         return redirect(f"/robots/{slug}/clearance/")
     source = description.text_of(robot.driver, "orientation.md")
-    text = mark_safe(render_orientation(source).html)  # noqa: S308 - the driver's own text, HTML in it is escaped
-    return render(
-        request,
-        "accounts/orientation.html",
-        {"robot": robot, "text": text, "cleared": services.cleared(request.user, robot)},
-    )
+    rendered = render_orientation(source)
+    context = {
+        "robot": robot, "shapes": shapes(robot.driver, rendered.controls),
+        "text": mark_safe(rendered.html),  # noqa: S308 - the driver's own text, HTML in it is escaped
+        "cleared": services.cleared(request.user, robot), "twin": robot.twins.filter(enabled=True).first(),
+    }  # fmt: skip
+    return render(request, "accounts/orientation.html", context)
+
+
+def orientation_picture(request: HttpRequest, slug: str, look: str) -> HttpResponse:
+    """Serve a picture of the robot's page, for its orientation."""
+    robot = get_object_or_404(Robot, slug=slug)
+    try:
+        content = picture(robot.driver, look)
+    except (LookupError, OSError, ImportError) as error:
+        raise Http404("There is no such picture.") from error
+    return HttpResponse(content, content_type="image/webp", headers={"Cache-Control": "public, max-age=3600"})
 
 
 @never_cache
 @login_required
 def clearance(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the drawn questions, or grade them."""
-    robot = get_object_or_404(Robot, slug=slug)
+    robot = get_object_or_404(Robot, slug=slug, practice_for=None)
     if services.cleared(request.user, robot):
         messages.success(request, f"You are cleared for {robot.full_name}.")
         return redirect(robot)

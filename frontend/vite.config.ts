@@ -46,6 +46,8 @@ export default defineConfig({
         "src/page/turn_steps.ts",
         "src/page/retry_pause.ts",
         "src/page/send_form.ts",
+        "src/page/password.ts",
+        "src/page/orientation.ts",
         "src/widgets/plain_console.ts",
         "src/replay/page.ts",
         "src/admin/robot_form.ts",

@@ -183,6 +183,8 @@ def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
 
 
 def _own(turn: Turn, user: Any) -> None:
+    if turn.robot.practice:
+        raise LogError("This was practice on a simulator; the log is about the robots.")
     if not is_person(user, turn.user_id):
         raise LogError("Only the operator of a turn can write about it.")
     if turn.ended_at is None:

@@ -29,7 +29,8 @@ def log(request: HttpRequest) -> HttpResponse:
         entries = entries.filter(robot__slug=robot)
     unwritten = None
     if request.user.is_authenticated:
-        unwritten = Turn.objects.filter(user=request.user, entry=None).exclude(ended_at=None).first()
+        mine = Turn.objects.filter(user=request.user, entry=None, robot__practice_for=None)
+        unwritten = mine.exclude(ended_at=None).first()
     page = Paginator(entries, PAGE).get_page(request.GET.get("page"))
     return render(request, "operatorlog/list.html", {"page": page, "robot": robot, "unwritten": unwritten})
 

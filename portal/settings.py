@@ -90,6 +90,7 @@ MIDDLEWARE = [
     "django.contrib.auth.middleware.AuthenticationMiddleware",
     "django.contrib.messages.middleware.MessageMiddleware",
     "django.middleware.clickjacking.XFrameOptionsMiddleware",
+    "portal.web.pages.practice.Guests",
     "allauth.account.middleware.AccountMiddleware",
     "portal.logs.security.RefusalLog",
     "portal.web.pages.middleware.PlainText",
@@ -190,7 +191,7 @@ ACCOUNT_EMAIL_CONFIRMATION_EXPIRE_DAYS = 1
 LOGIN_REDIRECT_URL = "/"
 LOGIN_URL = "account_login"
 ACCOUNT_LOGIN_METHODS = {"email", "username"}
-ACCOUNT_SIGNUP_FIELDS = ["email*", "username*", "password1*", "password2*"]
+ACCOUNT_SIGNUP_FIELDS = ["email*", "username*", "password1*"]
 ACCOUNT_EMAIL_VERIFICATION = env.str("FARHAND_EMAIL_VERIFICATION", "mandatory")
 ACCOUNT_CONFIRM_EMAIL_ON_GET = False
 ACCOUNT_LOGIN_ON_EMAIL_CONFIRMATION = True
@@ -227,6 +228,7 @@ RATE_LIMITS = {
     "survey": "30/m/ip,300/h/ip",
     "statistics": "120/m/ip",
     "ask": "30/5m/key",
+    "practice": "30/m/ip,120/h/ip",  # turns of people without an account
     "code": "60/m/user",  # for the operator's stream
     "movie": "10/h/ip",
     "replay": "600/m/ip",

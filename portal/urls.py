@@ -16,7 +16,7 @@ from portal.web.classic import views as classic
 from portal.web.composites import views as streams
 from portal.web.daily import views as daily
 from portal.web.jobs import views as jobs
-from portal.web.pages import landing, scripts, views
+from portal.web.pages import landing, practice, scripts, views
 from portal.web.pages.places import my_places
 from portal.web.recordings import day, embeds, exports
 from portal.web.recordings import views as recordings
@@ -35,10 +35,12 @@ urlpatterns = [
     path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/drive/", landing.drive, name="drive"),
+    path("robots/<slug:slug>/practise/", practice.practise, name="practise"),
     path("robots/<slug:slug>/model.urdf", views.model, name="model"),
     path("robots/<slug:slug>/stream-code/", scripts.stream_code, name="stream-code"),
     path("robots/<slug:slug>/programs/", scripts.programs_of, name="programs"),
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
+    path("robots/<slug:slug>/orientation/<slug:look>.webp", accounts.orientation_picture, name="orientation-picture"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
     path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
     path("robots/<slug:slug>/statistics/", statistics.statistics, name="statistics"),

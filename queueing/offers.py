@@ -13,12 +13,12 @@ from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
 from queueing.rows import QUEUE, announce, lock
 from queueing.tickets import open_ticket
-from queueing.turns import ALWAYS, length_of_turn
+from queueing.turns import ALWAYS, end_turn, length_of_turn
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.prepared import Prepared, PreparedUpdate, Slot
-from robots.states import Cycle, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 
 RULES = settings.FARHAND
 BACK = timedelta(seconds=40)  # within this time after a start of the portal, pages connect again
@@ -56,7 +56,7 @@ def _there() -> QuerySet[Ticket]:
     """
     heard = Q(last_seen__gte=Slot("present", DateTimeField())) | Q(last_seen__lt=Slot("back", DateTimeField()))
     waiting = Ticket.objects.filter(heard, queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
-    busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
+    busy = Turn.objects.filter(ended_at=None, user__isnull=False, robot__practice_for=None).values("user_id")
     return waiting.exclude(user__in=busy).order_by("start_tag", "id")
 
 
@@ -78,9 +78,8 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
         RobotsFault: the robot is no longer offered, or somebody else may move it.
         RobotUnavailable: the person operates another robot.
     """
-    until = now + timedelta(seconds=length_of_turn(robot))
-    if Turn.objects.filter(user=ticket.user, ended_at=None).exists():
-        raise RobotUnavailable(ELSEWHERE)
+    until = now + timedelta(seconds=length_of_turn(robot, ticket.user.guest))
+    _leave_practice(ticket.user, now)
     try:
         with transaction.atomic():
             # this row first: a lock-out at the same moment either waits for it and then ends the grant, or came before
@@ -100,6 +99,15 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
     Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
     serve(queue, ticket.start_tag)
     return turn
+
+
+def _leave_practice(user: Any, now: datetime) -> None:
+    """End the turn in which the person practises. Raises RobotUnavailable if they operate a robot."""
+    mine = Turn.objects.select_related("robot", "grant", "ticket", "user").filter(user=user, ended_at=None).first()
+    if mine is not None and not mine.robot.practice:
+        raise RobotUnavailable(ELSEWHERE)
+    if mine is not None:
+        end_turn(mine, GrantEnd.HOLDER, "went on to another robot", now)
 
 
 def why_not_ready(

@@ -6,6 +6,7 @@ from functools import cache
 from celery import shared_task
 from django.db import transaction
 
+from accounts.services import remove_guests
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import lock
 from queueing.steps import carry
@@ -43,8 +44,9 @@ def queue_tick() -> None:
 
 @shared_task(name="queueing.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Delete old jobs of guests. Return how many."""
-    return forget_old_jobs(wall_clock().age_now)
+    """Delete old jobs of guests, and guests of yesterday. Return how many rows."""
+    now = wall_clock().age_now
+    return forget_old_jobs(now) + remove_guests(now)
 
 
 def forget_old_jobs(now: datetime) -> int:

@@ -52,9 +52,10 @@ def _theirs() -> QuerySet[Command]:
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
-def length_of_turn(robot: Robot) -> float:
+def length_of_turn(robot: Robot, of_guest: bool = False) -> float:
     """Return the length of a turn on the robot (s), without extra time."""
-    return float(robot.turn_s or RULES["TURN_S"])
+    own = robot.guest_s if of_guest else robot.turn_s
+    return float(own or RULES["TURN_S"])
 
 
 def open_turn(robot: Robot) -> Turn | None:
@@ -117,6 +118,8 @@ def end_by_staff(turn: Turn, user: Any, now: datetime) -> bool:
 def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> None:
     """Extend the turn while nobody waits; end it if time is up, or its operator is gone or idle while others wait.
 
+    The turn of a guest is not extended.
+
     `up_since`: people can reach the portal since then; nobody counts as gone or idle before.
     """
     grant = turn.grant
@@ -126,7 +129,12 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWA
     ends = _idle_at(turn, others, now, up_since)
     if grant.ended_at is not None:
         end_turn(turn, GrantEnd(grant.end_code or GrantEnd.FINISHED), grant.end_reason or "ended", grant.ended_at)
-    elif not others and turn.until - now <= timedelta(seconds=5) and absent < RULES["RECONNECT_S"]:
+    elif (
+        not others
+        and not _of_guest(turn)
+        and turn.until - now <= timedelta(seconds=5)
+        and absent < RULES["RECONNECT_S"]
+    ):
         extra = min(SLICE_S, RULES["TURN_S"])
         Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
         set_until(turn, turn.until + timedelta(seconds=extra))
@@ -139,6 +147,10 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWA
         end_turn(turn, GrantEnd.SILENT, "no request came", now)
     elif ends is not None and now > ends:
         end_turn(turn, GrantEnd.IDLE, "idle while others wait", now)
+
+
+def _of_guest(turn: Turn) -> bool:
+    return turn.user is not None and turn.user.guest
 
 
 def idle_at(turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> datetime | None:

@@ -13,6 +13,7 @@ from queueing.services import queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Records, Robot
+from robots.services import twin_of
 from robots.services.programs import load_gallery
 from robots.states import Cycle
 
@@ -31,6 +32,7 @@ JOB_SURVEY = (  # as in the paper of the iRat
     ("What should the robot do better?", "text", "", "", ""),
 )
 SHIPPED = ("mercury", "pa10", "irat", "srv1", "puma")
+PRACTISED = "mercury"  # the robot of which a demo has a twin for practice; each costs a worker
 MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 
@@ -53,7 +55,9 @@ def seed() -> str | None:
     """Add what is missing. Return a new admin password if there was no administrator."""
     if not Robot.objects.exists():
         for name in SHIPPED:
-            add_robot(name)
+            robot = add_robot(name)
+            if name == PRACTISED:
+                queue_of(twin_of(robot))
     if not SurveyQuestion.objects.exists():
         after = SurveyQuestion.After
         told = [(after.TURN, one) for one in SURVEY] + [(after.JOB, one) for one in JOB_SURVEY]

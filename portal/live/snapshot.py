@@ -80,6 +80,13 @@ def is_free(state: str, label: str, queued: int, wait: tuple[int, int] | None) -
     return state == "ready" and not moves(state, label) and not queued and wait is not None
 
 
+def practice_info(robot: Robot) -> dict[str, Any] | None:
+    """Return for which robot people practise on this one, and how long without an account (s); None on a robot."""
+    if robot.practice_for is None:
+        return None
+    return {"slug": robot.practice_for.slug, "name": robot.practice_for.name, "guest_s": robot.guest_s}
+
+
 def still_info(frame: Frame | None) -> dict[str, Any] | None:
     """Return the fields of a stored picture for the page."""
     if frame is None:
@@ -173,6 +180,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "label": label,
             "why": why,
             "turns": turns,
+            "practice": practice_info(robot),
             "moves": moves(state, label),
             "free": is_free(state, label, queued, wait),
         },
@@ -233,12 +241,17 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _end(turn: Turn) -> dict[str, Any]:
+def _written(robot: Robot, turn: Turn) -> bool:
+    """Return whether nothing is left to write about the turn; practice is in no log."""
+    return robot.practice or hasattr(turn, "entry")
+
+
+def _end(robot: Robot, turn: Turn) -> dict[str, Any]:
     """Return the fields of a turn that has ended."""
     end = end_of_turn(turn)
     return {
         "turn": turn.pk, "ended_ms": ms_of(turn.ended_at), "why": end.why, "credited": end.credited, "next": end.next,
-        "own": turn.grant.end_code == GrantEnd.HOLDER, "written": hasattr(turn, "entry"),
+        "own": turn.grant.end_code == GrantEnd.HOLDER, "written": _written(robot, turn),
     }  # fmt: skip
 
 
@@ -257,10 +270,10 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
             "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": ms_of(ticket.offer_until),
         }  # fmt: skip
     last = last_turn(robot, user)
-    written = last is not None and hasattr(last, "entry")
+    written = last is not None and _written(robot, last)
     return {
-        "signed_in": True, "name": user.username, "cleared": cleared(user, robot), "ticket": shown,
+        "signed_in": True, "guest": user.guest, "name": user.username, "cleared": cleared(user, robot), "ticket": shown,
         "can": can, "staff": user.has_perm("robots.change_robot"),
         "last_turn": last.pk if last is not None and not written else None,
-        "last_end": _end(last) if last is not None and (is_news(last, now) or not written) else None,
+        "last_end": _end(robot, last) if last is not None and (is_news(last, now) or not written) else None,
     }  # fmt: skip

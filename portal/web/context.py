@@ -16,7 +16,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.prepared import Prepared
 
-_MENU: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True).only("slug", "name"))
+_MENU: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True, practice_for=None).only("slug", "name"))
 
 
 def _my_places(user: Any) -> list[dict[str, Any]]:

@@ -36,11 +36,12 @@ class RobotAdmin(FormFieldsAdmin):
     list_display = ("name", "state", "address", "simulated", "switched", "stop", "calibrated_at")
     prepopulated_fields = {"slug": ("name",)}
     readonly_fields = ("cycle", "reason", "switched", "lockout_note")
-    actions = ("load_brought",)
+    actions = ("load_brought", "add_twins")
     also_saved = ("settings",)
     change_form_template = "admin/robots/robot/change_form.html"
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
+        ("Practice", {"fields": ("practice_for", "guest_s"), "classes": ("collapse",)}),
         ("Connection", {"fields": ("driver", "address", "camera", "microphone")}),
         ("Settings", {"fields": TURNS}),
         ("Recording", {"fields": RECORDING}),
@@ -136,6 +137,16 @@ class RobotAdmin(FormFieldsAdmin):
                     messages.info(request, f"{robot}: {told}")
             except ImportError:
                 messages.error(request, f"{robot}: there is no driver named {robot.driver!r}; install its package.")
+
+    @admin.action(description="Add a simulator for practice", permissions=["change"])
+    def add_twins(self, request: HttpRequest, queryset: Any) -> None:
+        """Add to each of the chosen robots a simulator on which people practise."""
+        for robot in queryset:
+            try:
+                twin = services.add_twin(robot, request.user)
+                messages.success(request, f"{robot}: people practise on {twin.get_absolute_url()}.")
+            except RobotError as error:
+                messages.error(request, str(error))
 
     def get_form(self, request: HttpRequest, obj: Robot | None = None, change: bool = False, **kwargs: Any) -> Any:
         """Return the form, for a saved robot with the settings that its spec declares."""

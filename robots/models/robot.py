@@ -69,6 +69,15 @@ class Robot(models.Model):
     turn_s = models.PositiveIntegerField(
         "turn (s)", null=True, blank=True, validators=[a_turn], help_text="Empty: default."
     )
+    practice_for = models.ForeignKey(
+        "self", models.CASCADE, null=True, blank=True, related_name="twins",
+        help_text="The robot that people learn to drive here. This one is a simulator: it needs no clearance, and what "
+        "is done with it is in no log.",
+    )  # fmt: skip
+    guest_s = models.PositiveIntegerField(
+        "turn without an account (s)", null=True, blank=True, validators=[a_turn],
+        help_text="For practice only. Empty: people need an account.",
+    )  # fmt: skip
     calibration = models.JSONField(default=dict, blank=True, editable=False)
     calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
     probe = models.JSONField(default=dict, blank=True, editable=False)
@@ -90,6 +99,15 @@ class Robot(models.Model):
 
     class Meta:
         ordering = ("name",)
+        constraints = [
+            models.CheckConstraint(
+                condition=Q(practice_for=None, guest_s=None)
+                | Q(practice_for__isnull=False, address__startswith="sim:", clearance_required=False),
+                name="practice_is_simulated",
+                violation_error_message="A robot for practice is a simulator (sim:NAME) that requires no clearance, "
+                "and only a robot for practice has turns without an account.",
+            )
+        ]
 
     def __str__(self) -> str:
         return self.name
@@ -102,6 +120,11 @@ class Robot(models.Model):
     def simulated(self) -> bool:
         """Return whether a program answers in the robot's place; everybody is told, but not by what address."""
         return self.address.startswith("sim:")
+
+    @property
+    def practice(self) -> bool:
+        """Return whether people learn here to drive another robot."""
+        return self.practice_for_id is not None
 
     @property
     def full_name(self) -> str:

@@ -13,6 +13,7 @@ from robots.services.lockout import end_maintenance, lift_lock_out, lock_out, se
 from robots.services.outages import note_outages
 from robots.services.recordings import choose_of_the_day, remove_recording, take_down
 from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
+from robots.services.twins import add_twin, twin_of
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
 __all__ = (  # noqa: RUF022 - by subject
@@ -29,6 +30,8 @@ __all__ = (  # noqa: RUF022 - by subject
     "note_outages",
     # pictures and recordings
     "choose_of_the_day", "remove_recording", "take_down",
+    # practice
+    "add_twin", "twin_of",
     # counters of use
     "forget_old_usage", "note_online", "note_usage", "slot_of",
 )  # fmt: skip

@@ -165,7 +165,6 @@ class Visitor:
         page.fill("[name=email]", f"{name}@example.org")
         page.fill("[name=username]", name)
         page.fill("[name=password1]", "correct horse 42")
-        page.fill("[name=password2]", "correct horse 42")
         page.click("main button[type=submit]")
         page.wait_for_url("**/confirm-email/")
         page.goto(confirmation(f"{name}@example.org"))  # with scripts it confirms itself: this browser signed up

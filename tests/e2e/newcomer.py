@@ -99,7 +99,7 @@ def sign_up(new):
     new.press("main a >> text=Drive Mercury")
     page.wait_for_url("**/accounts/signup/**")
     word = "correct horse 42"
-    new.fill({"email": "ada@example.org", "username": "ada", "password1": word, "password2": word})
+    new.fill({"email": "ada@example.org", "username": "ada", "password1": word})
     new.press("main button[type=submit]")
     page.wait_for_url("**/confirm-email/")
     page.goto(confirmation("ada@example.org"))

@@ -231,7 +231,10 @@ def _looks(robot, person, height: int, names: tuple[str, str, str]) -> Iterator[
     """Give the operator's page in the light, in the dark and on a phone."""
     from playwright.sync_api import sync_playwright
 
+    from queueing.services import offers_turns
+
     with _turn(robot, person) as web:
+        shown = ".operating" if offers_turns(robot) else "#asking"
         key, _, value = cookie(person).partition("=")  # inside a browser's loop Django opens another connection
         session = {"name": key, "value": value, "url": web.url}
         with sync_playwright() as playwright:
@@ -241,7 +244,7 @@ def _looks(robot, person, height: int, names: tuple[str, str, str]) -> Iterator[
                 context.add_cookies([session])
                 page = context.new_page()
                 page.goto(robot.get_absolute_url())
-                page.wait_for_selector(".operating")
+                page.wait_for_selector(shown)
                 yield name, page
                 context.close()
             browser.close()
@@ -265,9 +268,10 @@ def _turn(robot, person) -> Iterator[object]:
     owner, web = worker(robot.slug), Web()
     try:
         wait_for(lambda: Robot.objects.get().cycle == Cycle.READY, 60, "the robot")
-        queue.join(robot, person, SYSTEM.now())
-        queue.tick(SYSTEM.now() + timedelta(seconds=1))
-        queue.accept(robot, person, SYSTEM.now())
+        if queue.offers_turns(robot):
+            queue.join(robot, person, SYSTEM.now())
+            queue.tick(SYSTEM.now() + timedelta(seconds=1))
+            queue.accept(robot, person, SYSTEM.now())
         yield web
     finally:
         web.kill()

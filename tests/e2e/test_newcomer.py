@@ -16,7 +16,7 @@ WIDE, NARROW = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
 DESKTOP = {"viewport": WIDE}
 PHONE = {"viewport": NARROW, "has_touch": True, "is_mobile": True}
 DARK_PHONE, DARK_DESKTOP = {**PHONE, "color_scheme": "dark"}, {**DESKTOP, "color_scheme": "dark"}
-PRESSES, WITHIN_S = 10, 200  # from the landing page to the first motion, with every answer right
+PRESSES, WITHIN_S = 10, 180  # from the landing page to the first motion, with every answer right
 
 
 def stops_and_goes_on(new):

@@ -210,7 +210,7 @@ def time_lapse(world):
 
 
 def account(world):
-    data = {"username": "newone", "email": "new@example.org", "password1": SECRET, "password2": SECRET}
+    data = {"username": "newone", "email": "new@example.org", "password1": SECRET}
     counts = {User: User.objects.count() + 1, EmailAddress: 1}
     return world.form(Client(), "/accounts/signup/", data, counts, of="password1")
 

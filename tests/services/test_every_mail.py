@@ -43,7 +43,7 @@ def named(settings, monkeypatch):
 
 
 def sign_up(email, name="newone"):
-    data = {"username": name, "email": email, "password1": SECRET, "password2": SECRET}
+    data = {"username": name, "email": email, "password1": SECRET}
     assert Client().post("/accounts/signup/", data).status_code == 302
 
 

@@ -9,7 +9,7 @@ from django.test import Client
 from accounts import handles
 
 pytestmark = pytest.mark.django_db
-PASSWORDS = {"password1": "correct horse 42", "password2": "correct horse 42"}
+PASSWORDS = {"password1": "correct horse 42"}
 
 
 @pytest.mark.service
@@ -188,7 +188,6 @@ def test_a_handle_that_somebody_takes_in_the_same_moment_is_told_in_words(client
         "username": "quick",
         "email": "late@example.org",
         "password1": "correct horse 42",
-        "password2": "correct horse 42",
     }
     answer = client.post("/accounts/signup/", data, follow=True)
     assert answer.status_code == 200

@@ -18,7 +18,7 @@ def no_count():
 
 
 def sign_up(client, name="newone", email="new@example.org"):
-    data = {"username": name, "email": email, "password1": "correct horse 42", "password2": "correct horse 42"}
+    data = {"username": name, "email": email, "password1": "correct horse 42"}
     return client.post("/accounts/signup/", data, follow=True).content.decode()
 
 

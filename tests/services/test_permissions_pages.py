@@ -46,11 +46,15 @@ GET = {
     "me/places/": ("/me/places/", signed_in(OK)),
     "robots/<slug:slug>/": ("/robots/mercury/", everybody(OK)),
     "robots/<slug:slug>/drive/": ("/robots/mercury/drive/", everybody(MOVED)),
+    "robots/<slug:slug>/practise/": ("/robots/mercury/practise/", everybody(METHOD)),
     "robots/<slug:slug>/model.urdf": ("/robots/mercury/model.urdf", everybody(ABSENT)),
     # who gets a code: tests/faults/test_operator_stream.py
     "robots/<slug:slug>/stream-code/": ("/robots/mercury/stream-code/", everybody(METHOD)),
     "robots/<slug:slug>/programs/": ("/robots/mercury/programs/", everybody(OK)),
     "robots/<slug:slug>/orientation/": ("/robots/mercury/orientation/", everybody(OK)),
+    "robots/<slug:slug>/orientation/<slug:look>.webp": (
+        "/robots/mercury/orientation/wide-light.webp", everybody(OK),
+    ),
     "robots/<slug:slug>/clearance/": ("/robots/mercury/clearance/", everybody(MOVED)),
     "robots/<slug:slug>/jobs/": ("/robots/mercury/jobs/", everybody(OK)),
     "robots/<slug:slug>/statistics/": ("/robots/mercury/statistics/", everybody(ABSENT)),
@@ -132,6 +136,7 @@ POST = [
     ("/robots/mercury/programs/", '{"name": "p", "text": "down"}', signed_in(OK, NO)),
     ("/robots/mercury/orientation/", {}, {**everybody(MOVED), "anonymous": OK}),
     ("/robots/mercury/clearance/", {"attempt": "1"}, everybody(MOVED)),
+    ("/robots/mercury/practise/", {}, everybody(ABSENT)),  # who practises where one may: test_practice.py
     ("/classic/mercury/x/", {"do": "stop"}, everybody(MOVED)),
     ("/robots/mercury/jobs/", {"kind": "go", "arg-x": "0"}, everybody(400)),
     ("/recordings/none/movie/", {"kind": "mp4"}, everybody(ABSENT)),

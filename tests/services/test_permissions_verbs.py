@@ -141,6 +141,7 @@ ROWS = {
     ),
     "robots.configure": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, "speed", {"speed": 0.3})),
     "robots.set_enabled": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, False)),
+    "robots.add_twin": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user)),
     "robots.ask": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "robots.close_incident": (
         ROBOT_STAFF,

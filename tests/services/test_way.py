@@ -22,7 +22,6 @@ NEW = {
     "email": "new@example.org",
     "username": "newcomer",
     "password1": "correct horse 42",
-    "password2": "correct horse 42",
 }
 
 

@@ -111,3 +111,13 @@ def test_list_items_count_as_paragraphs_and_html_is_escaped():
     }  # fmt: skip
     assert '<li id="what-you-do-3">' in page.html
     assert "<b>" not in page.html
+
+
+def test_a_control_has_one_number_wherever_the_text_names_it():
+    page = render(
+        "Press [Up](control:up), then [Down](control:down), then [Up](control:up). [Read](https://example.org)."
+    )
+    assert page.controls == ("up", "down")
+    assert page.html.count('<b class="control" data-number="1">Up</b>') == 2
+    assert '<b class="control" data-number="2">Down</b>' in page.html
+    assert '<a href="https://example.org">Read</a>' in page.html

@@ -13,6 +13,7 @@ const DOUBLE_MS = 400; // a double click is one press
 const TAKE_MS = 15_000; // after this time one decides about an offer anew
 const FOLLOWS =
   "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
+const PRACTICE_FOLLOWS = "The simulator goes back to its start position, for whoever comes next.";
 
 const STAYS_SHUT = "The robot stays locked out until staff lift that.";
 
@@ -61,6 +62,7 @@ export class TurnPanel {
       if (button && refusal(button)) use.refuse(() => refusal(button));
       else if (action === "leave" && this.driving && !this.ending.press()) this.ask();
       else if (action === "take") this.take();
+      else if (action === "practise") practise();
       else if (action) {
         this.taking = -Infinity;
         use.live.send({ t: action });
@@ -77,7 +79,7 @@ export class TurnPanel {
   private ask(): void {
     if (this.drawn) this.draw(...this.drawn);
     const said = document.getElementById("say");
-    if (said) said.textContent = `${AGAIN}. ${this.drawn?.[0].turn?.staff ? STAYS_SHUT : FOLLOWS}`;
+    if (said) said.textContent = `${AGAIN}. ${this.follows()}`;
   }
 
   /** Draw the panel. `up`: whether there is a connection. */
@@ -90,7 +92,7 @@ export class TurnPanel {
   /** Take control where it was asked for, and make the turn bar update, so that both show the same. */
   changed(s: Snapshot): void {
     const { me } = s;
-    if (this.wanted && me.cleared && !me.ticket && s.robot.free) this.take();
+    if (this.wanted && me.cleared && !me.ticket && (s.robot.free || s.robot.practice)) this.take();
     else if (me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS) {
       this.taking = -Infinity;
       this.use.live.send({ t: "accept" });
@@ -101,10 +103,15 @@ export class TurnPanel {
     this.told = told;
   }
 
+  private follows(): string {
+    const drawn = this.drawn?.[0];
+    return drawn?.turn?.staff ? STAYS_SHUT : drawn?.robot.practice ? PRACTICE_FOLLOWS : FOLLOWS;
+  }
+
   private endParts(staff: boolean, why: string): Part[] {
     const { asking } = this.ending,
       name = staff ? "End maintenance" : "End my turn";
-    return [button(asking ? AGAIN : name, "leave", { why }), ...(asking ? [paragraph(staff ? STAYS_SHUT : FOLLOWS)] : [])];
+    return [button(asking ? AGAIN : name, "leave", { why }), ...(asking ? [paragraph(this.follows())] : [])];
   }
 
   /** Return the parts of the panel; `why`: why no button works now. */
@@ -114,7 +121,7 @@ export class TurnPanel {
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
-        heading(s.turn.staff ? "Maintenance turn" : "You drive"),
+        heading(s.turn.staff ? "Maintenance turn" : s.robot.practice ? "You practise" : "You drive"),
         countdown(clock(left)),
         paragraph(s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn"),
         ...this.endParts(s.turn.staff, why),
@@ -122,21 +129,17 @@ export class TurnPanel {
       ];
     }
     if (!s.robot.turns) return jobsOnly(s);
-    if (!me.signed_in)
-      return [
-        heading("Drive it yourself"),
-        paragraph("Sign up, read the orientation, pass a short test, and wait your turn."),
-        link("Sign up", `/accounts/signup/?next=/robots/${slug}/`, "button primary"),
-        link("Sign in", `/accounts/login/?next=/robots/${slug}/`, "button"),
-      ];
+    if (!me.signed_in) return s.robot.practice ? beforePractice(s, why) : strangerParts(slug);
     const t = me.ticket;
     const over = t ? [] : ended(s, now);
+    if (me.guest && over.length) return [...over, ...afterPractice(s, why)];
     if (!me.cleared)
       return [
         ...over,
         heading("Two steps to go"),
         paragraph("Read the orientation (three minutes), then pass the clearance test."),
         link("Read the orientation", `/robots/${slug}/orientation/`, "button primary"),
+        ...practiceLink("Practise on a simulator"),
       ];
     if (t?.state === "offered") {
       const left = t.offer_until_ms ? (t.offer_until_ms - now) / 1000 : 0;
@@ -152,6 +155,7 @@ export class TurnPanel {
         heading(t.ahead === 0 ? "You are next" : `${t.ahead} before you`),
         paragraph(waitSentence(t.wait_s)),
         paragraph("You may look around: every page of this site tells you when it is your turn.", "quiet"),
+        ...practiceLink("Practise while you wait"),
         button("Leave the queue", "leave", { why }),
       ];
     return [
@@ -165,18 +169,72 @@ export class TurnPanel {
   }
 }
 
+/** Return the way to driving for somebody who is not signed in. */
+function strangerParts(slug: string): Part[] {
+  return [
+    heading("Drive it yourself"),
+    paragraph("Sign up, read the orientation, pass a short test, and wait your turn."),
+    link("Sign up", `/accounts/signup/?next=/robots/${slug}/drive/`, "button primary"),
+    link("Sign in", `/accounts/login/?next=/robots/${slug}/`, "button"),
+    ...practiceLink("Try a simulator first"),
+  ];
+}
+
+/** Return the link to the robot's simulator for practice; nothing if it has none. */
+function practiceLink(text: string): Part[] {
+  const href = document.getElementById("robot")?.dataset["practice"];
+  return href ? [link(text, href, "button")] : [];
+}
+
+/** Ask for a turn on a simulator without an account. */
+function practise(): void {
+  document.querySelector<HTMLFormElement>("#practise")?.requestSubmit();
+}
+
+/** Return what somebody who is not signed in can do on a simulator for practice. */
+function beforePractice({ robot, queue }: Snapshot, why: string): Part[] {
+  const { slug, name, guest_s: seconds } = robot.practice ?? { slug: "", name: "", guest_s: null };
+  if (seconds === null)
+    return [
+      heading("Practise here"),
+      paragraph(`People who have an account learn here to drive ${name}. Nothing real moves.`),
+      link("Sign up", `/accounts/signup/?next=/robots/${robot.slug}/`, "button primary"),
+      link("Sign in", `/accounts/login/?next=/robots/${robot.slug}/`, "button"),
+    ];
+  return [
+    heading("Try it now"),
+    paragraph(
+      `Drive this simulator for ${seconds} seconds, without an account. Nothing real moves. ${queue ? queueSentence(queue) : ""}`.trim(),
+    ),
+    button("Try it", "practise", { style: "primary", why }),
+    link(`Drive ${name} instead`, `/robots/${slug}/drive/`, "button"),
+  ];
+}
+
+/** Return what a guest can do after a turn on a simulator. */
+function afterPractice({ robot }: Snapshot, why: string): Part[] {
+  const { slug, name } = robot.practice ?? { slug: "", name: "" };
+  return [
+    heading(`Next: ${name}`),
+    paragraph(`Sign up, read three minutes of orientation, pass a short test, and drive ${name}.`),
+    link(`Drive ${name}`, `/robots/${slug}/drive/`, "button primary"),
+    button("Try it again", robot.free ? "take" : "join", { why }),
+  ];
+}
+
 /** Return how the last turn ended, what it cost and what is next, if the snapshot still tells it. */
-function ended({ me }: Snapshot, now: number): Part[] {
+function ended({ me, robot }: Snapshot, now: number): Part[] {
   const end = me.last_end;
   if (!end) return [];
   const news = now - end.ended_ms < LATELY_MS;
+  const rest = news && !robot.practice ? ` ${end.credited} ${end.next}` : ""; // practice costs nothing
   const ask = [
     paragraph("What did you find? Others read it."),
     link("Write in the operator's log", `/turns/${end.turn}/`, "button primary"),
   ];
   return [
     heading(news ? "Your turn is over" : "Your last turn"),
-    paragraph(`It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}`),
+    paragraph(`It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${rest}`),
     ...(end.written ? [] : ask),
   ];
 }

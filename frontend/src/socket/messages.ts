@@ -90,6 +90,8 @@ export interface Snapshot {
     moves?: boolean;
     /** Whether somebody who joins now drives at once. */
     free?: boolean;
+    /** For which robot people practise on this simulator, and how long without an account (s; null: not at all). */
+    practice?: { slug: string; name: string; guest_s: number | null } | null;
   };
   stopped: boolean;
   operator: string | null;
@@ -114,6 +116,8 @@ export interface Snapshot {
   };
   me: {
     signed_in: boolean;
+    /** Whether they practise without an account. */
+    guest?: boolean;
     name?: string;
     cleared: boolean;
     staff?: boolean;

@@ -25,13 +25,14 @@ LOOP = 24  # pictures of the last turn that are shown one after another
 
 def landing(request: HttpRequest) -> HttpResponse:
     """Show the robots, live."""
-    now = SYSTEM.now()
-    cards = [_card(robot, request.user, now) for robot in Robot.objects.filter(enabled=True)]
+    now, robots = SYSTEM.now(), Robot.objects.filter(enabled=True, practice_for=None)
+    cards = [_card(robot, request.user, now) for robot in robots]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
     lead, find = _lead(cards), entries.exclude(frame=None).first()
     others = [card for card in cards if card is not lead]
     context = {
         "lead": lead, "cards": others, "drive": _to_drive(lead, others), "find": find, "loop": _loop(lead),
+        "practice": Robot.objects.filter(enabled=True, guest_s__isnull=False).first(),
         "entries": [entry for entry in entries[: ENTRIES + 1] if entry != find][:ENTRIES],
     }  # fmt: skip
     return render(request, "pages/landing.html", context)
@@ -40,6 +41,8 @@ def landing(request: HttpRequest) -> HttpResponse:
 def drive(request: HttpRequest, slug: str) -> HttpResponse:
     """Go on, on the way to driving a robot, where this person stands: account, orientation, or the robot's page."""
     robot = get_object_or_404(Robot, slug=slug)
+    if robot.practice:
+        return redirect(robot)
     if not request.user.is_authenticated:
         return redirect(f"{reverse('account_signup')}?{urlencode({'next': request.path})}")
     return redirect(robot if cleared(request.user, robot) else reverse("orientation", args=[slug]))

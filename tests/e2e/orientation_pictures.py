@@ -5,6 +5,7 @@ They go into the folder `orientation` beside each robot's text. Part of `make sh
 
 import io
 import json
+import sys
 from pathlib import Path
 
 from PIL import Image
@@ -28,7 +29,7 @@ RECTANGLE = """(name) => {
 
 def main() -> None:
     set_up()
-    for driver in SHIPPED:
+    for driver in sys.argv[1:] or SHIPPED:
         with database():
             _take(driver)
 

@@ -96,7 +96,7 @@ def shapes(driver: str, controls: tuple[str, ...]) -> tuple[Shape, ...]:
     except (OSError, ImportError):
         return ()
     return tuple(
-        Shape(name, *one["size"], tuple(
+        Shape(name, one["size"][0], one["size"][1], tuple(
             Place(number, *one["places"][control])
             for number, control in enumerate(controls, 1) if control in one["places"]
         ))

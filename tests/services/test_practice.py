@@ -14,6 +14,7 @@ from portal.live import actions
 from portal.live.messages import Join
 from portal.live.people import current_user
 from portal.live.snapshot import snapshot
+from portal.web.daily.figures import numbers_of
 from queueing import services as queue
 from queueing.errors import NotCleared
 from queueing.models import Ticket, Turn
@@ -165,6 +166,9 @@ def test_practice_is_in_no_list_of_robots_and_in_no_log(twin, people, client):
     assert 'data-live="mercury-practice"' not in home
     assert "Try a simulator for 60 s" in home
     assert snapshot(twin.slug, people["ada"], now, True)["me"]["last_turn"] is None
+    figures = numbers_of(now.date())
+    assert twin.pk not in figures
+    assert figures[None]["turns"] == 0
 
 
 def test_the_clearance_of_a_robot_is_not_asked_for_at_its_simulator(twin, client):

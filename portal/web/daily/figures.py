@@ -56,11 +56,13 @@ def _first_day(now: datetime) -> date:
 def numbers_of(day: date, used: bool = True) -> dict[int | None, Numbers]:
     """Return the figures of a day by the key of a robot, and by None those of the portal.
 
-    `used`: the use of robots was counted that day, so a robot without a row of use was not online.
+    `used`: the use of robots was counted that day, so a robot without a row of use was not online. Practice does not
+    count.
     """
     start = datetime.combine(day, time(), UTC)
     span = (start, start + A_DAY)
-    found: dict[int, Numbers] = {key: _none(used) for key in Robot.objects.values_list("pk", flat=True)}
+    robots = Robot.objects.filter(practice_for=None).values_list("pk", flat=True)
+    found: dict[int, Numbers] = {key: _none(used) for key in robots}
     _add(found, "turns", _counted(Turn.objects.filter(started_at__gte=span[0], started_at__lt=span[1])))
     _add(found, "entries", _counted(Entry.objects.filter(written_at__gte=span[0], written_at__lt=span[1])))
     _add(found, "commands", {key: _commands(key, *span) for key in found})

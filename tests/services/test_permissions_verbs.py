@@ -185,6 +185,7 @@ ROWS = {
     "queueing.end_by_staff": (ROBOT_STAFF, lambda do, w: do(turn(w), w.user, SYSTEM.now())),
     "operatorlog.hand_in": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, {}, SYSTEM.now())),
     "operatorlog.write": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, SYSTEM.now())),
+    "operatorlog.entries_for": (ANYBODY, lambda do, w: do(w.user)),
     "operatorlog.may_edit": (ANYBODY, lambda do, w: do(entry(w), w.user, SYSTEM.now())),
     "operatorlog.may_see_hidden": (OPERATOR | MODERATORS | ROBOT_STAFF | frozenset({"viewer"}), lambda do, w: do(entry(w), w.user) or refused()),
     "operatorlog.may_see_picture": (OPERATOR | MODERATORS | ROBOT_STAFF | frozenset({"viewer"}), lambda do, w: do(entry(w), "x.jpg", w.user) or refused()),

@@ -13,7 +13,11 @@ GROUPS = (
 FIRST = ("Robot", "Queue", "Entry", "User")  # models that lead their group
 # group: name of a page, name of its address, the permission that it wants
 PAGES = {
-    "Robots": (("Status page", "status", ""), ("Statistics", "daily", ""), ("Movie of the day", "movie-of-the-day", "")),
+    "Robots": (
+        ("Status page", "status", ""),
+        ("Statistics", "daily", ""),
+        ("Movie of the day", "movie-of-the-day", ""),
+    ),
     "Log and survey": (
         ("Log as visitors see it", "log", ""),
         ("Survey results", "survey-results", "operatorlog.view_surveyresponse"),

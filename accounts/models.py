@@ -25,6 +25,9 @@ class User(AbstractUser):
         help_text="Somebody without an account, who may only practise on a simulator.",
     )  # fmt: skip
 
+    class Meta(AbstractUser.Meta):
+        verbose_name, verbose_name_plural = "person", "people"
+
     def __str__(self) -> str:
         return self.username
 
@@ -95,6 +98,7 @@ class Attempt(models.Model):
                 fields=["user", "robot"], condition=Q(finished_at=None), name="one_open_attempt_a_person"
             )
         ]
+        verbose_name, verbose_name_plural = "attempt at a test", "attempts at tests"
 
     def __str__(self) -> str:
         return f"attempt {self.pk}"

@@ -35,7 +35,7 @@ class Entry(models.Model):
 
     class Meta:
         ordering = ("-written_at",)
-        verbose_name_plural = "entries"
+        verbose_name, verbose_name_plural = "log entry", "log entries"
         # read at each request for a stored picture
         indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
 
@@ -98,6 +98,7 @@ class SurveyResponse(models.Model):
     at = models.DateTimeField()
 
     class Meta:
+        verbose_name = verbose_name_plural = "survey answers"
         constraints = [
             models.CheckConstraint(
                 condition=Q(turn__isnull=False, robot=None) | Q(turn=None, robot__isnull=False),

@@ -250,9 +250,9 @@ ALERTS = {
     "WEBHOOK": env.str("FARHAND_ALERT_WEBHOOK", ""), "SECRET": env.str("FARHAND_ALERT_SECRET", ""),
 }  # fmt: skip
 
-LANGUAGE_CODE = "en"
-TIME_ZONE = "UTC"
+LANGUAGE_CODE, TIME_ZONE = "en", "UTC"
 USE_I18N = True
+FORMAT_MODULE_PATH = "portal.web.formats"
 USE_TZ = True
 
 STATIC_URL = "/static/"

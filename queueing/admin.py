@@ -1,16 +1,34 @@
 """Admin pages of queues: pause them, remove people, end turns."""
 
+from collections.abc import Sequence
 from typing import Any
+from urllib.parse import urlencode
 
 from django.contrib import admin
 from django.http import HttpRequest
+from django.urls import reverse
+from django.utils.html import format_html, format_html_join
+from django.utils.safestring import SafeString
 
-from queueing.models import Account, Job, Queue, QueueRobot, Ticket, Turn
-from queueing.services import RESUMED, Asker, cancel, end_by_staff, remove_by_staff, resume
+from queueing.models import Account, Job, JobState, Queue, QueueRobot, Ticket, Turn
+from queueing.rows import links_of
+from queueing.services import (
+    RESUMED,
+    Asker,
+    cancel,
+    end_by_staff,
+    open_turn,
+    remove_by_staff,
+    resume,
+    waiting_people,
+)
 from robots.admin.bases import FormFieldsAdmin, NamedInline, NamedRowsAdmin, NamedValues, ReadOnlyAdmin
 from robots.admin.verbs import add, staff_only
+from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
+
+NAMED, LISTED = 5, 100  # people of a queue in its row of the list, and on its page
 
 
 @add
@@ -28,13 +46,68 @@ class LinkInline(NamedInline):
     extra = 0
 
 
+def _moved_by(robot: Robot) -> str:
+    turn, grant = open_turn(robot), open_grant(robot)
+    if turn is not None:
+        return f"{turn.operator_name} until {turn.until:%H:%M:%S}"
+    if grant is None:
+        return "nobody"
+    return f"{grant.get_kind_display()}, {grant.holder}" if grant.holder_id else grant.get_kind_display()
+
+
 @admin.register(Queue)
 class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
-    """Pause a queue, choose its robots."""
+    """Pause a queue, choose its robots; see who drives them and who waits."""
 
-    list_display = ("name", "paused", "guest_weight")
+    list_display = ("name", "drive", "wait", "paused", "guest_weight")
     list_editable = ("paused",)
     inlines = (LinkInline,)
+
+    def get_list_display(self, request: HttpRequest) -> Sequence[str]:
+        """Return the columns; names of people who wait are for those who may see places."""
+        return [name for name in self.list_display if name != "wait" or self._sees_places(request)]
+
+    def get_readonly_fields(self, request: HttpRequest, obj: Queue | None = None) -> tuple[str, ...]:
+        """Return what the page of a queue shows beside its settings."""
+        if obj is None:
+            return ()
+        return ("drive", "wait_in_order", "jobs") if self._sees_places(request) else ("drive", "jobs")
+
+    @staticmethod
+    def _sees_places(request: HttpRequest) -> bool:
+        return request.user.has_perm("queueing.view_ticket") or request.user.has_perm("queueing.change_ticket")
+
+    @admin.display(description="Who drives")
+    def drive(self, queue: Queue) -> str:
+        """Return who or what moves each of its robots now."""
+        return "; ".join(f"{link.robot}: {_moved_by(link.robot)}" for link in links_of(queue)) or "-"
+
+    @admin.display(description="Who waits")
+    def wait(self, queue: Queue) -> str:
+        """Return how many people wait, and the first ones."""
+        places = list(waiting_people(queue))
+        more = "…" if len(places) > NAMED else ""
+        return f"{len(places)}: {', '.join(str(one.user) for one in places[:NAMED])}{more}" if places else "nobody"
+
+    @admin.display(description="Who waits")
+    def wait_in_order(self, queue: Queue) -> SafeString | str:
+        """Return the people who wait, in the order in which they will be served, each with the page of the place."""
+        rows = [
+            (reverse("admin:queueing_ticket_change", args=[one.pk]), one.user, one.get_state_display().lower(),
+             f"{one.joined_at:%H:%M:%S}", f"{one.last_seen:%H:%M:%S}")
+            for one in waiting_people(queue)[:LISTED]
+        ]  # fmt: skip
+        item = '<li><a href="{}">{}</a>: {} since {}, last seen {}</li>'
+        return format_html('<ol class="farhand-queue">{}</ol>', format_html_join("", item, rows)) if rows else "nobody"
+
+    @admin.display(description="Jobs that wait")
+    def jobs(self, queue: Queue) -> SafeString | str:
+        """Return how many jobs wait, with their list."""
+        count = Job.objects.filter(queue=queue, state=JobState.WAITING).count()
+        address = (
+            f"{reverse('admin:queueing_job_changelist')}?{urlencode({'queue': queue.pk, 'state': JobState.WAITING})}"
+        )
+        return format_html('<a href="{}">{}</a>', address, count) if count else "none"
 
 
 @admin.register(Ticket)

@@ -7,7 +7,7 @@ class QueueingConfig(AppConfig):
     """Queues, turns and jobs."""
 
     name = "queueing"
-    verbose_name = "Queue and turns"
+    verbose_name = "Queues, turns and jobs"
 
     def ready(self) -> None:
         """Connect the signal that ends open turns, places and jobs with their account."""

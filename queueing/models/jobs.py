@@ -42,7 +42,7 @@ class Job(models.Model):
     form = models.CharField(max_length=64, blank=True, default="", db_default="", editable=False)
     kind = models.CharField(max_length=30)
     args = models.JSONField(default=dict, blank=True)
-    start_tag = models.FloatField(null=True, blank=True)
+    start_tag = models.FloatField("start tag (s or jobs)", null=True, blank=True)
     state = models.CharField(max_length=10, choices=JobState, default=JobState.WAITING)
     reason = models.CharField(max_length=300, blank=True)
     code = models.CharField(
@@ -58,7 +58,7 @@ class Job(models.Model):
     ended_at = models.DateTimeField(null=True, blank=True)
     told_at = models.DateTimeField(null=True, blank=True, help_text="Its asker has seen how it ended.")
     faults = models.PositiveSmallIntegerField(default=0, help_text="How often the robot failed during it.")
-    charged = models.FloatField(null=True, blank=True)
+    charged = models.FloatField("charged (s or jobs)", null=True, blank=True)
     surveyed = models.BooleanField(default=False, help_text="Its asker has answered the survey.")
 
     class Meta:

@@ -69,8 +69,8 @@ class QueueRobot(models.Model):
         max_length=8, choices=Charge, default=Charge.SECONDS, help_text="Of jobs; where turns are offered too: seconds."
     )
     rest_after_min = models.PositiveSmallIntegerField(
-        null=True, blank=True, default=15,
-        help_text="Minutes without anybody watching after which idle behaviour rests; empty: never.",
+        "idle behaviour rests after (min)", null=True, blank=True, default=15,
+        help_text="Of nobody watching; empty: never.",
     )  # fmt: skip
     watched_at = models.DateTimeField(null=True, blank=True, editable=False)
     resumed_at = models.DateTimeField(null=True, blank=True, editable=False)  # when staff resumed after the last stop
@@ -93,7 +93,7 @@ class Account(models.Model):
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="accounts")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="+")
     network = models.CharField(max_length=64, blank=True, help_text="Of guests; empty for a person.")
-    finish_tag = models.FloatField(default=0.0)
+    finish_tag = models.FloatField("finish tag (s or jobs)", default=0.0)
     weight = models.FloatField(
         null=True, blank=True, validators=[positive],
         help_text="Its share of the robot beside others; empty: 1 for a person, for guests what the queue says.",
@@ -106,6 +106,7 @@ class Account(models.Model):
                 fields=["queue", "network"], condition=~Q(network=""), name="one_account_a_network"
             ),
         ]
+        verbose_name, verbose_name_plural = "share of a queue", "shares of queues"
 
     def __str__(self) -> str:
         return f"{self.user or 'guests'} in {self.queue}"
@@ -123,7 +124,7 @@ class Ticket(models.Model):
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="tickets")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="tickets")
     state = models.CharField(max_length=10, choices=TicketState, default=TicketState.WAITING)
-    start_tag = models.FloatField()
+    start_tag = models.FloatField("start tag (s or jobs)")
     joined_at = models.DateTimeField()
     last_seen = models.DateTimeField()
     classic = models.BooleanField(default=False, help_text="Uses the console without scripts.")
@@ -140,6 +141,7 @@ class Ticket(models.Model):
             )
         ]
         indexes = [models.Index(fields=["queue", "state", "start_tag", "id"], name="served_in_tag_order")]
+        verbose_name, verbose_name_plural = "place in a queue", "places in queues"
 
     def __str__(self) -> str:
         return f"{self.user} ({self.get_state_display()})"
@@ -163,8 +165,8 @@ class Turn(models.Model):
     )
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
-    alone_s = models.FloatField(default=0.0)
-    charged_s = models.FloatField(null=True, blank=True)
+    alone_s = models.FloatField("nobody waited for (s)", default=0.0)
+    charged_s = models.FloatField("charged (s)", null=True, blank=True)
 
     class Meta:
         ordering = ("-id",)

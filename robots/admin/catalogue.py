@@ -13,6 +13,7 @@ from django.utils.safestring import SafeString
 from robots import bus, grants, services
 from robots.admin.bases import FormFieldsAdmin, back_to
 from robots.admin.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
+from robots.admin.links import links_about
 from robots.admin.verbs import AFTER_ADDING, VERBS, settings_by_staff
 from robots.kit import addresses
 from robots.kit.clock import SYSTEM
@@ -67,8 +68,8 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description="Stop", ordering="stop_latched")
     def stop(self, robot: Robot) -> SafeString | str:
-        """Return whether a stop is latched, in red, because the robot does not move until it is released."""
-        return format_html('<b class="farhand-bad">{}</b>', "stopped") if robot.stop_latched else "not stopped"
+        """Return that a stop is latched, in red, because the robot does not move until it is released."""
+        return format_html('<b class="farhand-bad">{}</b>', "Stop latched") if robot.stop_latched else "-"
 
     def get_urls(self) -> list[URLPattern]:
         """Add the status part and the verbs."""
@@ -219,6 +220,7 @@ class RobotAdmin(FormFieldsAdmin):
         if robot is not None and not self.has_view_permission(request, robot):
             raise PermissionDenied
         extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}
+        extra["more"] = links_about(robot, request.user) if robot is not None else ()
         spec = spec_or_none(robot.driver) if robot is not None else None
         if robot is not None and spec is not None and spec.capability(ArmModel) is not None:
             from robots.kit.arms.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs

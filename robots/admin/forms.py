@@ -12,7 +12,7 @@ from robots.kit.contract.errors import RobotError
 from robots.kit.contract.find import function, spec_of, spec_or_none
 from robots.kit.contract.ranges import from_to
 from robots.kit.contract.spec import TURN
-from robots.kit.installed import simulators
+from robots.kit.installed import drivers, simulators
 from robots.models import Robot
 
 PREFIX = "setting_"  # so that no setting can replace a field that all robots have
@@ -99,6 +99,17 @@ def names(settings: Iterable[Setting], kind: str) -> tuple[str, ...]:
     return tuple(PREFIX + setting.name for setting in settings if setting.kind == kind)
 
 
+def _driver_field(present: str) -> forms.ChoiceField:
+    """Return the choice of installed drivers; the row's present one is in it even if its package is gone."""
+    installed = drivers()
+    gone = [(present, f"{present} (not installed)")] if present and present not in installed else []
+    return forms.ChoiceField(
+        choices=[*gone, *((name, name) for name in installed)],
+        help_text="The robots whose packages are installed.",
+        error_messages={"invalid_choice": "There is no driver named %(value)s here; install its package and restart."},
+    )
+
+
 class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
     """A robot's row; the driver must be installed."""
 
@@ -113,15 +124,24 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        if "driver" in self.fields:  # not for staff who may only look
+            self.fields["driver"] = _driver_field(self.instance.driver if self.instance.pk else "")
         for setting in self.declared:
             empty: list[Any] | None = [] if setting.kind == "list" else None
             self.initial[PREFIX + setting.name] = self.instance.settings.get(setting.name, empty)
 
     def clean(self) -> dict[str, Any]:
-        """Refuse a robot that is not installed. The driver is not loaded here; the test of the connection loads it."""
+        """Refuse a new driver that is not installed or broken.
+
+        It is not loaded here; the test of the connection loads it.
+        """
         cleaned = super().clean() or {}
+        if "driver" not in cleaned:  # its field shows the error
+            return cleaned
+        if cleaned["driver"] == self.initial.get("driver") and cleaned["driver"] not in drivers():
+            return cleaned  # its package is gone; the rest of the row can be changed meanwhile
         try:
-            spec_of(cleaned.get("driver", ""))
+            spec_of(cleaned["driver"])
         except LookupError as error:
             raise forms.ValidationError({"driver": str(error)}) from error
         _check_simulator(cleaned["driver"], cleaned.get("address", ""))

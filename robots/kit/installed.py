@@ -43,3 +43,11 @@ def simulators() -> list[str]:
 def packaged() -> list[str]:
     """Return the names of drivers that come in packages of their own."""
     return [point.name for point in entry_points(group="farhand.drivers")]
+
+
+def drivers() -> list[str]:
+    """Return the names of installed drivers, of this project and of packages."""
+    ours = find_spec("robots.kit.drivers")
+    folders = ours.submodule_search_locations or () if ours else ()
+    found = {p.parent.name for folder in folders for p in Path(folder).glob("*/driver.py")}
+    return sorted(found | set(packaged()))

@@ -21,8 +21,8 @@ class Frame(models.Model):
     command = models.ForeignKey(Command, models.SET_NULL, null=True, blank=True, related_name="frames")
     taken_at = models.DateTimeField()
     file = models.CharField(max_length=160)
-    width = models.PositiveSmallIntegerField(default=0)
-    height = models.PositiveSmallIntegerField(default=0)
+    width = models.PositiveSmallIntegerField("width (px)", default=0)
+    height = models.PositiveSmallIntegerField("height (px)", default=0)
     pose = models.JSONField(default=list)
     joints = models.JSONField(default=list)
     values = models.JSONField(default=dict, db_default={})  # of the channels that the spec declares, by name
@@ -35,6 +35,7 @@ class Frame(models.Model):
 
     class Meta:
         ordering = ("-id",)
+        verbose_name = "picture"
 
     def __str__(self) -> str:
         return self.file
@@ -89,8 +90,9 @@ class Program(models.Model):
     shared = models.BooleanField(default=False, help_text="Its author would like others to see it.")
     approved = models.BooleanField(default=False, help_text="Shown in the gallery.")
     approved_by = models.ForeignKey(
-        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
-    )
+        settings.AUTH_USER_MODEL, models.SET_NULL, verbose_name="decided by", null=True, blank=True, related_name="+",
+        editable=False,
+    )  # fmt: skip
     changed_at = models.DateTimeField()
 
     class Meta:

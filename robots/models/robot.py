@@ -265,7 +265,7 @@ class Command(models.Model):
     reason = models.CharField(max_length=300, blank=True)
     created_at = models.DateTimeField()
     deadline = models.DateTimeField()
-    limit_s = models.FloatField(default=15.0)
+    limit_s = models.FloatField("limit (s)", default=15.0)
     accepted_at = models.DateTimeField(null=True, blank=True)
     sent_at = models.DateTimeField(null=True, blank=True)
     acknowledged_at = models.DateTimeField(null=True, blank=True)

@@ -5,20 +5,20 @@ from typing import Any
 from django.urls import reverse
 
 GROUPS = (
-    ("Robots", ("robots",)),
-    ("Queues, turns and jobs", ("queueing",)),
-    ("Log and survey", ("operatorlog",)),
-    ("People", ("accounts", "account", "auth")),
-)
+    ("robots", "alerts"),
+    ("queueing",),
+    ("operatorlog",),
+    ("accounts", "account", "auth"),
+)  # named as the first app
 FIRST = ("Robot", "Queue", "Entry", "User")  # models that lead their group
-# group: name of a page, name of its address, the permission that it wants
+# app: name of a page, name of its address, the permission that it wants
 PAGES = {
-    "Robots": (
+    "robots": (
         ("Status page", "status", ""),
         ("Statistics", "daily", ""),
         ("Movie of the day", "movie-of-the-day", ""),
     ),
-    "Log and survey": (
+    "operatorlog": (
         ("Log as visitors see it", "log", ""),
         ("Survey results", "survey-results", "operatorlog.view_surveyresponse"),
     ),
@@ -29,14 +29,14 @@ def in_groups(apps: list[dict[str, Any]], user: Any) -> list[dict[str, Any]]:
     """Return Django's list of apps as the groups of the menu; an app of no group comes last."""
     by_label = {app["app_label"]: app for app in apps}
     grouped = []
-    for name, labels in GROUPS:
+    for labels in GROUPS:
         found = [by_label.pop(label) for label in labels if label in by_label]
         if not found:
             continue
         models = sorted(
             (m for app in found for m in app["models"]), key=lambda m: (m["object_name"] not in FIRST, m["name"])
         )
-        grouped.append({**found[0], "name": name, "models": [*models, *_pages(name, user)]})
+        grouped.append({**found[0], "models": [*models, *_pages(labels[0], user)]})
     return [*grouped, *by_label.values()]
 
 

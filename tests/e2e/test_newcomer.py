@@ -8,7 +8,20 @@ import pytest
 from playwright.sync_api import expect
 
 from robots.models import Command
-from tests.e2e.newcomer import FOCUS, ByKeyboard, Newcomer, command, end_turn, get_cleared, sign_up, take_turn, write
+from tests.e2e.newcomer import (
+    DECIDES_S,
+    FOCUS,
+    POINTS_S,
+    PRESSES_S,
+    ByKeyboard,
+    Newcomer,
+    command,
+    end_turn,
+    get_cleared,
+    sign_up,
+    take_turn,
+    write,
+)
 from tests.e2e.test_whole_way import survey  # noqa: F401 - a fixture
 from tests.waiting import CEILING_S, wait_for
 
@@ -71,6 +84,9 @@ class TestOnRows:
         sign_up(new)
         get_cleared(new)
         take_turn(new, "up", portal.serve)
+        assert new.presses < PRESSES
+        print(f"{new.presses} presses and {new.seconds:.0f} s")
+        assert new.seconds + DECIDES_S + POINTS_S + PRESSES_S <= WITHIN_S, "with the press of the motion"
         command(new, "up")
         wait_for(portal.perform, CEILING_S, "the command's row")
         expect(page.locator("#ladder li").first).to_contain_text("Settled")

@@ -38,11 +38,12 @@ def portal(bare):
 
 
 class BarePortal:
-    """Both robots in the database, as if their owners lived; joints are told again and again."""
+    """Robots in the database, as if their owners lived; joints are told again and again. `joints` (rad, m) by robot."""
 
-    def __init__(self, web):
-        self.robots = {name: add_robot(name) for name in JOINTS}
-        self.robot = self.robots["mercury"]
+    def __init__(self, web, joints=JOINTS):
+        self.robots = {name: add_robot(name) for name in joints}
+        self.robot = next(iter(self.robots.values()))
+        self._joints = joints
         for robot in self.robots.values():
             Lease.objects.create(robot=robot, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
         Robot.objects.update(cycle=Cycle.READY, turn_s=LASTS_S)
@@ -61,7 +62,7 @@ class BarePortal:
         number = 0
         while not self._told.wait(0.25):
             number += 1
-            for name, joints in JOINTS.items():
+            for name, joints in self._joints.items():
                 rows = (tuple(0.0 for _ in joints),) * 2
                 state = RobotState(time.monotonic(), joints, (0.0,) * 6, False, True, "", *rows, "READY")
                 packet = state_packet(number, int(time.time() * 1000), state, self.latched)
@@ -113,7 +114,7 @@ class BarePortal:
 
     def picture(self, robot, number, grant=None):
         """Keep a picture with a circle in it, by which its proportions can be seen."""
-        width, height = SIZES[robot]
+        width, height = SIZES.get(robot, (320, 240))
         name = f"frames/{robot}-{number}-{time.monotonic_ns()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -122,7 +123,7 @@ class BarePortal:
         image.save(path)
         return Frame.objects.create(
             robot=self.robots[robot], grant=grant, taken_at=SYSTEM.now(), file=name, width=width, height=height,
-            stable=True, pose=[0, 0.42, 0, 0], joints=list(JOINTS[robot]),
+            stable=True, pose=[0, 0.42, 0, 0], joints=list(self._joints[robot]),
         )  # fmt: skip
 
     def entry(self, user, robot, text="A burst of air left a hole beside the middle.", visibility=None):

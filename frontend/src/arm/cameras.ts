@@ -7,7 +7,7 @@ import type { PicturePacket } from "../socket/packets.ts";
 
 export class Cameras {
   private chosen = 0;
-  private narrow = matchMedia("(max-width: 45.99rem)");
+  private narrow = matchMedia("(max-width: 45.99rem), (max-height: 30rem)");
   private picked = byId<HTMLCanvasElement>("picture");
   private overlay = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   private screen = new CameraView(byId("screen"), this.picked, this.overlay, (u, v) => {

@@ -1,6 +1,6 @@
 /** The list of commands with their stages, newest first. */
 import { html, nothing, type TemplateResult } from "lit-html";
-import { drawParts, type Part } from "../kit/render.ts";
+import { draw, drawParts, type Part } from "../kit/render.ts";
 import type { CommandInfo } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, laterStage, SETTING_KINDS, stageOf } from "../socket/stages.ts";
 
@@ -22,9 +22,11 @@ export class CommandList {
   private readonly list: HTMLElement;
   private readonly live: HTMLElement;
 
-  /** `live`: where the end of a command is announced to screen readers. */
-  constructor(list: HTMLElement, live: HTMLElement) {
-    [this.list, this.live] = [list, live];
+  private readonly last: HTMLElement | null;
+
+  /** `live`: where the end of a command is announced to screen readers; `last`: where the newest one is shown in one line. */
+  constructor(list: HTMLElement, live: HTMLElement, last: HTMLElement | null = null) {
+    [this.list, this.live, this.last] = [list, live, last];
   }
 
   /** Forget everything: a recording is shown from another moment on. */
@@ -100,17 +102,45 @@ export class CommandList {
     const newest = [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq).slice(0, 8);
     for (const [key, c] of this.rows) if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
     drawParts(this.list, newest.map(row));
+    if (this.last) drawLast(this.last, newest[0]);
   }
 }
 
-function row(c: CommandInfo): Part {
+/** What the list says of a command: the style of its row, the end of its way, and why. */
+interface Said {
+  mark: string;
+  chip: string;
+  why: string;
+}
+
+function saidOf(c: CommandInfo): Said {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
-  const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state,
-    reached = GOOD.indexOf(c.state);
+  const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state;
   const why = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
-  const steps = GOOD.map((_, i) => html`<i class=${i <= reached ? "on" : ""}></i>`);
-  const template = html`<li class=${`command ${mark}`} data-state=${c.state}><b>${COMMAND_LABELS[c.kind] ?? c.kind}</b><span class="steps" aria-hidden="true">${steps}</span><span class="chip">${gaveWay ?? stageOf(c.kind, c.state)}</span><p ?hidden=${!why}>${why}</p>${progress(c)}</li>`;
+  return { mark, chip: gaveWay ?? stageOf(c.kind, c.state), why };
+}
+
+function stepsOf(c: CommandInfo): TemplateResult {
+  const reached = GOOD.indexOf(c.state);
+  return html`<span class="steps" aria-hidden="true">${GOOD.map((_, i) => html`<i class=${i <= reached ? "on" : ""}></i>`)}</span>`;
+}
+
+function row(c: CommandInfo): Part {
+  const { mark, chip, why } = saidOf(c);
+  const template = html`<li class=${`command ${mark}`} data-state=${c.state}><b>${COMMAND_LABELS[c.kind] ?? c.kind}</b>${stepsOf(c)}<span class="chip">${chip}</span><p ?hidden=${!why}>${why}</p>${progress(c)}</li>`;
   return { key: keyOf(c), template };
+}
+
+/** Show a command in one line; nothing before the first. */
+function drawLast(box: HTMLElement, c: CommandInfo | undefined): void {
+  const { mark = "", chip = "", why = "" } = c ? saidOf(c) : {};
+  box.className = `last-command command ${mark}`.trim();
+  const name = c ? (COMMAND_LABELS[c.kind] ?? c.kind) : "";
+  box.title = c ? `${name}: ${chip}. ${why}`.trim() : "";
+  draw(
+    box,
+    c ? html`<b>${name}</b> ${stepsOf(c)} <span class="chip">${chip}</span> <span class="reason">${mark === "bad" ? why : ""}</span>` : "",
+  );
 }
 
 /** The progress of a long command while it runs; an unknown share is a bar without a value. */

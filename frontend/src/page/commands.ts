@@ -14,7 +14,7 @@ interface CommandsUse {
 }
 
 export class Commands {
-  readonly list = new CommandList(byId("ladder"), byId("say"));
+  readonly list = new CommandList(byId("ladder"), byId("say"), byId("last-command"));
   readonly heldMotion: HeldMotion;
   /** The number of the newest command of this grant; 0 if there is none. */
   seq = 0;

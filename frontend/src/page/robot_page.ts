@@ -2,6 +2,7 @@
 import { byId } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { refusal } from "../kit/refusal.ts";
+import { focusStage } from "../kit/stage_focus.ts";
 import { ScreenWakeLock } from "../kit/wake_lock.ts";
 import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
@@ -23,6 +24,7 @@ import { drawLog } from "./log_list.ts";
 import { Media } from "./media.ts";
 import { Notice } from "./notice.ts";
 import { RobotState } from "./robot_state.ts";
+import { Stage } from "./stage.ts";
 import { Status } from "./status.ts";
 import { StopButton } from "./stop_button.ts";
 import { WireTrace } from "./wire_trace.ts";
@@ -45,6 +47,7 @@ export class RobotPage {
   private status = new Status();
   private suspension = new Suspension((words, level) => this.notice(words, level));
   private wakeLock = new ScreenWakeLock();
+  private stage: Stage;
   private stop: StopButton;
   private turnPanel: TurnPanel;
   private trace: WireTrace | null;
@@ -54,6 +57,7 @@ export class RobotPage {
   constructor() {
     const { media } = this;
     this.slug = this.page.dataset["slug"] ?? "";
+    this.stage = new Stage(this.slug);
     this.live = openConnection(
       this.slug,
       {
@@ -277,7 +281,7 @@ export class RobotPage {
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
     if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
-    if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
+    if (!wasOperating && s.me.can.drive) focusStage();
     drawLog(byId("log"), s.log, this.live.now());
     this.stop.press.update(s); // last, because the result of a Stop matters most
   }
@@ -313,5 +317,6 @@ export class RobotPage {
     this.suspension.draw(s, f.lineUp);
     this.status.draw(s, f, (now) => this.console?.advice(now) ?? "");
     this.console?.draw(f);
+    this.stage.measure();
   }
 }

@@ -4,13 +4,14 @@ import { watcherWords } from "../queue/waits.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import { unconfirmedStop } from "./banner.ts";
 import { blocked, type Facts } from "./controls.ts";
+import { pointedRefusal } from "./stage.ts";
 
 export class Status {
   /** How many people watch, without the driver; null while that is not known. */
   watchers: number | null = null;
   private page = byId("robot");
 
-  /** `advice`: the line above the controls if nothing general prevents commands. */
+  /** `advice`: the line in the bar if nothing prevents commands, neither in general nor the control that is pointed at. */
   draw(s: Snapshot, f: Facts, advice: (f: Facts) => string): void {
     this.page.dataset["state"] = s.robot.state;
     this.page.classList.toggle("operating", s.me.can.drive);
@@ -18,10 +19,11 @@ export class Status {
     say(byId("why-state"), s.robot.why);
     this.people(s);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
+    byId("stop-place").hidden = !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
     say(byId("stop-said"), unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
     const why = byId("why");
-    say(why, blocked(f) || advice(f));
+    say(why, blocked(f) || pointedRefusal() || advice(f));
     why.title = why.textContent;
   }
 

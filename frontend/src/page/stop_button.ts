@@ -1,10 +1,8 @@
-/** Stop and its release: the buttons, the keys, a press until it is known to have arrived, and a place on the screen. */
+/** Stop and its release: the buttons, the keys, and a press until it is known to have arrived. */
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import { StopPress } from "./stop_press.ts";
-
-const HEAD = 72; // px at the top of the window that a notice may cover
 
 /** The parts of the page that `StopButton` needs. */
 interface StopUse {
@@ -25,7 +23,6 @@ export class StopButton {
     use.on("stop", () => this.stop());
     use.on("release", () => use.connection.send({ t: "release", checked: this.checked.checked }));
     byId("stage").addEventListener("keydown", (event) => this.key(event));
-    stayVisible();
   }
 
   /** Whether the person has confirmed that they looked at the robot. */
@@ -45,25 +42,4 @@ export class StopButton {
     this.press.press();
     this.use.draw();
   }
-}
-
-/** Keep Stop on the screen: while its place is scrolled away, it is shown at the bottom of the window. */
-function stayVisible(): void {
-  const place = document.querySelector<HTMLElement>(".stop-place");
-  const button = place?.querySelector<HTMLElement>('[data-command="stop"]');
-  if (!place || !button) return;
-  const bar = document.querySelector<HTMLElement>(".turnbar");
-  let observer: IntersectionObserver | null = null;
-  const observe = (): void => {
-    observer?.disconnect();
-    observer = new IntersectionObserver(
-      ([seen]) => button.classList.toggle("afloat", seen !== undefined && seen.boundingClientRect.width > 0 && seen.intersectionRatio < 1),
-      { rootMargin: `-${HEAD}px 0px -${bar?.offsetHeight ?? 0}px 0px`, threshold: [0, 1] },
-    );
-    observer.observe(place);
-  };
-  // again when a size changes, because the observer only reports crossings
-  const sizes = new ResizeObserver(observe);
-  sizes.observe(place);
-  if (bar) sizes.observe(bar);
 }

@@ -2,6 +2,7 @@
 import { make, say } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { button, drawParts, inlineCountdown, link, type Part, strong, words } from "../kit/render.ts";
+import { focusStage } from "../kit/stage_focus.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
 import { SOUND_ACTION, Announcer } from "./announcer.ts";
 import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
@@ -73,6 +74,7 @@ class TurnBar {
     const [first, ...rest] = barPlaces(places, this.own);
     this.place = first;
     if (this.leaving && !this.leaving.operating()) this.leaving = null;
+    this.bar.toggleAttribute("data-here", !this.leaving && first !== undefined && first.robot === this.own && !first.idles);
     this.bar.hidden = !first && !this.leaving && !this.said.textContent;
     const state = this.leaving ? "leaving" : first && first.idles ? "idle" : (first?.state ?? "");
     if (this.bar.dataset["state"] !== state) {
@@ -137,7 +139,7 @@ class TurnBar {
     this.busy = false;
     this.tell(wrong);
     if (!wrong && wanted === "accept") this.lead(place);
-    if (wanted === "stay" && place.robot === this.own) document.getElementById("screen")?.focus({ preventScroll: true }); // where Escape stops
+    if (wanted === "stay" && place.robot === this.own) focusStage(); // where Escape stops
   }
 
   private async notify(): Promise<void> {
@@ -156,7 +158,7 @@ class TurnBar {
   private lead(place: QueuePlace): void {
     if (place.robot !== this.own) location.assign(`/robots/${place.robot}/`);
     else if (this.home) location.assign(this.home);
-    else document.getElementById("screen")?.focus({ preventScroll: false });
+    else focusStage();
   }
 }
 

@@ -111,7 +111,7 @@ export class TurnPanel {
   private endParts(staff: boolean, why: string): Part[] {
     const { asking } = this.ending,
       name = staff ? "End maintenance" : "End my turn";
-    return [button(asking ? AGAIN : name, "leave", { why }), ...(asking ? [paragraph(this.follows())] : [])];
+    return [button(asking ? AGAIN : name, "leave", { why }), ...(asking ? [paragraph(this.follows(), "follows")] : [])];
   }
 
   /** Return the parts of the panel; `why`: why no button works now. */
@@ -229,7 +229,7 @@ function ended({ me, robot }: Snapshot, now: number): Part[] {
   const news = now - end.ended_ms < LATELY_MS;
   const rest = news && !robot.practice ? ` ${end.credited} ${end.next}` : ""; // practice costs nothing
   const ask = [
-    paragraph("What did you find? Others read it."),
+    paragraph("What did you find? Others read it.", "more"),
     link("Write in the operator's log", `/turns/${end.turn}/`, "button primary"),
   ];
   return [

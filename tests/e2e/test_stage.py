@@ -1,6 +1,5 @@
 """The stage stays: whatever control is used, pictures, Stop, the time left and the next step are in view, on any robot."""
 
-
 import pytest
 from playwright.sync_api import expect
 
@@ -17,10 +16,10 @@ ALL = {"mercury": JOINTS["mercury"], **ARMS, "srv1": (), "irat": ()}
 BAR = ["[data-command=stop]", "#place .timer", "[data-do=leave]", "#why"]
 BESIDE = {"mercury": "#schematic", "pa10": "#model", "puma": "#model", "srv1": ".hall-map"}
 TABS = "() => [...document.querySelectorAll('[role=tab]')].map((tab) => tab.id.slice(4))"
-WHERE = """() => [...document.querySelectorAll("#stage-keep, #stage-keep button, #stage-bar, #stage-bar > *, #stage-bar button")]
+WHERE = """() => [...document.querySelectorAll("#stage-keep, #stage-view, #stage-view button, #controls button, #stage-bar, #stage-bar > *, #stage-bar button")]
   .filter((e) => e.checkVisibility()).map((e) => [e.id || e.textContent, ...Object.values(e.getBoundingClientRect().toJSON()).slice(0, 4)])"""
-SHARE = """() => [...document.querySelectorAll("#stage-keep, #stage-bar")]
-  .filter((e) => getComputedStyle(e).position !== "static").map((e) => e.getBoundingClientRect())
+SHARE = """() => [...document.querySelectorAll("#stage-keep, #stage-view, #stage-bar")]
+  .filter((e) => ["sticky", "fixed"].includes(getComputedStyle(e).position)).map((e) => e.getBoundingClientRect())
   .filter((box) => box.width > innerWidth * 0.6).reduce((sum, box) => sum + box.height, 0) / innerHeight"""
 # where all is while these say something else; what the page has drawn is put back before it draws again
 SAYING = """(texts) => {

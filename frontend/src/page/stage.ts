@@ -18,6 +18,7 @@ export function pointedRefusal(): string {
 export class Stage {
   private view = byId("stage-view");
   private bar = byId("stage-bar");
+  private keep = byId("stage-keep");
   private release = byId("release");
   private button = document.getElementById("view-switch");
   private names: Record<Shown, string>;
@@ -38,11 +39,12 @@ export class Stage {
     addEventListener("resize", () => this.measure());
   }
 
-  /** Tell the styles how high the bar and the release above it are, and where the stage begins on a page that is not scrolled (px). */
+  /** Tell the styles how high the bar, the release above it and the part that stays are, and where the stage begins on a page that is not scrolled (px). */
   measure(): void {
     const high = getComputedStyle(this.bar).position === "fixed" ? this.bar.offsetHeight : 0;
     const top = byId("stage").parentElement?.getBoundingClientRect().top ?? 0;
     this.write("--stage-bar", high);
+    this.write("--stage-keep", this.keep.offsetHeight || this.view.offsetHeight);
     this.write("--release", this.release.offsetHeight);
     this.write("--stage-top", top + scrollY);
   }

@@ -10,7 +10,7 @@ from django.urls import reverse
 from django.utils.html import format_html, format_html_join
 from django.utils.safestring import SafeString
 
-from queueing.models import Account, Job, JobState, Queue, QueueRobot, Ticket, Turn
+from queueing.models import Account, Job, JobState, LostConnection, Queue, QueueRobot, Ticket, Turn
 from queueing.rows import links_of
 from queueing.services import (
     RESUMED,
@@ -142,6 +142,19 @@ class TurnAdmin(ReadOnlyAdmin):
         self.act_on(
             request, queryset, lambda one: end_by_staff(one, request.user, SYSTEM.now()), "Ended", "Ended before"
         )
+
+
+@admin.register(LostConnection)
+class LostConnectionAdmin(ReadOnlyAdmin):
+    """Connections of operators that ended during their turns, with cause and side."""
+
+    list_display = ("at", "turn", "cause", "side")
+    list_filter = ("turn__robot", "cause")
+
+    @admin.display(description="Side")
+    def side(self, lost: LostConnection) -> str:
+        """Return on which side the cause was."""
+        return lost.side
 
 
 @admin.register(Job)

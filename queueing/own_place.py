@@ -5,14 +5,18 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
+from django.db.models import QuerySet
+
 from queueing.errors import NotYourTurn, QueueError
-from queueing.models import NOT_YET, OPEN_TICKET, Ticket, TicketState, Turn, TurnSession
+from queueing.models import NOT_YET, OPEN_TICKET, LostCause, Ticket, TicketState, Turn, TurnSession
 from queueing.offers import accept
 from queueing.tickets import join, leave, open_ticket
 from queueing.turns import stay
 from robots import bus
 from robots.kit.packets import StandingChanged
 from robots.models import Robot
+
+MOST_LOST = 50  # connections of a turn that are listed
 
 
 @dataclass(frozen=True)
@@ -72,12 +76,23 @@ def note_presence(robot: Robot, user: Any, now: datetime, classic: bool | None =
             bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
-def note_disconnection(robot: Robot, user: Any, now: datetime, session: str = "") -> None:
-    """Note that the operator's socket closed; the turn is kept for a while. `session`: its session's key."""
+def note_disconnection(robot: Robot, user: Any, now: datetime, session: str = "", cause: str = "") -> None:
+    """Note that the operator's socket closed; the turn is kept for a while. `session`: its session's key.
+
+    `cause`: why it closed, where that is known; it is listed on the page of the turn.
+    """
     mine = Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False)
     TurnSession.objects.filter(turn__in=mine, session=session).delete()
     if mine.update(connected=False, last_seen=now):
+        if cause in LostCause.values:
+            _list_lost(mine, cause, now)
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
+
+
+def _list_lost(turns: QuerySet[Turn], cause: str, now: datetime) -> None:
+    for turn in turns:
+        if turn.lost_connections.count() < MOST_LOST:
+            turn.lost_connections.create(at=now, cause=cause)
 
 
 def note_waiting(user: Any, now: datetime) -> None:

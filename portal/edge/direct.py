@@ -19,6 +19,7 @@ class Connection(Protocol):
 
     deflates: bool  # a message compressed by `text_frames` suits it
     ready: bool  # a frame may be written at once: it is free, and nothing waits before it
+    cause: str  # why it ended; empty while it is open
 
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network, or by the peer."""

@@ -23,6 +23,7 @@ UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
 FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at once
 FLUSH_S = 5.0  # for sending the last bytes before a close
 NO_TEXT, POLICY = 1007, 1008
+LOST = CLOSED_BY_PAGE, NO_PONG, NOT_READ, RESTART, CUT = "page", "no_pong", "not_read", "restart", "cut"
 BEFORE = 64 * 1024  # bytes that may wait before an ordinary message has to
 AHEAD = 8 * 1024  # bytes that the system may hold unsent; on a slow line more would only be old pictures
 
@@ -50,6 +51,7 @@ class Ws(WebSocketsSansIOProtocol):
     _kept = False  # the application lets nothing be written at once
     _taken = True  # nothing waits to be written
     _closed = False  # a close was sent, or the connection is lost
+    cause = ""  # why the connection ended, one of `LOST`, where that is known; without one it was cut on its way
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
     _unread: Unread | None = None
     _window: SendWindow | None = None
@@ -177,7 +179,16 @@ class Ws(WebSocketsSansIOProtocol):
     def pause_writing(self) -> None:
         """Note that bytes wait, and give a peer that takes nothing a limited time."""
         self._taken = self.ready = False
-        self._unread = Unread(self.loop, self.transport, lambda: drop("took nothing"))
+        self._unread = Unread(self.loop, self.transport, self._drop_unread)
+
+    def _drop_unread(self) -> None:
+        self.cause = self.cause or NOT_READ
+        drop("took nothing")
+
+    def shutdown(self) -> None:
+        """End the connection because this process ends."""
+        self.cause = self.cause or RESTART
+        super().shutdown()
 
     def resume_writing(self) -> None:
         """Note that the peer has taken everything."""
@@ -195,6 +206,8 @@ class Ws(WebSocketsSansIOProtocol):
 
     def handle_close(self, event: Frame) -> None:
         """Receive a close; nothing is written after its answer."""
+        if not self.close_sent:
+            self.cause = self.cause or CLOSED_BY_PAGE
         super().handle_close(event)
         self.ready = False
 
@@ -230,6 +243,7 @@ class Ws(WebSocketsSansIOProtocol):
             self.counted = ""
         self.ready = False
         self._look_no_more()
+        self.cause = self.cause or CUT
         super().connection_lost(exc)
         self.close_sent = True
         if self._call is not None:  # tasks that wait for it to become free must not wait for ever
@@ -289,6 +303,7 @@ class Ws(WebSocketsSansIOProtocol):
 
     def keepalive_timeout(self) -> None:
         """End the connection: a peer that does not answer will not read a close either."""
+        self.cause = self.cause or NO_PONG
         drop("answered no ping")
         super().keepalive_timeout()
         self._flush()

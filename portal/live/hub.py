@@ -24,7 +24,7 @@ from portal.live.store import Reader
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.viewer import Cameras, Viewer, Wish
-from portal.live.watchers import read_watchers, together
+from portal.live.watchers import COUNT_S, read_watchers, together
 from robots import bus
 from robots.bus.reader import SILENT_S
 from robots.kit.contract.streams import MOST
@@ -32,7 +32,6 @@ from robots.kit.packets import decode
 
 log = logging.getLogger(__name__)
 MARK_S = 2.0  # between two marks of the demand in Redis, each of which is valid for `bus.WATCH_S`
-COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
 HEARD_S = 1.0  # the longest wait of a new viewer for the subscription
 
 

@@ -63,7 +63,7 @@ class Presence:
             user = current_user(self._socket.scope)
             if user.is_authenticated and not self._access.continues_elsewhere(user.pk):
                 robot, session = Robot.objects.get(slug=self._slug), session_key(self._socket.scope)
-                queue.note_disconnection(robot, user, SYSTEM.now(), session)
+                queue.note_disconnection(robot, user, SYSTEM.now(), session, self._socket.lost_by)
 
     async def give_up(self, person: int, ending: Ending) -> None:
         """End the turn, as the ending says, unless another session of the person continues it."""

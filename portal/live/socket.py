@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
+from portal.edge.direct import connection_of
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressRate, Bucket
 from portal.live.audience import Seat
@@ -47,6 +48,7 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         self._tasks: dict[asyncio.Task[None], None] = {}  # in the order in which they began
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
+        self.lost_by = ""  # why the connection ended, where that is known
 
     def prepare(self) -> None:
         """Make the parts of the socket; `scope` and `shared` are known."""
@@ -107,6 +109,9 @@ class Socket(AsyncWebsocketConsumer):  # type: ignore[misc]
         themselves.
         """
         if message["type"] == "websocket.disconnect":
+            connection = connection_of(self.scope)
+            if not self.closed:  # else we closed it, and told the page why
+                self.lost_by = getattr(connection, "cause", "")
             raise StopConsumer
         if self.closed:
             return

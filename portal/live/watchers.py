@@ -3,8 +3,15 @@
 Each web process tells the others through Redis who watches there. Each page of a stranger counts.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from contextlib import suppress
 from typing import NamedTuple
+
+from redis.exceptions import RedisError
+
+from robots import bus
+
+COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
 
 
 class Watchers(NamedTuple):
@@ -37,3 +44,16 @@ def together(several: Iterable[Watchers]) -> int:
 def watchers_text(count: int) -> str:
     """Return the message that tells how many watch."""
     return f'{{"t": "watchers", "count": {count}}}'
+
+
+def watching_now(slugs: Collection[str]) -> dict[str, int]:
+    """Return how many watch each of these robots in all web processes; nothing while Redis is away."""
+    with suppress(RedisError, OSError):
+        both = bus.connection().pipeline(transaction=False)
+        both.time()
+        for slug in slugs:
+            both.hgetall(bus.watchers_key(slug))
+        (now, _), *told = both.execute()
+        here = ([one for one in map(read_watchers, counts.values()) if now - one.at <= COUNT_S] for counts in told)
+        return {slug: together(ones) for slug, ones in zip(slugs, here, strict=True)}
+    return {}

@@ -4,8 +4,11 @@ from queueing.models.jobs import OPEN_JOB, Job, JobRun, JobState
 from queueing.models.queues import (
     NOT_YET,
     OPEN_TICKET,
+    SIDES,
     Account,
     Charge,
+    LostCause,
+    LostConnection,
     PlaceEnd,
     Queue,
     QueueRobot,
@@ -16,6 +19,22 @@ from queueing.models.queues import (
 )
 
 __all__ = (
-    "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "Job", "JobRun", "JobState", "PlaceEnd",
-    "Queue", "QueueRobot", "Ticket", "TicketState", "Turn", "TurnSession",
+    "NOT_YET",
+    "OPEN_JOB",
+    "OPEN_TICKET",
+    "SIDES",
+    "Account",
+    "Charge",
+    "Job",
+    "JobRun",
+    "JobState",
+    "LostCause",
+    "LostConnection",
+    "PlaceEnd",
+    "Queue",
+    "QueueRobot",
+    "Ticket",
+    "TicketState",
+    "Turn",
+    "TurnSession",
 )  # fmt: skip

@@ -188,6 +188,41 @@ class Turn(models.Model):
         return handle_of(self.user)
 
 
+class LostCause(models.TextChoices):
+    """Why an operator's connection was lost."""
+
+    PAGE = "page", "The page was closed, left or reloaded"
+    CUT = "cut", "The connection was cut on its way"
+    NO_PONG = "no_pong", "The browser did not answer for 20 seconds"
+    NOT_READ = "not_read", "The browser took no data for a minute"
+    RESTART = "restart", "The portal was restarted"
+
+
+SIDES = {
+    LostCause.PAGE: "browser", LostCause.CUT: "network", LostCause.NO_PONG: "browser or network",
+    LostCause.NOT_READ: "browser or network", LostCause.RESTART: "portal",
+}  # fmt: skip
+
+
+class LostConnection(models.Model):
+    """A connection of an operator that ended during the turn."""
+
+    turn = models.ForeignKey(Turn, models.CASCADE, related_name="lost_connections")
+    at = models.DateTimeField()
+    cause = models.CharField(max_length=8, choices=LostCause)
+
+    class Meta:
+        ordering = ("-id",)
+
+    def __str__(self) -> str:
+        return f"{self.at:%Y-%m-%d %H:%M:%S}: {self.get_cause_display()}"
+
+    @property
+    def side(self) -> str:
+        """Return on which side the cause was."""
+        return SIDES[LostCause(self.cause)]
+
+
 class TurnSession(models.Model):
     """A session of the operator in which the robot's page is open, and when that page last reported."""
 

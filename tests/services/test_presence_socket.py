@@ -27,7 +27,7 @@ def test_the_presence_that_a_ping_notes_is_never_noted_after_the_socket_has_ende
     monkeypatch.setattr(presence, "Robot", SimpleNamespace(objects=SimpleNamespace(get=lambda slug: slug)))
     monkeypatch.setattr(presence.queue, "note_presence", seen)
     monkeypatch.setattr(presence.queue, "note_disconnection", lambda *_: told.append("left"))
-    socket = SimpleNamespace(scope={}, closed=False)
+    socket = SimpleNamespace(scope={}, closed=False, lost_by="")
     page = presence.Presence(socket, "mercury", SimpleNamespace(continues_elsewhere=lambda person: False))
     ping = threading.Thread(target=page.mark_seen)
     ping.start()

@@ -12,6 +12,7 @@ from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of
 from portal.live.snapshot import is_free, moves, operator_name, shown_still, status_of
+from portal.live.watchers import watching_now
 from queueing.models import Turn
 from queueing.services import CLOSED, join_said, offers_turns, open_turn, wait_if_joined, waiting
 from robots.grants import open_grant
@@ -25,8 +26,9 @@ LOOP = 24  # pictures of the last turn that are shown one after another
 
 def landing(request: HttpRequest) -> HttpResponse:
     """Show the robots, live."""
-    now, robots = SYSTEM.now(), Robot.objects.filter(enabled=True, practice_for=None)
-    cards = [_card(robot, request.user, now) for robot in robots]
+    now, robots = SYSTEM.now(), list(Robot.objects.filter(enabled=True, practice_for=None))
+    watching = watching_now([robot.slug for robot in robots])
+    cards = [_card(robot, request.user, now) | {"watching": watching.get(robot.slug, 0)} for robot in robots]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
     lead, find = _lead(cards), entries.exclude(frame=None).first()
     others = [card for card in cards if card is not lead]

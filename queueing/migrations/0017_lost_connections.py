@@ -7,7 +7,7 @@ from django.db import migrations, models
 class Migration(migrations.Migration):
 
     dependencies = [
-        ('queueing', '0015_job_seen_picture'),
+        ('queueing', '0016_labels_and_units'),
     ]
 
     operations = [

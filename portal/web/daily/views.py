@@ -64,7 +64,7 @@ def statistics(request: HttpRequest) -> HttpResponse:
     days = days_of(asked.robot)
     found, shown = milestones(days), reading.within(days, asked)
     context = {
-        "asked": asked, "spans": SPANS, "robots": Robot.objects.filter(enabled=True),
+        "asked": asked, "spans": SPANS, "robots": Robot.objects.filter(enabled=True, practice_for=None),
         "first": days[0] if days else None,
         "totals": [(one, number(one.value, one.whole)) for one in totals(days)] if days else [],
         "sections": [_section(figure, shown, found) for figure in FIGURES],

@@ -9,6 +9,7 @@ from django.http import HttpRequest
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
+from operatorlog import finds_admin as finds_admin
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, thumbnail

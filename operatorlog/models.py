@@ -124,3 +124,93 @@ class SurveyAnswer(models.Model):
 
     def __str__(self) -> str:
         return self.value[:60]
+
+
+class Round(models.Model):
+    """The time from one hiding of the pieces to the next: the present round of a robot has no end."""
+
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="rounds")
+    number = models.PositiveIntegerField()
+    puzzle = models.CharField(
+        max_length=300, blank=True, help_text="What people are asked to find out; everybody reads it."
+    )
+    began_at = models.DateTimeField()
+    ended_at = models.DateTimeField(null=True, blank=True, editable=False)
+    begun_by = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
+    # the command that makes the bed of a simulated robot anew; none where staff hide the pieces by hand
+    command = models.ForeignKey(
+        "robots.Command", models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
+
+    class Meta:
+        ordering = ("robot", "-number")
+        permissions = [("renew_round", "Can end a round and hide the pieces again")]
+        constraints = [
+            models.UniqueConstraint(fields=["robot", "number"], name="one_number_a_round"),
+            models.UniqueConstraint(fields=["robot"], condition=Q(ended_at=None), name="one_present_round"),
+        ]
+
+    def __str__(self) -> str:
+        return f"round {self.number} of {self.robot}"
+
+
+class Piece(models.Model):
+    """A piece of a round: its name and its place (m) are told to staff alone until somebody has found it."""
+
+    round = models.ForeignKey(Round, models.CASCADE, related_name="pieces")
+    name = models.CharField(max_length=80)
+    x = models.FloatField("x (m)", null=True, blank=True)
+    y = models.FloatField("y (m)", null=True, blank=True)
+
+    class Meta:
+        ordering = ("name",)
+        constraints = [models.UniqueConstraint(fields=["round", "name"], name="one_name_a_piece")]
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class Find(models.Model):
+    """An operator's report of a piece: what and where (m) it is. A moderator confirms which piece, or declines."""
+
+    class State(models.TextChoices):
+        """What a moderator has decided."""
+
+        REPORTED = "reported", "Waits for a moderator"
+        CONFIRMED = "confirmed", "Confirmed"
+        DECLINED = "declined", "Declined"
+
+    round = models.ForeignKey(Round, models.CASCADE, related_name="finds")
+    turn = models.ForeignKey(Turn, models.CASCADE, related_name="finds")
+    author = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="finds")
+    name = models.CharField(max_length=80)
+    x = models.FloatField("x (m)")
+    y = models.FloatField("y (m)")
+    frame = models.ForeignKey("robots.Frame", models.SET_NULL, null=True, blank=True, related_name="finds")
+    seen_at = models.DateTimeField(help_text="When the picture was taken; it decides who was first.")
+    reported_at = models.DateTimeField()
+    state = models.CharField(max_length=10, choices=State, default=State.REPORTED)
+    piece = models.ForeignKey(Piece, models.SET_NULL, null=True, blank=True, related_name="finds")
+    decided_by = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
+    decided_at = models.DateTimeField(null=True, blank=True, editable=False)
+
+    class Meta:
+        ordering = ("seen_at", "id")
+        constraints = [
+            models.UniqueConstraint(fields=["turn", "name"], name="one_report_a_name_and_turn"),
+            models.CheckConstraint(
+                condition=Q(piece__isnull=True) | Q(state="confirmed"), name="a_piece_of_a_confirmed_find"
+            ),
+        ]
+
+    def __str__(self) -> str:
+        return f"{self.name}, by {self.author_name}"
+
+    @property
+    def author_name(self) -> str:
+        """Return the author's handle, or that the account was deleted."""
+        return handle_of(self.author)

@@ -10,7 +10,11 @@ from django.db.models import Exists, F, OuterRef, Q, QuerySet
 from django.db.models.signals import post_delete
 from django.dispatch import receiver
 
-from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
+from operatorlog.errors import LogError as LogError
+from operatorlog.finds import Report, report
+from operatorlog.finds import begin_first as begin_first
+from operatorlog.finds import excavation_of as excavation_of
+from operatorlog.models import Entry, Find, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from queueing.models import Job, Turn
 from queueing.services import Asker, note_answered
 from robots import bus
@@ -23,20 +27,17 @@ LONGEST = 2000
 LONGEST_ANSWER = 1000
 
 
-class LogError(Exception):
-    """The log refuses; the message says why."""
-
-
 def hand_in(
-    turn: Turn, user: Any, text: str | None, frame_id: int | None, answers: dict[int, str], now: datetime
-) -> tuple[Entry | None, SurveyResponse | None]:
-    """Store the form after a turn: an entry, answers, or both; all or nothing.
+    turn: Turn, user: Any, text: str | None, frame_id: int | None, answers: dict[int, str], now: datetime,
+    find: Report | None = None,
+) -> tuple[Entry | None, SurveyResponse | None, Find | None]:  # fmt: skip
+    """Store the form after a turn: an entry, answers, the report of a find, or several of them; all or nothing.
 
-    `text` is None if the form had no field for an entry. Return the entry and the answers, each None if the form had
-    none. An unchanged entry that is sent again is not stored again.
+    `text` is None if the form had no field for an entry. Return the entry, the answers and the find, each None if the
+    form had none. An unchanged entry that is sent again is not stored again.
 
     Raises:
-        LogError: neither an entry nor an answer, or whatever `write`, `edit` and `answer_survey` refuse.
+        LogError: neither an entry nor an answer, or whatever `write`, `edit`, `answer_survey` and `report` refuse.
     """
     _own(turn, user)
     answers = {pk: value for pk, value in answers.items() if value.strip()}
@@ -48,9 +49,10 @@ def hand_in(
         elif text is not None and text.strip():
             written = write(turn, user, text, frame_id, now)
         answered = answer_survey(turn, user, answers, now) if answers else None
-        if written is None and answered is None:
+        reported = report(turn, user, find, now) if find is not None else None
+        if written is None and answered is None and reported is None:
             raise LogError("Write a few words or answer a question first; either is enough.")
-        return written, answered
+        return written, answered, reported
 
 
 def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
@@ -210,13 +212,14 @@ def _picture(turn: Turn, frame_id: int | None) -> Frame | None:
 
 
 def _keep(*frames: int | None) -> None:
-    """Keep these stored pictures (primary keys) as long as an entry shows them, and no longer."""
-    shown = Entry.objects.filter(frame=OuterRef("pk"))
-    Frame.objects.filter(pk__in=[pk for pk in frames if pk is not None]).update(kept=Exists(shown))
+    """Keep these stored pictures (primary keys) as long as an entry or a find shows them, and no longer."""
+    shown = Exists(Entry.objects.filter(frame=OuterRef("pk"))) | Exists(Find.objects.filter(frame=OuterRef("pk")))
+    Frame.objects.filter(pk__in=[pk for pk in frames if pk is not None]).update(kept=shown)
 
 
 @receiver(post_delete, sender=Entry)
-def _keep_no_longer(instance: Entry, **_: Any) -> None:
+@receiver(post_delete, sender=Find)
+def _keep_no_longer(instance: Entry | Find, **_: Any) -> None:
     _keep(instance.frame_id)
 
 

@@ -4,21 +4,26 @@ from typing import Any
 
 from django.contrib import messages
 from django.core.paginator import Paginator
-from django.http import HttpRequest, HttpResponse
+from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
 
 from operatorlog import services
+from operatorlog.finds import Report, excavation_of
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
+from operatorlog.register import register_of
 from operatorlog.services import may_see_hidden
 from operatorlog.steps import steps_of
 from queueing.models import Turn
 from robots.kit.clock import SYSTEM
-from robots.kit.plain import whole
+from robots.kit.contract.words import place_of
+from robots.kit.plain import NUMERAL, whole
+from robots.models import Frame, Robot
 from robots.people import is_person
 from robots.recordings.findings import SHOWN, findings_of, left_out
 
 PAGE = 20
+LONGEST_NUMBER = 20  # characters
 
 
 def log(request: HttpRequest) -> HttpResponse:
@@ -48,17 +53,38 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next={turn.get_absolute_url()}")
     text = request.POST.get("text")
+    frame = whole(request.POST.get("frame", ""))
     try:
-        written, answered = services.hand_in(
-            turn, request.user, text, whole(request.POST.get("frame", "")), survey_answers(request), SYSTEM.now()
+        written, answered, reported = services.hand_in(
+            turn, request.user, text, frame, survey_answers(request), SYSTEM.now(), _report(request, frame)
         )
     except services.LogError as error:
         return _show(request, turn, str(error), status=422 if is_person(request.user, turn.user_id) else 403)
+    if reported:
+        messages.success(request, f"“{reported.name}” is reported; a moderator looks at it.")
     if written and answered:
         messages.success(request, "It is in the log, and your answers are kept. Thank you!")
-    else:
+    elif written or answered:
         messages.success(request, "It is in the log. Thank you!" if written else "Thank you for your answers!")
     return redirect(turn)
+
+
+def _report(request: HttpRequest, frame: int | None) -> Report | None:
+    """Return the report of a find in the form, its place in cm; None if there is none. Raises LogError."""
+    name = request.POST.get("find", "").strip()
+    if not name:
+        return None
+    x, y = (_metres(request.POST.get(field, "").strip()) for field in ("find_x", "find_y"))
+    return Report(name, frame, x, y)
+
+
+def _metres(text: str) -> float | None:
+    """Return a length that was typed in cm; None where nothing was. Raises LogError."""
+    if not text:
+        return None
+    if len(text) > LONGEST_NUMBER or not NUMERAL.fullmatch(text.replace(",", ".")):
+        raise services.LogError("The place of a find is two numbers in cm, or empty.")
+    return float(text.replace(",", ".")) / 100
 
 
 def survey_answers(request: HttpRequest) -> dict[int, str]:
@@ -83,6 +109,8 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     steps, step_pages = steps_of(turn, request.GET.get("page"))
     long = turn.grant.commands.filter(result__has_key="left_out")
     noted = {one.frame_id for one in findings}  # the page shows these pictures beside the findings
+    digs = excavation_of(turn.robot) is not None
+    reporting = mine and ended and digs
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,
@@ -93,8 +121,18 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
         "steps": steps, "step_pages": step_pages,
         "findings": findings if "all" in request.GET else findings[:SHOWN],
         "all_findings": findings, "findings_in_all": len(findings), "left_out": left_out(long),
+        "digs": digs, "reporting": reporting, "places": _places(turn, frames) if reporting else {},
+        "finds": turn.finds.select_related("piece") if mine and digs else [],
+        "find": {name: request.POST.get(name, "") for name in ("find", "find_x", "find_y")} if problem else {},
     }  # fmt: skip
     return render(request, "operatorlog/turn.html", context, status=status)
+
+
+def _places(turn: Turn, frames: list[Frame]) -> dict[int, list[float]]:
+    """Return x and y (cm) of the robot in each picture, by its primary key: what the form fills in for a find."""
+    spec = turn.robot.spec()
+    places = {frame.pk: place_of(spec, frame.pose) for frame in frames}
+    return {pk: [round(100 * at["x"], 1), round(100 * at["y"], 1)] for pk, at in places.items() if {"x", "y"} <= {*at}}
 
 
 def _survey(request: HttpRequest, turn: Turn) -> list[dict[str, Any]]:
@@ -108,3 +146,12 @@ def survey_form(request: HttpRequest, after: SurveyQuestion.After) -> list[dict[
     """Return the questions after a turn or a job, each with the answer just given."""
     given = survey_answers(request)
     return [{"q": q, "given": given.get(q.pk, "")} for q in services.questions_after(after)]
+
+
+def finds(request: HttpRequest, slug: str) -> HttpResponse:
+    """Show what was found with a robot, and where it was dug."""
+    robot = get_object_or_404(Robot, slug=slug)
+    register = register_of(robot)
+    if register is None:
+        raise Http404("With this robot nothing is hidden.")
+    return render(request, "operatorlog/finds.html", {"robot": robot, "register": register})

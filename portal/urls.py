@@ -67,6 +67,7 @@ urlpatterns = [
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),
     path("log/", log.log, name="log"),
+    path("robots/<slug:slug>/finds/", log.finds, name="finds"),
     path("turns/<int:pk>/", log.turn_page, name="turn"),
     path("survey/results/", results.results, name="survey-results"),
     path("survey/results.csv", results.results_csv, name="survey-csv"),

@@ -9,6 +9,7 @@ from django.db import transaction
 from accounts.models import User
 from accounts.services import load_bank
 from operatorlog.models import SurveyQuestion
+from operatorlog.services import begin_first
 from queueing.services import queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM
@@ -33,7 +34,7 @@ JOB_SURVEY = (  # as in the paper of the iRat
 )
 SHIPPED = ("mercury", "pa10", "irat", "srv1", "puma")
 PRACTISED = "mercury"  # the robot of which a demo has a twin for practice; each costs a worker
-MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
+MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse", "view_find", "change_find")
 
 
 def add_robot(driver: str) -> Robot:
@@ -47,6 +48,7 @@ def add_robot(driver: str) -> Robot:
     queue_of(robot)
     load_bank(robot)
     load_gallery(robot, SYSTEM.now())
+    begin_first(robot, SYSTEM.now())
     return robot
 
 

@@ -1,5 +1,8 @@
 """Turns and waits on pages."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from django import template
 
 from queueing.models import Turn
@@ -13,3 +16,9 @@ register.filter("wait_said", wait_said)
 def turn_end(turn: Turn) -> End | None:
     """Return why a turn ended, what it costs and what is next; None while it goes on."""
     return end_of_turn(turn) if turn.ended_at is not None else None
+
+
+@register.filter
+def at_key(table: Mapping[int, Any], key: int) -> Any:
+    """Return what a table has under a key; None where it has nothing."""
+    return table.get(key)

@@ -8,7 +8,7 @@ from django.contrib.auth.models import Group, Permission
 from accounts.models import Attempt, Clearance
 from accounts.services import begin, load_bank, mark_read
 from operatorlog import services as log
-from operatorlog.models import SurveyQuestion
+from operatorlog.models import Find, SurveyQuestion
 from queueing import services as queue
 from queueing.models import JobRun, Ticket, Turn
 from queueing.services import Asker, ask
@@ -125,6 +125,11 @@ def in_use(mercury, people, now):
             approved=True,
             changed_at=now,
         )
+    hidden = log.begin_first(mercury, now)
+    turn = Turn.objects.filter(robot=mercury).first()
+    spoon = Find(round=hidden, turn=turn, author=ada, name="a spoon", x=0.1, y=0.4, seen_at=now, reported_at=now)
+    spoon.piece, spoon.state = hidden.pieces.first(), Find.State.CONFIRMED
+    spoon.save()
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")
     drive(mercury, ada, now)
     queue.join(pa10, eve, now)

@@ -4,7 +4,7 @@ from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group
 
 from accounts.models import Clearance, Question, User
-from operatorlog.models import SurveyQuestion
+from operatorlog.models import Round, SurveyQuestion
 from queueing.models import Queue
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
@@ -20,6 +20,7 @@ NEW = {
     Group: {"name": "Guides"},
     EmailAddress: {"user": "{eve}", "email": "eve@example.org"},
     Queue: {"name": "Another"},
+    Round: {"robot": "{robot}"},
     SurveyQuestion: {"prompt": "What else?"},
 }
 

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.django_db
 # left out: cameras and /readyz, which ask a worker and Redis, and answer 503 without
 ALONE = ("/", "/story/", "/status/", "/me/", "/me/places/", "/log/", "/survey/results/", "/survey/results.csv",
          "/accounts/email/")  # fmt: skip
-OF_A_ROBOT = ("", "programs/", "orientation/", "clearance/", "jobs/", "statistics/", "statistics.json", "recordings/")
+OF_A_ROBOT = ("", "programs/", "orientation/", "clearance/", "jobs/", "statistics/", "statistics.json", "recordings/", "finds/")
 MANY = ("robot", "surveyquestion", "queue")  # their rows differ in kind: all are changed
 ROUNDS, IN_THE_GATE = 6, 2
 
@@ -116,7 +116,7 @@ def test_no_field_that_staff_change_breaks_a_page(used, number):
 
 
 DELETED_TOGETHER = (
-    ("question", "group", "program", "emailaddress", "clearance", "surveyquestion", "entry", "surveyresponse"),
+    ("question", "group", "program", "emailaddress", "clearance", "surveyquestion", "entry", "surveyresponse", "find"),
     ("user",), ("account", "queue", "robot"),
 )  # fmt: skip
 

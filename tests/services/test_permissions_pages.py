@@ -85,6 +85,7 @@ GET = {
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),
     "classic/<slug:slug>/<str:name>.gif": ("/classic/mercury/none.gif", everybody(ABSENT)),
     "log/": ("/log/", everybody(OK)),
+    "robots/<slug:slug>/finds/": ("/robots/mercury/finds/", everybody(OK)),
     "turns/<int:pk>/": ("/turns/{turn}/", everybody(OK)),
     "survey/results/": ("/survey/results/", only("log_moderator", "viewer", "superuser")),
     "survey/results.csv": ("/survey/results.csv", only("log_moderator", "viewer", "superuser")),

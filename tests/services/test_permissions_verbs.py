@@ -17,7 +17,8 @@ from django.db import transaction
 from accounts import services as accounts
 from accounts.models import Choice, Clearance, Question
 from operatorlog import services as log
-from operatorlog.models import Entry, SurveyQuestion, Visibility
+from operatorlog.finds import Report, begin_first
+from operatorlog.models import Entry, Find, SurveyQuestion, Visibility
 from queueing import admin as queue_admin
 from queueing import services as queue
 from queueing.errors import QueueError
@@ -59,6 +60,11 @@ def over(w):
 def entry(w):
     one = over(w)
     return Entry.objects.create(turn=one, author=one.user, robot=w.robot, text="x", written_at=SYSTEM.now())
+
+
+def find(w):
+    one = over(w)
+    return log.report(one, one.user, Report("x", None, 0.1, 0.4), SYSTEM.now())
 
 
 def locked(w):
@@ -196,6 +202,12 @@ ROWS = {
     "operatorlog.answer_survey_of_job": (
         OPERATOR, lambda do, w: do(job(w, "done"), asker(w), {one_question(): "4"}, SYSTEM.now()),
     ),
+    "operatorlog.entries_for": (ANYBODY, lambda do, w: do(w.user)),
+    "operatorlog.report": (OPERATOR, lambda do, w: do(over(w), w.user, Report("x", None, 0.1, 0.4), SYSTEM.now())),
+    "operatorlog.decide": (ADMINS, lambda do, w: do(find(w), w.user, Find.State.DECLINED, None, SYSTEM.now())),
+    "operatorlog.bury_again": (
+        ADMINS, lambda do, w: (over(w) and do(begin_first(w.robot, SYSTEM.now()), w.user, SYSTEM.now())) or refused(),
+    ),
     "operatorlog.answer_survey": (OPERATOR, lambda do, w: do(over(w), w.user, {}, SYSTEM.now())),
 }  # fmt: skip
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
@@ -205,6 +217,7 @@ OWN = {
     "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",
     "robots.need_staff", "robots.need_level", "robots.reaches",
+    "operatorlog.begin_first",  # who notes that the first round begins; its callers ask for permission
 }  # fmt: skip
 
 

@@ -36,6 +36,17 @@ function fill(of: HTMLFormElement, draft: Record<string, string>, begun: Set<str
   }
 }
 
+/** Fill in the place of a find from the chosen picture, until somebody has typed another. */
+function fillPlace(of: HTMLFormElement): void {
+  const chosen = of.querySelector<HTMLInputElement>("input[name=frame]:checked");
+  for (const axis of ["x", "y"]) {
+    const field = of.querySelector<HTMLInputElement>(`#find_${axis}`);
+    const place = chosen?.dataset[axis] ?? "";
+    if (!field || (field.value !== "" && field.value !== field.dataset["filled"])) continue;
+    field.value = field.dataset["filled"] = place;
+  }
+}
+
 if (form) {
   const name = nameOf(form.dataset["draft"] ?? "");
   const begun = touched(form);
@@ -47,6 +58,8 @@ if (form) {
   if ("fresh" in form.dataset) fill(form, read(name), begun); // after a refusal the server returns what was sent
   if (begun.size) store();
   form.addEventListener("input", store);
+  form.addEventListener("change", () => fillPlace(form));
+  fillPlace(form);
 }
 // the server has accepted a part that has no form any more
 for (const draft of [turn, `${turn}-edit`]) if (form?.dataset["draft"] !== draft) withStorage((all) => all.removeItem(nameOf(draft)));

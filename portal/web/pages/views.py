@@ -17,7 +17,7 @@ from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
 from accounts.services import TAKE
-from operatorlog.services import hidden_with, may_see_picture
+from operatorlog.services import excavation_of, hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.alerts.models import AlertChoice, may_be_told
 from portal.web.classic.pictures import has_classic_console
@@ -67,6 +67,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "entries": newest_entries(robot),
         "classic": has_classic_console(robot),
         "takes_jobs": bool(job_kinds(robot)),
+        "digs": excavation_of(robot) is not None,
         "suspended": waits_for_staff(robot),
         "composites": robot.spec().all_of(Composite),
         "turns": offers_turns(robot),

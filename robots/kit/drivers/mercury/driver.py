@@ -86,9 +86,9 @@ class Driver(Session):
             return Outcome(dict(args), self._latest)
         if kind == "air":
             seconds = float(args.get("seconds", self._description["air"]["burst_s"]))
-            return self._run(
-                lambda seq: wire.scalar(Instruction.AIR, seq, seconds), {"seconds": seconds}, permit, on_stage, 3.0
-            )
+            x, y = (self._latest or self.state()).pose[:2]
+            sent = {"seconds": seconds, "x": round(x, 4), "y": round(y, 4)}
+            return self._run(lambda seq: wire.scalar(Instruction.AIR, seq, seconds), sent, permit, on_stage, 3.0)
         if kind == "jog":
             return self._jog(number(args, "dx"), number(args, "dy"), permit, on_stage)
         return self._go(self._target(kind, args), permit, on_stage)

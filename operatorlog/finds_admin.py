@@ -1,0 +1,188 @@
+"""Admin pages of finds: a moderator decides which piece it is; staff hide the pieces again."""
+
+from math import hypot
+from typing import Any
+
+from django import forms
+from django.contrib import admin
+from django.http import HttpRequest
+from django.utils.html import format_html
+from django.utils.safestring import SafeString
+
+from operatorlog import finds
+from operatorlog.errors import LogError
+from operatorlog.models import Find, Piece, Round
+from robots.admin.bases import GuardedAdmin, NamedInline, thumbnail
+from robots.kit.clock import SYSTEM
+from robots.models import Robot
+
+
+class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
+    """Pieces with how far each is from the place of the find."""
+
+    find: Find | None = None
+
+    def label_from_instance(self, obj: Piece) -> str:
+        """Return the name, and the distance where the place is known."""
+        if self.find is None or obj.x is None or obj.y is None:
+            return obj.name
+        return f"{obj.name}, {100 * hypot(obj.x - self.find.x, obj.y - self.find.y):.1f} cm away"
+
+
+class DecisionForm(forms.ModelForm):  # type: ignore[type-arg]
+    """A moderator's decision about a find."""
+
+    piece = PieceChoice(Piece.objects.none(), required=False, empty_label="None")
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        if "piece" in self.fields and self.instance.pk:
+            field: Any = self.fields["piece"]
+            field.find, field.queryset = self.instance, Piece.objects.filter(round=self.instance.round_id)
+
+    def clean(self) -> dict[str, Any]:
+        """Show an error of the verb at its field."""
+        cleaned = super().clean() or {}
+        try:
+            state = Find.State(str(cleaned.get("state")))
+            cleaned["piece"] = finds.check_decision(self.instance, state, cleaned.get("piece"))
+        except LogError as error:
+            self.add_error("piece", str(error))
+        except ValueError:
+            pass  # an unknown state: its own field shows the error
+        return cleaned
+
+
+@admin.register(Find)
+class FindAdmin(GuardedAdmin):
+    """Confirm a find as a piece, or decline it."""
+
+    list_display = ("reported_at", "picture", "name", "author", "robot", "place", "state", "piece")
+    list_select_related = ("author", "round__robot", "frame__robot", "piece")
+    list_filter = ("state", "round__robot")
+    form = DecisionForm
+    search_fields = ("name", "author__username")
+    readonly_fields = ("round", "author", "name", "place", "picture", "page", "seen_at", "reported_at")
+    fields = (*readonly_fields, "state", "piece")
+    actions = ("decline",)
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Return False: operators report finds after their turn."""
+        return False
+
+    def save_model(self, request: HttpRequest, obj: Find, form: Any, change: bool) -> None:
+        """Decide through the verb, which notes who did."""
+        wanted, piece = Find.State(obj.state), form.cleaned_data.get("piece")
+        finds.decide(Find.objects.get(pk=obj.pk), request.user, wanted, piece, SYSTEM.now())
+
+    @admin.action(description="Decline", permissions=["change"])
+    def decline(self, request: HttpRequest, queryset: Any) -> None:
+        """Decline the chosen finds."""
+        self.act_on(
+            request, queryset,
+            lambda find: finds.decide(find, request.user, Find.State.DECLINED, None, SYSTEM.now()),
+            "Declined", "Declined before",
+        )  # fmt: skip
+
+    @admin.display(description="Robot")
+    def robot(self, find: Find) -> str:
+        """Return the robot's name."""
+        return str(find.round.robot)
+
+    @admin.display(description="Place")
+    def place(self, find: Find) -> str:
+        """Return the reported place."""
+        return f"x {100 * find.x:.1f} cm, y {100 * find.y:.1f} cm"
+
+    @admin.display(description="Picture")
+    def picture(self, find: Find) -> SafeString | str:
+        """Return the picture of the report."""
+        return thumbnail(find.frame, f"Picture of the find {find.name}")
+
+    @admin.display(description="Page")
+    def page(self, find: Find) -> SafeString:
+        """Return a link to the turn, which shows all its pictures."""
+        return format_html('<a href="{}">The whole turn</a>', find.turn.get_absolute_url())
+
+
+class PieceInline(NamedInline):
+    """The pieces of a round; staff alone see where they are."""
+
+    model = Piece
+    extra = 0
+    fields = ("name", "x", "y")
+
+
+class RoundForm(forms.ModelForm):  # type: ignore[type-arg]
+    """A round: the first of a robot is added, each other follows from hiding the pieces again."""
+
+    def clean_robot(self) -> Robot:
+        """Refuse a robot without hidden pieces, or with rounds."""
+        robot: Robot = self.cleaned_data["robot"]
+        if finds.excavation_of(robot) is None:
+            raise forms.ValidationError("With this robot nothing is hidden.")
+        if Round.objects.filter(robot=robot).exists():
+            raise forms.ValidationError("It has rounds already: choose the present one in the list, and bury again.")
+        return robot
+
+
+@admin.register(Round)
+class RoundAdmin(GuardedAdmin):
+    """The rounds of a robot, with the pieces of each; the action *Bury again* ends the present one."""
+
+    list_display = ("robot", "number", "began_at", "ended_at", "begun_by", "found_pieces", "bed")
+    list_select_related = ("robot", "begun_by", "command")
+    list_filter = ("robot",)
+    form = RoundForm
+    readonly_fields = ("number", "began_at", "ended_at", "begun_by", "bed")
+    fields = ("robot", *readonly_fields, "puzzle")
+    inlines = (PieceInline,)
+    actions = ("bury_again",)
+
+    def get_readonly_fields(self, request: HttpRequest, obj: Round | None = None) -> Any:
+        """Return what nobody changes: also the robot of a round that exists."""
+        return self.readonly_fields if obj is None else (*self.readonly_fields, "robot")
+
+    def has_delete_permission(self, request: HttpRequest, obj: Round | None = None) -> bool:
+        """Return False: a round with its finds stays, as a milestone."""
+        return False
+
+    def get_inlines(self, request: HttpRequest, obj: Round | None) -> Any:
+        """Return no pieces for a new round: those of a simulated robot come by themselves."""
+        return () if obj is None else self.inlines
+
+    def has_renew_permission(self, request: HttpRequest) -> bool:
+        """Return whether the person may hide the pieces again."""
+        return request.user.has_perm("operatorlog.renew_round")
+
+    def save_model(self, request: HttpRequest, obj: Round, form: Any, change: bool) -> None:
+        """Begin the first round through the verb; of a round that exists only the puzzle changes."""
+        if change:
+            obj.save(update_fields=["puzzle"])
+            return
+        made = finds.begin_first(obj.robot, SYSTEM.now(), request.user)
+        if made is not None:
+            obj.pk, obj.number, obj.began_at, obj.begun_by = made.pk, made.number, made.began_at, made.begun_by
+            Round.objects.filter(pk=made.pk).update(puzzle=obj.puzzle)
+
+    @admin.action(description="Bury again: end the round, hide the pieces anew", permissions=["renew"])
+    def bury_again(self, request: HttpRequest, queryset: Any) -> None:
+        """End the chosen present rounds; the next begin."""
+        self.act_on(
+            request, queryset.select_related("robot"),
+            lambda one: finds.bury_again(one, request.user, SYSTEM.now()),
+            "Buried again", "Over before, or its bed is being made: nothing was changed",
+        )  # fmt: skip
+
+    @admin.display(description="Found")
+    def found_pieces(self, one: Round) -> str:
+        """Return how many pieces were found of how many."""
+        pieces = one.pieces.filter(finds__isnull=False).distinct().count()
+        return f"{pieces} of {one.pieces.count()}"
+
+    @admin.display(description="Bed")
+    def bed(self, one: Round) -> str:
+        """Return how the command that makes the bed has ended."""
+        if one.command is None:
+            return "as it was, or by hand"
+        return f"{one.command.get_state_display()}{f': {one.command.reason}' if one.command.reason else ''}"

@@ -1,0 +1,37 @@
+"""Excavation: a robot uncovers hidden pieces. People report what they find, staff hide the pieces again."""
+
+from dataclasses import dataclass
+
+from robots.kit.contract.floor import Box
+
+
+@dataclass(frozen=True)
+class HiddenPiece:
+    """A piece, by its name, and where it is hidden (m, in the frame of the robot's pose)."""
+
+    name: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Excavation:
+    """The robot digs for hidden pieces in the rectangle `area` (x, y of two corners, m).
+
+    A completed command `kind` digs once, at the `x` and `y` (m) that its driver says it `sent`; `once` and `often` are
+    the words for one of them and for several. The map of what was dug has cells of `cell_m`. `pieces(number)` names
+    the function that returns the `HiddenPiece`s of a simulated bed, by its number. `renewed_by` is the command of the
+    lane `config` for staff alone that makes a simulated bed anew, from its argument `number` (1 to `MOST_BEDS`), which
+    nobody else is told: without it staff hide the pieces by hand, as with every real robot.
+    """
+
+    kind: str
+    area: Box
+    pieces: str = ""
+    renewed_by: str = ""
+    once: str = "time"
+    often: str = "times"
+    cell_m: float = 0.04
+
+
+MOST_BEDS = 2**24 - 1  # a number that four bytes of a float hold exactly

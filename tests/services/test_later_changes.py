@@ -25,7 +25,17 @@ pytestmark = pytest.mark.django_db
 # left out: cameras and /readyz, which ask a worker and Redis, and answer 503 without
 ALONE = ("/", "/story/", "/status/", "/me/", "/me/places/", "/log/", "/survey/results/", "/survey/results.csv",
          "/accounts/email/")  # fmt: skip
-OF_A_ROBOT = ("", "programs/", "orientation/", "clearance/", "jobs/", "statistics/", "statistics.json", "recordings/", "finds/")
+OF_A_ROBOT = (
+    "",
+    "programs/",
+    "orientation/",
+    "clearance/",
+    "jobs/",
+    "statistics/",
+    "statistics.json",
+    "recordings/",
+    "finds/",
+)
 MANY = ("robot", "surveyquestion", "queue")  # their rows differ in kind: all are changed
 ROUNDS, IN_THE_GATE = 6, 2
 

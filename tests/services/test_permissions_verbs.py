@@ -202,7 +202,6 @@ ROWS = {
     "operatorlog.answer_survey_of_job": (
         OPERATOR, lambda do, w: do(job(w, "done"), asker(w), {one_question(): "4"}, SYSTEM.now()),
     ),
-    "operatorlog.entries_for": (ANYBODY, lambda do, w: do(w.user)),
     "operatorlog.report": (OPERATOR, lambda do, w: do(over(w), w.user, Report("x", None, 0.1, 0.4), SYSTEM.now())),
     "operatorlog.decide": (ADMINS, lambda do, w: do(find(w), w.user, Find.State.DECLINED, None, SYSTEM.now())),
     "operatorlog.bury_again": (

@@ -192,8 +192,20 @@ def bury_again(ending: Round, user: Any, now: datetime) -> bool:
         made = Round.objects.create(
             robot=robot, number=present.number + 1, began_at=now, begun_by=user, command=command, puzzle=present.puzzle
         )
-        _hide(made, declared, bed)
+        if command is not None:
+            _hide(made, declared, bed)
+        else:
+            _hide_by_hand(made, present)
     return True
+
+
+def _hide_by_hand(made: Round, before: Round) -> None:
+    """Store the same pieces again. Staff fill in where; in a simulated bed without such a command they stay."""
+    stay = made.robot.simulated
+    Piece.objects.bulk_create(
+        Piece(round=made, name=one.name, x=one.x if stay else None, y=one.y if stay else None)
+        for one in before.pieces.all()
+    )
 
 
 def _renewed(robot: Robot, declared: Excavation, user: Any, bed: int, now: datetime) -> Command | None:

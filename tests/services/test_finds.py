@@ -4,6 +4,7 @@ import re
 from datetime import timedelta
 
 import pytest
+from django.contrib.admin.models import LogEntry
 from django.core.cache import cache
 from django.db import connection
 from django.test import Client
@@ -290,3 +291,40 @@ def test_a_robot_without_hidden_pieces_has_no_such_page(robot, client):
     type(robot).objects.filter(pk=robot.pk).update(driver="srv1")
     assert client.get("/robots/mercury/finds/").status_code == 404
     assert "/finds/" not in client.get("/robots/mercury/").content.decode()
+
+
+def bury(roles, role, chosen):
+    client = as_role(roles, role)
+    data = {"action": "bury_again", "_selected_action": chosen.pk}
+    return client.post("/admin/operatorlog/round/", data, follow=True)
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_bury_again_ends_the_round_once_and_it_becomes_a_milestone(bed, roles, client, robot, simulated):
+    if not simulated:
+        type(robot).objects.filter(pk=robot.pk).update(address="serial:/dev/ttyUSB0")
+    confirmed(roles)
+    Round.objects.update(puzzle="Which story?")
+    assert "Buried again: 1 round." in bury(roles, "superuser", bed).content.decode()
+    assert "nothing was changed: 1 round." in bury(roles, "superuser", bed).content.decode(), "a second press"
+    bed.refresh_from_db()
+    present = Round.objects.get(ended_at=None)
+    assert (present.number, present.puzzle, present.begun_by) == (2, "Which story?", roles["superuser"])
+    assert bed.ended_at == present.began_at
+    assert [one.name for one in present.pieces.all()] == sorted(SECRET)
+    assert all((one.x is None) != simulated for one in present.pieces.all())
+    assert LogEntry.objects.filter(object_id=bed.pk, user=roles["superuser"]).count() == 1
+    html = client.get("/robots/mercury/finds/").content.decode()
+    assert "Milestones" in html
+    assert "0 of 2 pieces were found in round 2" in html
+    assert "1 of 2 pieces was found." in html
+    assert "thimble" not in html
+
+
+@pytest.mark.asvs("8.2.2")
+@pytest.mark.parametrize("role", [role for role in ROLES if role != "superuser"])
+def test_nobody_without_the_permission_buries_again(bed, roles, role):
+    bury(roles, role, bed)
+    bed.refresh_from_db()
+    assert bed.ended_at is None
+    assert Round.objects.count() == 1

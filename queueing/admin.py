@@ -97,7 +97,7 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
              f"{one.joined_at:%H:%M:%S}", f"{one.last_seen:%H:%M:%S}")
             for one in waiting_people(queue)[:LISTED]
         ]  # fmt: skip
-        item = '<li><a href="{}">{}</a>: {} since {}, last seen {}</li>'
+        item = '<li><a href="{}">{}</a>: {}; in the queue since {}, last seen {}</li>'
         return format_html('<ol class="farhand-queue">{}</ol>', format_html_join("", item, rows)) if rows else "nobody"
 
     @admin.display(description="Jobs that wait")

@@ -23,6 +23,8 @@ def main() -> None:
     with database():
         _take_mercury(folder)
     with database():
+        _take_admin(folder)
+    with database():
         _take_arm(folder)
     with database():
         _take_scene(folder)
@@ -52,6 +54,29 @@ def _take_mercury(folder: Path) -> None:
         page.goto("/")
         page.wait_for_timeout(1000)
         page.screenshot(path=folder / f"landing{name.removeprefix('console')}.png")
+
+
+def _take_admin(folder: Path) -> None:
+    """The first page of staff: a robot that is driven and for which somebody waits, and what waits for a decision."""
+    from accounts.models import Clearance, User
+    from queueing import services as queue
+    from robots.kit.clock import SYSTEM
+    from robots.models import Incident, Program
+
+    robot, person = cast()
+    now = SYSTEM.now()
+    User.objects.filter(pk=person.pk).update(is_staff=True, is_superuser=True)
+    bob = User.objects.create_user("bob", "bob@example.org", "correct horse 42")
+    Clearance.objects.create(user=bob, robot=robot, granted_at=now)
+    before = now - timedelta(hours=2)
+    Incident.objects.create(robot=robot, at=before, code="stop_failed", text="The stop was not confirmed in time.")
+    Program.objects.create(robot=robot, author=bob, name="three holes", text="down", shared=True, changed_at=before)
+    for name, page in _looks(robot, person, 900, ("admin", "admin-dark", "admin-phone")):
+        queue.join(robot, bob, SYSTEM.now())
+        page.goto("/admin/")
+        page.wait_for_selector("[data-picture=live]")
+        page.wait_for_timeout(1500)
+        page.screenshot(path=folder / f"{name}.png")
 
 
 def _take_arm(folder: Path) -> None:

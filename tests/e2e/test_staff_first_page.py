@@ -8,8 +8,8 @@ from playwright.sync_api import expect
 from operatorlog.models import Entry
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
-from robots.models import Incident, Robot
-from robots.states import Cycle
+from robots.models import Grant, Incident, Robot
+from robots.states import Cycle, GrantKind
 from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT
@@ -142,3 +142,25 @@ def test_nothing_is_too_small_or_sticks_out_in_any_state(portal, staff, look):
     page.goto("/admin/")
     expect(page.get_by_text("Add the first robot")).to_be_visible()
     one.axe("no robot")
+
+
+def test_maintenance_leads_to_the_console_and_has_its_end_there(portal, staff):
+    one = staff(**DARK)
+    page = one.page
+    page.goto("/admin/")
+    card(page).get_by_text("Lock out or maintain").click()
+    card(page).get_by_role("textbox").fill("a new belt")
+    card(page).get_by_role("button", name="Lock out and drive it").click()
+    page.wait_for_url(f"**{portal.robot.get_absolute_url()}")
+    expect(page.locator("#place")).to_contain_text("Maintenance turn")
+    assert Robot.objects.get(pk=portal.robot.pk).lockout_note == "a new belt"
+    end = page.locator("#place [data-do=leave]")
+    expect(end).to_have_text("End maintenance")
+    end.click()
+    expect(page.locator("#place")).to_contain_text("stays locked out until staff lift that")
+    one.axe("before its end")
+    page.wait_for_timeout(500)  # a double click is one press
+    end.click()
+    expect(page.locator("#place")).not_to_contain_text("Maintenance turn")
+    assert not Grant.objects.filter(robot=portal.robot, kind=GrantKind.STAFF, ended_at=None).exists()
+    assert Robot.objects.get(pk=portal.robot.pk).cycle == Cycle.LOCKED_OUT

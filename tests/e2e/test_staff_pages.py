@@ -7,6 +7,7 @@ import pytest
 from operatorlog import services as log
 from operatorlog.models import SurveyAnswer, SurveyQuestion
 from portal.keep.seeding import add_robot
+from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.e2e.bare import portal as portal
@@ -23,6 +24,7 @@ TEXTS = """() => [...document.querySelectorAll('.plot')].map((plot) => {
   const over = texts.filter((t, n) => texts.slice(0, n).some((o) => place(o).left < place(t).right && place(t).left < place(o).right && place(o).top + 2 < place(t).bottom && place(t).top + 2 < place(o).bottom));
   return [...outside, ...over].map((t) => t.textContent);
 })"""
+OUT = """() => [...document.querySelectorAll('.farhand-actions *, .farhand-queue li')].filter((e) => e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.outerHTML)"""
 OVERLAP = """() => [...document.querySelectorAll('.bars tr')].flatMap((row) => {
   const boxes = [...row.children].map((cell) => { const range = document.createRange(); range.selectNodeContents(cell); return range.getBoundingClientRect(); });
   return boxes.slice(1).map((box, n) => boxes[n].right - box.left);
@@ -112,3 +114,15 @@ def test_no_number_of_the_statistics_lies_over_another(portal, staff):
         assert one.page.locator(".plot").count() == 3
         assert one.page.evaluate(TEXTS) == [[], [], []]
         assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize("look", [LIGHT, DARK], ids=["wide", "narrow"])
+def test_nothing_of_a_robots_or_a_queues_page_sticks_out(portal, visitor, look):
+    """Also of a robot with settings by staff, each with a field."""
+    one = session(visitor(**look), portal.person("root", is_staff=True, is_superuser=True))
+    queue.join(portal.robots["pa10"], portal.person("ada", "pa10"), SYSTEM.now())
+    arm = portal.robots["pa10"]
+    for address in (f"robots/robot/{arm.pk}", f"queueing/queue/{arm.queue_link.queue_id}"):
+        one.page.goto(f"/admin/{address}/change/")
+        assert one.page.evaluate(OUT) == [], address
+        one.axe(address)

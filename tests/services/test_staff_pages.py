@@ -67,7 +67,7 @@ def test_a_queue_says_who_drives_and_who_waits_in_order(robot, people, django_us
         text = shown(root, address)
         assert re.search(r"Mercury: ada until \d\d:\d\d:\d\d", text)
         assert "bob" in text
-    assert re.search(r"bob</a>: waiting since \d\d:\d\d:\d\d, last seen \d\d:\d\d:\d\d", text)
+    assert re.search(r"bob</a>: waiting; in the queue since \d\d:\d\d:\d\d, last seen \d\d:\d\d:\d\d", text)
     assert "1: bob" in shown(root, "/admin/queueing/queue/")
 
 

@@ -125,7 +125,6 @@ export class TurnPanel {
         countdown(clock(left)),
         paragraph(s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn"),
         ...this.endParts(s.turn.staff, why),
-        ...(s.turn.staff ? [link("All robots, for staff", "/admin/")] : []),
       ];
     }
     if (!s.robot.turns) return jobsOnly(s);

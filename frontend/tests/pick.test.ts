@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { gripInShort, gripInWords, gripOf } from "../src/scene/gripper.ts";
 import { type Camera, inPicture, type Place, placeAt, placeInWords, topOf } from "../src/scene/sight.ts";
-import type { KnownObject } from "../src/scene/known.ts";
+import { type KnownObject, seenInWords } from "../src/scene/known.ts";
 import { poseAt } from "../src/scene/poses.ts";
 import { boxFacts, vectorsOf } from "./helpers.ts";
 
@@ -85,4 +85,14 @@ test("fingers tell what they hold once they rest; one that tells nothing is not 
   assert.equal(gripInWords("empty", ""), "The gripper is empty.");
   assert.equal(gripInWords("unknown", "a"), "The gripper should hold a; it cannot feel.");
   assert.equal(gripInShort("holds", ""), "Holds something");
+});
+
+test("when an object was seen is said; a place that no picture has shown has no age", () => {
+  const seen = (how: string, secondsAgo: number): string => seenInWords({ how, atMs: 1e9 - 1000 * secondsAgo }, 1e9);
+  assert.deepEqual(
+    [seen("measured", 12), seen("measured", 119), seen("measured", 150), seen("measured", 9000), seen("measured", -3)],
+    ["seen 12 s ago", "seen 119 s ago", "seen 2 min ago", "seen 2 h ago", "seen 0 s ago"],
+  );
+  assert.equal(seen("placed by the arm", 12), "");
+  assert.equal(seen("measured", NaN), "");
 });

@@ -42,7 +42,7 @@ class Viewer(Session):
         self._renderer, self._dice = RasterRenderer(self.plant.model, 640, 480), np.random.default_rng(1)
         self.on_look = self._take
 
-    def _take(self, view):
+    def _take(self, view, colour=False):
         self.asked.append(view)
         if view in self.bad:
             if self.bad[view] is None:
@@ -67,7 +67,9 @@ def believed():
     return Arrangement(TABLE, TABLE.first())
 
 
-def test_an_arm_without_markers_has_no_eyes(viewer):
+def test_an_arm_without_calibrated_cameras_has_no_eyes(viewer, monkeypatch):
+    monkeypatch.setattr(arm_eyes, "load", lambda driver: {**load(driver), "view": []})
+    assert eyes_of(viewer, "puma") is None
     assert eyes_of(viewer, "pa10") is None
 
 

@@ -70,7 +70,8 @@ class QuickArm(Session):
 
 @pytest.fixture(autouse=True)
 def without_knowledge(monkeypatch):
-    """A gripper that tells nothing, as a pneumatic one."""
+    """A gripper that tells nothing, as a pneumatic one, and no eyes."""
+    monkeypatch.setattr(arm_tasks, "eyes_of", lambda *_: None)
     told = copy.deepcopy(load("pa10"))
     del told["gripper"]["joint"]
     monkeypatch.setattr(arm_tasks, "load", lambda driver: told)

@@ -16,6 +16,7 @@ from robots.models import Command, Grant, Incident, Lease, Robot
 from tests.conftest import CALIBRATION
 from tests.packaged import ERRANDS, installed_from
 from tests.world.delays import NONE
+from tests.world.pa10 import ArmRig
 from tests.world.portal import Portal
 from tests.world.puma import PumaRig
 
@@ -60,8 +61,9 @@ def errands(monkeypatch):
 
 @pytest.fixture
 def sharp(monkeypatch):
-    """Let the PUMA 560's pictures be as large as its cameras', so that markers can be read."""
-    monkeypatch.setattr(PumaRig, "width", None)
+    """Let an arm's pictures be as large as its cameras', so that objects can be recognised."""
+    for rig in (PumaRig, ArmRig):
+        monkeypatch.setattr(rig, "width", None)
 
 
 @pytest.fixture

@@ -45,6 +45,7 @@ class ArmRig(StreamRig):
     """A simulated arm that runs in a process of its own, and what connects an owner with it."""
 
     driver = "pa10"
+    width: int | None = NARROW  # of rendered pictures; None: as the description has it
     faults = ("awol", "mute", "slow", "disturb", "slip", "cam_gone")
     strengths = {"slow": 0.5, "disturb": 60.0}
     hostile = HOSTILE
@@ -59,7 +60,7 @@ class ArmRig(StreamRig):
             folder, lambda note: InPlace(world), "computed_torque", "", (line["watchdog_s"], line["connect_s"]),
             world, world,
         )  # fmt: skip
-        self.cameras = Cameras(folder, world.seed, NARROW)
+        self.cameras = Cameras(folder, world.seed, self.width)
         world.spawn(self._run, "simulator", self.process)
 
     def _run(self) -> None:
@@ -81,7 +82,10 @@ class ArmRig(StreamRig):
                     there = target(radians(float(v)) for v in data.split()[1:7])
                     rig.by_itself[there], rig.kinds[there] = self.recovers, self.sends_for
 
-        return InWorld("127.0.0.1:5000", {**settings, "folder": str(self.folder)}, trace)
+        made = InWorld("127.0.0.1:5000", {**settings, "folder": str(self.folder)}, trace)
+        if self.width is not None:  # blocks are not recognised in pictures that are smaller than described
+            made.tasks._eyes = None
+        return made
 
     def camera(self, url, rig, view="", colour=False):
         def take(exposure: float) -> np.ndarray:

@@ -33,6 +33,7 @@ def move_by_hand(portal, name, x, y):
     plant = portal.rig.sim.plant
     at = int(plant.model.joint(f"{name}_free").qposadr[0])
     plant.data.qpos[at : at + 3] = x, y, BLOCK_M / 2
+    portal.rig.sim._shared.write(plant.qpos)  # for the cameras: the loop that does it pauses at rest
 
 
 @hunts(1, 10, 50)

@@ -88,11 +88,14 @@ class Pictures:
         """Return one picture of the first camera; without an exposure the camera chooses it. Raises CameraFault."""
         return self.cameras[0].grab(exposure_s)
 
-    def look(self, view: str) -> Picture:
-        """Return one grey picture of a camera by its name, for the robot's driver. Raises CameraFault."""
+    def look(self, view: str, colour: bool = False) -> Picture:
+        """Return one picture of a camera by its name, grey unless in `colour`, for the driver. Raises CameraFault."""
         for camera in self.cameras:
             if camera.name == view:
-                return grey(camera.grab(self._declared.exposure_s if self._declared else None))
+                picture = camera.grab(self._declared.exposure_s if self._declared else None)
+                if not colour:
+                    return grey(picture)
+                return picture if picture.ndim == 3 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), np.uint8)
         raise CameraFault(f"The robot has no camera {view}.")
 
     def _corrected(self, picture: Picture) -> Picture:

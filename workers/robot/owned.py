@@ -44,7 +44,7 @@ class OwnedRobot:
         self.now = lease.now  # the database's time
         self.time_left: Callable[[], float] = lambda: 0.0  # see `Session`; the gate's
         self.steered: Callable[[], dict[str, Any]] = dict  # see `Session`; the dead-man timer's
-        self.look: Callable[[str], Picture] = _blind  # see `Session`; the pictures'
+        self.look: Callable[..., Picture] = _blind  # see `Session`; the pictures'
         self._remembering, self._remembered = clock.lock(), -math.inf
         self.driver: Session = self._open_session()
 
@@ -59,7 +59,7 @@ class OwnedRobot:
         def make() -> Session:
             made = self._session(robot.driver, robot.wire_address, robot.driver_settings(epoch), self._frame)
             made.on_packet, made.on_time_left = self._streams.take, lambda: self.time_left()
-            made.on_steered, made.on_look = lambda: self.steered(), lambda view: self.look(view)
+            made.on_steered, made.on_look = lambda: self.steered(), lambda *asked: self.look(*asked)
             return made
 
         return GuardedSession(make)

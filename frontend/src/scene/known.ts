@@ -20,6 +20,13 @@ export interface PlateFacts {
   pitch: number; // m between two studs
   thick: number;
 }
+/** Return how long ago the newest picture showed an object, as "seen 12 s ago"; empty where none has. */
+export function seenInWords({ how, atMs }: Pick<KnownObject, "how" | "atMs">, now: number): string {
+  if (how !== "measured" || !Number.isFinite(atMs)) return "";
+  const seconds = Math.max(0, Math.round((now - atMs) / 1000));
+  if (seconds < 120) return `seen ${seconds} s ago`;
+  return seconds < 7200 ? `seen ${Math.floor(seconds / 60)} min ago` : `seen ${Math.floor(seconds / 3600)} h ago`;
+}
 /** What is known of an object. `pose` is in the frame of the base, or of the tool that holds it. */
 export interface KnownObject {
   facts: ObjectFacts;

@@ -42,12 +42,12 @@ export class ObjectShapes {
     ghost?.add(this.copies);
   }
 
-  /** Show these objects; `isOld`: whether one's place was last known long ago. */
-  show(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean): void {
+  /** Show these objects; `isOld`: whether one's place was last known long ago; `age`: when it was seen, in words. */
+  show(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean, age: (one: KnownObject) => string = () => ""): void {
     for (const group of [this.lying, this.carried, this.copies]) disposeContent(group);
     for (const one of objects) {
       const shape = placed(one, isOld(one) ? PALE : 1);
-      shape.add(labelOf(one));
+      shape.add(labelOf(one, one.held ? "" : age(one)));
       if (!one.held || !one.planned) (one.held ? this.carried : this.lying).add(shape);
       if (one.held) this.copies.add(placed(one, COPY));
     }
@@ -91,13 +91,14 @@ function geometryOf({ shape, size: [x, y, z] }: KnownObject["facts"]): BufferGeo
 }
 
 /** Return the object's name, which stays above it and turns with the view. */
-function labelOf({ facts, pose }: KnownObject): Object3D {
+function labelOf({ facts, pose }: KnownObject, age: string): Object3D {
+  const text = [facts.name, age].filter(Boolean).join(", ");
   const canvas = document.createElement("canvas"),
     pen = canvas.getContext("2d");
   if (!pen) return new Group();
   const font = `600 ${LABEL_PX * 0.6}px sans-serif`;
   pen.font = font;
-  canvas.width = Math.ceil(pen.measureText(facts.name).width) + LABEL_PX / 2;
+  canvas.width = Math.ceil(pen.measureText(text).width) + LABEL_PX / 2;
   canvas.height = LABEL_PX;
   pen.font = font; // a new size has reset it
   pen.fillStyle = "rgb(255 255 255 / 85%)";
@@ -105,7 +106,7 @@ function labelOf({ facts, pose }: KnownObject): Object3D {
   pen.fillStyle = "#1d2426";
   pen.textAlign = "center";
   pen.textBaseline = "middle";
-  pen.fillText(facts.name, canvas.width / 2, LABEL_PX / 2);
+  pen.fillText(text, canvas.width / 2, LABEL_PX / 2);
   const label = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false, transparent: true }));
   label.scale.set((LABEL_M * canvas.width) / LABEL_PX, LABEL_M, 1);
   const above = facts.size[2] / 2 + LABEL_M; // straight up, however it lies

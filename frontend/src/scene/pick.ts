@@ -3,6 +3,7 @@ import { byId, make, say } from "../kit/dom.ts";
 import { refusal } from "../kit/refusal.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
+import { seenInWords } from "./known.ts";
 import type { SceneObjects } from "./objects.ts";
 import type { SceneView } from "./view.ts";
 import type { CommandInfo } from "../socket/messages.ts";
@@ -194,7 +195,12 @@ export class Pick implements ArmMode {
     const next = this.holds ? "Click where to put it down." : "Click on what to pick up.";
     const grip = gripInWords(this.grip, this.held);
     say(this.badge, gripInShort(this.grip, this.held));
-    say(this.said, place ? `${placeInWords(place)}. ${verb}: ${this.way}` : [this.note || grip, next].filter(Boolean).join(" "));
+    const chosen = this.use.objects?.known.find(({ facts: { name } }) => name === place?.object),
+      seen = chosen ? seenInWords(chosen, this.page.live.now()) : "";
+    say(
+      this.said,
+      place ? `${placeInWords(place)}${seen && `, ${seen}`}. ${verb}: ${this.way}` : [this.note || grip, next].filter(Boolean).join(" "),
+    );
     byId("screen").classList.toggle(
       "refused",
       place !== null && refusal(document.querySelector<HTMLElement>('[data-command="go-pick"]')!) !== "",

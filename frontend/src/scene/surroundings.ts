@@ -3,7 +3,7 @@ import { byId, sayLines } from "../kit/dom.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { StreamPacket } from "../socket/packets.ts";
 import { GoalPanel } from "./goal_panel.ts";
-import type { KnownObject } from "./known.ts";
+import { type KnownObject, seenInWords } from "./known.ts";
 import { isSaidAt, missingInWords, type SceneObjects, snappedStep } from "./objects.ts";
 import type { SceneView } from "./view.ts";
 
@@ -63,7 +63,11 @@ export class Surroundings {
     this.drawnAt = performance.now();
     const all = this.objects.all,
       now = this.now();
-    this.view?.objects(all, (one) => now - one.atMs > OLD_MS);
+    this.view?.objects(
+      all,
+      (one) => now - one.atMs > OLD_MS,
+      (one) => seenInWords(one, now),
+    );
     const words = all.map((one) => `${one.facts.name}: ${whereabouts(one, now)}`);
     words.push(...this.objects.lost.map(({ name, how }) => `${name}: ${how}; where it is now is not known`));
     sayLines(this.list, words);

@@ -199,9 +199,9 @@ export class SceneView extends ArmView {
     this.ask();
   }
 
-  /** Show where the objects are; `isOld`: whether one's place was last known long ago. */
-  objects(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean): void {
-    this.shapes.show(objects, isOld);
+  /** Show where the objects are; `isOld`: whether one's place was last known long ago; `age`: when it was seen, in words. */
+  objects(objects: readonly KnownObject[], isOld: (one: KnownObject) => boolean, age: (one: KnownObject) => string): void {
+    this.shapes.show(objects, isOld, age);
     this.ask();
   }
 

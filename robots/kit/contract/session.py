@@ -102,7 +102,7 @@ class Session(ABC):
     on_packet: OnPacket | None = None  # this one and the next three are the owner's, where there is one
     on_time_left: Callable[[], float] | None = None
     on_steered: Callable[[], JSON] | None = None
-    on_look: "Callable[[str], NDArray[np.uint8]] | None" = None
+    on_look: "Callable[..., NDArray[np.uint8]] | None" = None
 
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         self.address, self.settings, self.trace = address, settings, trace
@@ -166,14 +166,15 @@ class Session(ABC):
         """
         return {**args, **(self.on_steered() if self.on_steered is not None else {})}
 
-    def look(self, view: str) -> "NDArray[np.uint8]":
-        """Return a grey picture (height, width) of the robot's camera of that name, taken from now on.
+    def look(self, view: str, colour: bool = False) -> "NDArray[np.uint8]":
+        """Return a picture of the robot's camera of that name, taken from now on.
 
+        It is grey (height, width), or with `colour` blue, green, red (height, width, 3).
         It is as viewers see it: black where a privacy mask is. It may take two seconds. Raises CameraFault.
         """
         if self.on_look is None:
             raise CameraFault("The robot has no camera.")
-        return self.on_look(view)
+        return self.on_look(view, True) if colour else self.on_look(view)
 
     def rests_within(self) -> float | None:
         """Return within how many seconds the robot rests if no message reaches it from now on; None: see `Spec.rest_s`.

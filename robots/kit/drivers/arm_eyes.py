@@ -7,9 +7,10 @@ whoever wants to know calls `look`, so that an arm at rest costs nothing.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from math import inf
+from math import inf, radians
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robots.kit.arms.arrangement import Arrangement
 from robots.kit.arms.chain import Joints, Matrix
@@ -22,48 +23,63 @@ from robots.kit.arms.swing import height
 from robots.kit.contract.errors import CameraFault
 from robots.kit.contract.session import Session
 from robots.kit.description import load
-from robots.kit.vision.alignment import Grey
-from robots.kit.vision.measuring import LEVEL, Heights, Measurement, Measurer, faced, level, narrowest
+from robots.kit.vision.colours import ColourMeasurer
+from robots.kit.vision.measuring import LEVEL, Heights, Measurement, Measurer, level
 from robots.kit.vision.prints import FixedCamera, cameras_of, codes_of, prints_of
 from robots.kit.vision.stability import BLACK
 
+BESIDE_M = 0.03  # what colours show farther from where it was may be as high as what is there, not as it was
 PAUSE_S = 30.0  # in which a camera that did not answer is asked only by who insists
-CLEAR_PX, NARROW_PX = 5.5, 5.0  # shortest edge and width of a marker of which at least a hint is seen
+Picture = NDArray[np.uint8]
 NO_PICTURE, DARK = "the camera {} gives no picture", "the picture of the camera {} is black"
 FROZEN = "the picture of the camera {} stands still"  # a sensor has noise: two pictures are never the same
 OTHER_SIZE = "the pictures of the camera {} are not as large as described"
 NOTHING = "no marker can be read in the pictures"
+EXACTLY, ROUGHLY = (0.0003, radians(0.3)), (0.006, radians(10.0))  # m, rad: what a measured place tells nothing new by
 
 
 @dataclass(frozen=True)
 class Sight:
     """What a look has shown: measured poses (4 x 4) by name, and the names of those whose marker is seen at all.
 
-    `missing`: those whose place is in view and not hidden, and whose markers are not there. `blind`: why nothing is
-    known, as words for people; empty where something is.
+    `missing`: those whose place is in view and not hidden, and that are not there. `blind`: why nothing is known, as
+    words for people; empty where something is. `same`: a place that differs by less (m, rad) from what is believed is
+    no news.
     """
 
     poses: Mapping[str, Matrix] = field(default_factory=dict)
     noticed: frozenset[str] = frozenset()
     missing: frozenset[str] = frozenset()
     blind: str = ""
+    same: tuple[float, float] = EXACTLY
 
 
 def eyes_of(session: Session, driver: str) -> "ArmEyes | None":
-    """Return the eyes of an arm, None where its description has no calibrated cameras, or no markers."""
+    """Return the eyes of an arm, None where its description has no calibrated cameras, nor markers or colours."""
     description = load(driver)
     cameras, prints = cameras_of(description), prints_of(description)
-    return ArmEyes(session, driver, Measurer(cameras, prints, codes_of(description))) if cameras and prints else None
+    if cameras and prints:
+        return ArmEyes(session, driver, Measurer(cameras, prints, codes_of(description)))
+    if not cameras or "colours" not in description:
+        return None
+    boxes = {name: (one.colour, one.size) for name, one in objects_of(driver).objects.items()}
+    rules = description["colours"]
+    return ArmEyes(session, driver, ColourMeasurer(cameras, boxes, rules["saturation"], rules.get("others", ())))
 
 
 class ArmEyes:
     """Takes pictures through the session and measures the objects in them. One thread at a time."""
 
-    def __init__(self, session: Session, driver: str, measurer: Measurer) -> None:
+    def __init__(self, session: Session, driver: str, measurer: Measurer | ColourMeasurer) -> None:
         self._session, self._measurer, self._table = session, measurer, objects_of(driver)
         arm = chain(driver)
         self._chain, self._hiding = arm, Hiding(arm, limbs(load(driver), arm), self._table)
         self._asked_again: dict[str, float] = {}
+
+    @property
+    def is_rough(self) -> bool:
+        """Tell whether it measures to some millimetres only."""
+        return self._measurer.colour
 
     def look(
         self, arrangement: Arrangement, q: Joints, insists: bool = False, or_at: Mapping[str, Matrix] | None = None
@@ -84,11 +100,12 @@ class ArmEyes:
         if missing:  # one picture is no proof
             again, _ = self._once(near, heights, insists)
             missing &= self._missing(again, believed, arrangement, q)
-        return Sight(first.poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING)
+        same = ROUGHLY if self._measurer.colour else EXACTLY
+        return Sight(first.poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING, same)
 
     def _once(self, near: Mapping[str, Sequence[Matrix]], heights: Heights, insists: bool) -> tuple[Measurement, str]:
         """Return what a picture of each camera shows, and why a camera shows nothing."""
-        pictures, blind = dict[str, Grey](), []
+        pictures, blind = dict[str, Picture](), []
         for name, camera in self._measurer.cameras.items():
             picture, why = self._picture(camera, insists)
             if picture is None:
@@ -97,18 +114,18 @@ class ArmEyes:
                 pictures[name] = picture
         return self._measurer.measure(pictures, near, heights), ", ".join(blind)
 
-    def _picture(self, camera: FixedCamera, insists: bool) -> tuple[Grey | None, str]:
+    def _picture(self, camera: FixedCamera, insists: bool) -> tuple[Picture | None, str]:
         """Return a picture, or None and why there is none of the present: of two, the second is new."""
         now = self._session.clock.monotonic()
         if not insists and now < self._asked_again.get(camera.name, -inf):
             return None, NO_PICTURE
         try:
-            first, second = (self._session.look(camera.name) for _ in range(2))
+            first, second = (self._session.look(camera.name, self._measurer.colour) for _ in range(2))
         except CameraFault:
             self._asked_again[camera.name] = now + PAUSE_S
             return None, NO_PICTURE
         self._asked_again.pop(camera.name, None)
-        if first.shape != camera.size[::-1] or second.shape != first.shape:
+        if first.shape[:2] != camera.size[::-1] or second.shape != first.shape:
             return None, OTHER_SIZE
         if float(second.mean()) < BLACK:
             return None, DARK
@@ -141,7 +158,12 @@ class ArmEyes:
         """Return at which heights (m) the middle of an object may be that lies about a pose, or is where it was."""
         described, plate = self._table.objects[name], self._table.plate
         at, found = believed.get(name), list[float]()
-        if at is not None and (not arrangement.places[name].held or turned(level(at), at) < LEVEL):
+        beside = 0.0 if at is None or not self._measurer.colour else float(np.hypot(*(at - pose)[:2, 3]))
+        if (
+            at is not None
+            and beside < BESIDE_M
+            and (not arrangement.places[name].held or turned(level(at), at) < LEVEL)
+        ):
             found.append(float(at[2, 3]))  # what leans in the gripper has no height that one camera could use
         if described.threads is not None:
             found.append(height(described.threads[0], np.array(described.first.place), pose[:3, 3]))
@@ -158,7 +180,7 @@ class ArmEyes:
     ) -> set[str]:
         """Return the objects that are not noticed, though a camera that shows others would show them."""
         found, there = set(), {**believed, **looked.poses}
-        for name in self._measurer.prints:
+        for name in self._measurer.names:
             hangs = self._table.objects[name].threads is not None  # it may have swung out of view
             if name in looked.noticed or name not in believed or (hangs and not arrangement.places[name].held):
                 continue
@@ -170,10 +192,7 @@ class ArmEyes:
 
     def _shows(self, camera: FixedCamera, name: str, pose: Matrix, q: Joints, others: list[Solid]) -> bool:
         """Tell whether a camera would show a marker of an object at a pose."""
-        for one in self._measurer.prints[name]:
-            at = faced(camera, one, pose, CLEAR_PX)
-            if at is not None and narrowest(at) >= NARROW_PX:
-                points = np.vstack([one.corners, one.middle]) @ pose[:3, :3].T + pose[:3, 3]
-                if not self._hiding.hides(q, others, camera.seat, points):
-                    return True
-        return False
+        return any(
+            not self._hiding.hides(q, others, camera.seat, points)
+            for points in self._measurer.marks(camera, name, pose)
+        )

@@ -52,7 +52,7 @@ class ArmTasks:
         self._judging = threading.Lock()
         self.model = ObjectModel(table, file, _now_ms, self._tell)
         self._eyes = eyes_of(session, driver)
-        judge = StepJudge(self.model, self._look, lambda: self._tool(session.state()))
+        judge = StepJudge(self.model, self._look_exactly, lambda: self._tool(session.state()))
         self._runner = TaskRunner(session, self.model, self.hand, planner, holds, judge, self._catch)
 
     def begin(self) -> None:
@@ -67,6 +67,8 @@ class ArmTasks:
             if kind == TASK:
                 task_for(self.model.arrangement)  # a text that is no task is refused at once
             self._runner.run(task_for, permit, on_stage, self.look)
+            if self._eyes is not None and self._eyes.is_rough:
+                self.look()
             return Outcome(dict(args), self._session.latest())
         permit()
         if self._runner.runs:
@@ -101,6 +103,10 @@ class ArmTasks:
         sight = self._eyes.look(self.model.arrangement, joints, insists, or_at)
         accept(self.model, sight, self._tool(state), _now_ms())
         return sight
+
+    def _look_exactly(self, insists: bool, or_at: Mapping[str, Matrix]) -> Sight | None:
+        """Look where that tells more than the gripper does: rough eyes judge no step, and what was put may be askew."""
+        return None if self._eyes is None or self._eyes.is_rough else self._look(insists, or_at)
 
     def _catch(self, of: steps.Step) -> Catch | None:
         """Return the attempt to take what may swing, None where a step takes nothing of the kind or has no eyes."""

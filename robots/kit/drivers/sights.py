@@ -10,10 +10,9 @@ from robots.kit.arms.chain import Matrix
 from robots.kit.arms.objects import placed_of, pose_of
 from robots.kit.arms.pose import apart, turned
 from robots.kit.contract.objects import Placed
-from robots.kit.drivers.arm_eyes import Sight
+from robots.kit.drivers.arm_eyes import EXACTLY, Sight
 
 CONFIRMED_MS = 60_000  # a place that is still the same is told as measured anew after this
-SAME_M, SAME_RAD = 0.0003, np.radians(0.3)  # a place that was measured and differs by less stays as it is
 HELD_M = 0.015  # an object this near to where the gripper holds it is in it
 BESIDE_M, TURNED_RAD = 0.004, np.radians(4.0)  # off its place by more, it was not put there
 ON_STUDS_M, FLAT_M = 0.002, 0.005  # so far too high it lies on another, and on the table, where a thin plate may be
@@ -37,7 +36,7 @@ def _changed(model: ObjectModel, sight: Sight, tool: Matrix, now_ms: int) -> Ite
         before = belief.placed
         in_hand = name == held and (before is None or not before.held or apart(tool @ pose_of(before), pose) < HELD_M)
         now = placed_of(np.linalg.inv(tool) @ pose, held=True) if in_hand else placed_of(pose)
-        if before is not None and before.held == in_hand and is_same(pose_of(before), pose_of(now)):
+        if before is not None and before.held == in_hand and is_same(pose_of(before), pose_of(now), *sight.same):
             if belief.how != How.MEASURED or belief.at_ms < now_ms - CONFIRMED_MS:
                 yield name, before
         elif _inside(model, pose):
@@ -58,9 +57,9 @@ def _inside(model: ObjectModel, pose: Matrix) -> bool:
     return all(low <= at <= low + size for at, low, size in zip(pose[:3, 3], box.low, box.size, strict=True))
 
 
-def is_same(one: Matrix, other: Matrix) -> bool:
+def is_same(one: Matrix, other: Matrix, m: float = EXACTLY[0], rad: float = EXACTLY[1]) -> bool:
     """Tell whether two poses differ by no more than a measurement does."""
-    return apart(one, other) < SAME_M and turned(one, other) < SAME_RAD
+    return apart(one, other) < m and turned(one, other) < rad
 
 
 def check_in_hand(name: str, sight: Sight, held: Matrix) -> None:
@@ -85,13 +84,14 @@ def check_put(name: str, sight: Sight, wanted: Matrix, on_other: bool) -> None:
         raise NotPossible(f"the picture does not show {name} where it was put")
     if pose is None:
         return
+    more_m, more_rad = (rough - exact for rough, exact in zip(sight.same, EXACTLY, strict=True))
     up, beside = float(pose[2, 3] - wanted[2, 3]), float(np.hypot(*(pose[:2, 3] - wanted[:2, 3])))
     off = []
-    if abs(up) > (ON_STUDS_M if on_other else FLAT_M):
+    if abs(up) > (ON_STUDS_M if on_other else FLAT_M) + more_m:
         off.append(f"{1000 * abs(up):.0f} mm too {'high' if up > 0 else 'low'}")
-    if beside > BESIDE_M:
+    if beside > BESIDE_M + more_m:
         off.append(f"{1000 * beside:.0f} mm beside its place")
-    if turned(pose, wanted) > TURNED_RAD:
+    if turned(pose, wanted) > TURNED_RAD + more_rad:
         off.append(f"turned by {np.degrees(turned(pose, wanted)):.0f} degrees")
     if off:
         raise NotPossible(f"{name} does not lie as it was put: the picture shows it {' and '.join(off)}")

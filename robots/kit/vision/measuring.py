@@ -5,7 +5,7 @@ together. A camera in which the detector has not read a marker helps too: the pr
 Poses are 4 x 4 in the frame of the base; lengths in m.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -22,6 +22,7 @@ from robots.kit.vision.prints import FixedCamera, Floats, Print
 
 FACING = 0.2  # cosine between a face and the way to the camera from which its print is looked for
 SMALLEST_PX = 5.0  # edge of a marker in the picture from which its print is looked for
+CLEAR_PX, NARROW_PX = 5.5, 5.0  # shortest edge and width of a marker of which at least a hint is seen
 WORST_PX = 0.2  # root mean square of the corners' distances from those of the fitted pose
 LEVEL, ALONE_LEVEL = np.radians((2.0, 12.0))  # an object that leans less lies level; one that one camera alone sees
 ALONG_M = np.arange(-0.06, 0.0601, 0.003)  # of the way from one camera, on which another looks for the object
@@ -56,11 +57,14 @@ class Measurement:
 class Measurer:
     """Measures objects with these prints, by name, in pictures of these cameras; `codes`: a dictionary's bits."""
 
+    colour = False  # it is given grey pictures
+
     def __init__(
         self, cameras: Iterable[FixedCamera], prints: Mapping[str, Sequence[Print]],
         codes: Mapping[int, NDArray[np.uint8]],
     ) -> None:  # fmt: skip
         self.cameras, self.prints = {one.name: one for one in cameras}, prints
+        self.names = tuple(prints)
         self._owner = {one.number: (name, one) for name, listed in prints.items() for one in listed}
         bits = {number: codes[number] for number in self._owner}
         sides = {number: one.side for number, (_, one) in self._owner.items()}
@@ -92,6 +96,13 @@ class Measurer:
                 noticed.add(name)
         witnesses = {one.camera.name for listed in seen.values() for one in listed}
         return Measurement(poses, frozenset(noticed), tuple(c for name, c in self.cameras.items() if name in witnesses))
+
+    def marks(self, camera: FixedCamera, name: str, pose: Floats) -> Iterator[Floats]:
+        """Yield the points (n, 3) of each print of an object at a pose that a camera would see large enough."""
+        for one in self.prints[name]:
+            at = faced(camera, one, pose, CLEAR_PX)
+            if at is not None and narrowest(at) >= NARROW_PX:
+                yield np.vstack([one.corners, one.middle]) @ pose[:3, :3].T + pose[:3, 3]
 
     def _detect(self, pictures: Mapping[str, Grey]) -> dict[str, list[Seen]]:
         """Return the markers that are read, aligned, by object."""

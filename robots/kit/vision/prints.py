@@ -74,6 +74,12 @@ class FixedCamera:
         depth = np.where(seen[..., 2:] > 0.0, seen[..., 2:], np.nan)
         return np.asarray(seen[..., :2] / depth)
 
+    def on_level(self, at: Floats, height: float) -> Floats:
+        """Return the place (3,) at a height (m) that is seen at a pixel (2,); NaN where the way leads to none."""
+        way = self.towards[:3, :3].T @ np.linalg.solve(self.matrix, np.array([at[0], at[1], 1.0]))
+        far = (height - self.seat[2]) / way[2] if way[2] else np.nan
+        return np.asarray(self.seat + (far if far > 0.0 else np.nan) * way)
+
 
 def cameras_of(description: Mapping[str, Any]) -> tuple[FixedCamera, ...]:
     """Return the calibrated cameras of a description, none where it has no `[[view]]`."""

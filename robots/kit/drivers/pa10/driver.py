@@ -74,7 +74,9 @@ class Driver(Session):
         planner_for(self.settings)  # the planner is created before the first command, because that is slow
         self._open()
         self.tasks.begin()
-        return self.state()
+        state = self.state()
+        self.tasks.look()
+        return state
 
     def _open(self) -> None:
         """Connect, and tell the controller which boxes staff have added; it knows its own."""
@@ -130,7 +132,10 @@ class Driver(Session):
                 self.line.teach(TAUGHT, args["text"])
             which = TAUGHT if "text" in args else number(args, "number")
             return self._do(Request("p", (which,)), args, permit, on_stage, len(steps_of(args)))
-        return self._do(request_of(kind, args), args, permit, on_stage)
+        outcome = self._do(request_of(kind, args), args, permit, on_stage)
+        if kind == "ready":  # the arm is out of the cameras' way, and a turn begins here
+            self.tasks.look()
+        return outcome
 
     def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage, steps: int = 0) -> Outcome:
         """Run one request; `steps` is the number of steps of a program, 0 if only the controller knows."""

@@ -44,7 +44,9 @@ def objects(portal):
 def look_at(page, camera):
     """Choose a camera, and wait for its picture."""
     page.click(f"[data-name={camera}]")
-    wait_for(lambda: page.wait_for_timeout(50) or seen(page, YELLOW), 20, "the picture of the camera")
+    wait_for(
+        lambda: page.wait_for_timeout(50) or seen(page, YELLOW) or seen(page, RED), 20, "the picture of the camera"
+    )
 
 
 def seen(page, colour):

@@ -4,7 +4,7 @@ An arm has such eyes if its `robot.toml` has `[[view]]`s and `markers` on its ob
 whoever wants to know calls `look`, so that an arm at rest costs nothing.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import inf, radians
@@ -100,8 +100,21 @@ class ArmEyes:
         if missing:  # one picture is no proof
             again, _ = self._once(near, heights, insists)
             missing &= self._missing(again, believed, arrangement, q)
-        same = ROUGHLY if self._measurer.colour else EXACTLY
-        return Sight(first.poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING, same)
+        same, poses = EXACTLY, first.poses
+        if isinstance(self._measurer, ColourMeasurer):
+            same, poses = ROUGHLY, dict(self._unhidden(self._measurer, first, believed, q))
+        return Sight(poses, first.noticed, frozenset(missing), "" if first.cameras else blind or NOTHING, same)
+
+    def _unhidden(
+        self, measurer: ColourMeasurer, looked: Measurement, believed: Mapping[str, Matrix], q: Joints
+    ) -> Iterator[tuple[str, Matrix]]:
+        """Yield what the nearest camera sees whole: the middle of a patch that is hidden in part is that of no box."""
+        there = {**believed, **looked.poses}
+        for name, pose in looked.poses.items():
+            camera = min(looked.cameras, key=lambda one, at=pose[:3, 3]: float(np.linalg.norm(one.seat - at)))  # type: ignore[misc]
+            others = [self._table.objects[other].solid(at) for other, at in there.items() if other != name]
+            if not self._hiding.hides(q, others, camera.seat, measurer.corners(name, pose)):
+                yield name, pose
 
     def _once(self, near: Mapping[str, Sequence[Matrix]], heights: Heights, insists: bool) -> tuple[Measurement, str]:
         """Return what a picture of each camera shows, and why a camera shows nothing."""

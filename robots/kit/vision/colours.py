@@ -1,8 +1,8 @@
-"""Measures where boxes of one colour each are, in pictures of fixed, calibrated cameras at once. Pure; lengths in m.
+"""Measures where cuboids of one colour each are, in pictures of fixed, calibrated cameras at once. Pure; lengths in m.
 
-For objects without printed markers. A box is looked for by its hue; each height at which it may lie gives one place
+For objects without printed markers. A cuboid is looked for by its hue; each height at which it may lie gives one place
 where its outline has the middle of the patch of its colour, and the place whose outlines agree best with the patches in
-all cameras is chosen. Half-hidden boxes agree with none, and are noticed only. The table `[colours]` of a description
+all cameras is chosen. Half-hidden ones agree with none, and are noticed only. The table `[colours]` of a description
 says how pure their colours are at least (`saturation`), and which other colours as pure there are (`others`).
 """
 
@@ -48,7 +48,7 @@ class Patch:
 
 
 class ColourMeasurer:
-    """Measures boxes, each of a colour (red, green, blue, from 0 to 1) and a size (m) by its name.
+    """Measures cuboids, each of a colour (red, green, blue, from 0 to 1) and a size (m) by its name.
 
     `saturation`: how pure a colour has to be at least (0 to 1). `others`: pure colours of other things.
     """
@@ -57,12 +57,12 @@ class ColourMeasurer:
     colour = True
 
     def __init__(
-        self, cameras: Iterable[FixedCamera], boxes: Mapping[str, tuple[Sequence[float], Sequence[float]]],
+        self, cameras: Iterable[FixedCamera], cuboids: Mapping[str, tuple[Sequence[float], Sequence[float]]],
         saturation: float, others: Iterable[Sequence[float]] = (),
     ) -> None:  # fmt: skip
-        self.cameras, self.names = {one.name: one for one in cameras}, tuple(boxes)
-        self._sizes = {name: np.array(size, np.float64) for name, (_, size) in boxes.items()}
-        self._hues = {name: _hue(colour) for name, (colour, _) in boxes.items()}
+        self.cameras, self.names = {one.name: one for one in cameras}, tuple(cuboids)
+        self._sizes = {name: np.array(size, np.float64) for name, (_, size) in cuboids.items()}
+        self._hues = {name: _hue(colour) for name, (colour, _) in cuboids.items()}
         self._saturation = 255 * saturation
         hues = [*self._hues.values(), *map(_hue, others)]
         self._within = {
@@ -91,7 +91,7 @@ class ColourMeasurer:
 
     def marks(self, camera: FixedCamera, name: str, pose: Floats) -> Iterator[Floats]:
         """Yield the points (n, 3) of an object at a pose of which a camera sees all if nothing hides it."""
-        points = self._corners(name, pose)
+        points = self.corners(name, pose)
         at = camera.project(points)
         inside = np.isfinite(at).all() and (at > 1.0).all() and (at < np.array(camera.size) - 2.0).all()
         if inside and cv2.contourArea(_outline(at)) >= 2 * SMALLEST_PX:
@@ -112,12 +112,13 @@ class ColourMeasurer:
         mask = np.asarray(labels == largest, np.uint8)
         return Patch(camera, mask, np.asarray(middles[largest], np.float64))
 
-    def _corners(self, name: str, pose: Floats) -> Floats:
+    def corners(self, name: str, pose: Floats) -> Floats:
+        """Return the corners (8, 3) of an object at a pose."""
         return np.asarray((CORNERS * self._sizes[name]) @ pose[:3, :3].T + pose[:3, 3])
 
     def _is_at(self, name: str, patch: Patch, pose: Floats) -> bool:
         """Tell whether a patch touches the outline of an object at a pose: something of it is seen there."""
-        outline = _outline(patch.camera.project(self._corners(name, pose)))
+        outline = _outline(patch.camera.project(self.corners(name, pose)))
         return (
             bool(np.isfinite(outline).all())
             and cv2.pointPolygonTest(outline, tuple(map(float, patch.middle)), True) > -MARGIN_PX
@@ -167,7 +168,7 @@ class ColourMeasurer:
         pose = start.copy()
         wanted = patch.camera.on_level(patch.middle, float(pose[2, 3]))
         for _ in range(STEPS):
-            middle = _middle(_outline(patch.camera.project(self._corners(name, pose))))
+            middle = _middle(_outline(patch.camera.project(self.corners(name, pose))))
             pose[:2, 3] += (wanted - patch.camera.on_level(middle, float(pose[2, 3])))[:2]
         if not np.isfinite(pose).all():  # the way to the patch leads to no place so high
             return start
@@ -177,7 +178,7 @@ class ColourMeasurer:
         """Return how much outlines and patches have in common; cameras that see more of the object count more."""
         common = total = 0.0
         for one in patches:
-            outline = _outline(one.camera.project(self._corners(name, pose)))
+            outline = _outline(one.camera.project(self.corners(name, pose)))
             if not np.isfinite(outline).all():
                 return 0.0
             both, either = _shares(one.mask, outline)

@@ -57,7 +57,9 @@ def seen(page, colour):
 def click(page, colour):
     where = []
     wait_for(lambda: page.wait_for_timeout(50) or where.append(seen(page, colour)) or where[-1], 20, "the block")
-    box = page.locator("#screen").bounding_box()
+    boxes = [page.locator("#screen").bounding_box()]
+    wait_for(lambda: page.wait_for_timeout(300) or boxes.append(page.locator("#screen").bounding_box()) or boxes[-1] == boxes[-2], 20, "a picture that keeps its size")  # fmt: skip
+    box = boxes[-1]
     page.locator("#screen").click(position={"x": where[-1][0] * box["width"], "y": where[-1][1] * box["height"]})
 
 

@@ -1,12 +1,15 @@
-"""The table of security requirements and the page of threats agree with the tests."""
+"""The table of security requirements, the page of threats and that of what users expect agree with the tests."""
 
 import ast
 import re
+
+import pytest
 
 from tests.asvs.__main__ import PAGE, page
 from tests.asvs.marks import TESTS, functions_of, marked, requirements
 
 THREATS = TESTS.parent / "docs" / "explanation" / "threats.md"
+UX = TESTS.parent / "docs" / "reference" / "ux.md"
 NAMED = re.compile(r"`(tests/[\w/]+\.py)::([\w:]+)`")
 
 
@@ -32,12 +35,13 @@ def test_the_table_is_as_the_marks_are():
     assert PAGE.read_text() == page(), "write it anew with `make asvs`"
 
 
-def test_each_test_that_the_page_of_threats_names_exists():
-    text = THREATS.read_text()
+@pytest.mark.parametrize("page", [THREATS, UX], ids=lambda page: page.stem)
+def test_each_row_of_a_page_names_tests_that_exist(page):
+    text = page.read_text()
     rows = [line for line in text.splitlines() if line.startswith("|")]
-    threats = [row for row in rows if not row.startswith(("| tries |", "|---"))]
-    assert threats
-    assert [row for row in threats if not NAMED.search(row)] == [], "a row without a test"
+    claims = [row for row in rows if not row.startswith(("| tries |", "| subject |", "|---"))]
+    assert claims
+    assert [row for row in claims if not NAMED.search(row)] == [], "a row without a test"
     named = set(NAMED.findall(text))
     for file, test in sorted(named):
         path = TESTS.parent / file

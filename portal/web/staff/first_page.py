@@ -4,6 +4,7 @@ from datetime import datetime, time
 from typing import Any
 from urllib.parse import urlencode
 
+from django.db.models import F, QuerySet
 from django.urls import reverse
 
 from portal.live.snapshot import operator_name, shown_still, status_of
@@ -24,13 +25,18 @@ def first_page(user: Any) -> dict[str, Any]:
     """Return what the first page shows to this member of staff."""
     now = SYSTEM.now()
     sees = user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot")
-    cards = [_card(robot, user, now) for robot in Robot.objects.all()] if sees else []
+    cards = [_card(robot, user, now) for robot in _all()] if sees else []
     for card in [card for card in cards if card["robot"].enabled][:LIVE]:
         card["live"] = True
     return {
         "cards": cards, "sees_robots": sees, "may_act": user.has_perm("robots.change_robot"), "now": now,
         "today": _today(user, now), "pending": pending(user, now),
     }  # fmt: skip
+
+
+def _all() -> QuerySet[Robot]:
+    """Return all robots: those that are switched on first, those for practice after the others."""
+    return Robot.objects.order_by("-enabled", F("practice_for").asc(nulls_first=True), "name")
 
 
 def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Admin pages of queues: pause them, remove people, end turns."""
 
-from collections.abc import Sequence
 from typing import Any
 from urllib.parse import urlencode
 
@@ -63,9 +62,9 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
     list_editable = ("paused",)
     inlines = (LinkInline,)
 
-    def get_list_display(self, request: HttpRequest) -> Sequence[str]:
+    def get_list_display(self, request: HttpRequest) -> tuple[str, ...]:
         """Return the columns; names of people who wait are for those who may see places."""
-        return [name for name in self.list_display if name != "wait" or self._sees_places(request)]
+        return tuple(name for name in self.list_display if name != "wait" or self._sees_places(request))
 
     def get_readonly_fields(self, request: HttpRequest, obj: Queue | None = None) -> tuple[str, ...]:
         """Return what the page of a queue shows beside its settings."""

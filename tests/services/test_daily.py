@@ -242,7 +242,7 @@ def test_json_and_csv_tell_the_same_and_what_is_missing(some, client):
     assert (told["days"][-3]["hits"], told["days"][-2]["hits"], told["days"][0]["hits"]) == (None, 10, None)
     assert told["totals"]["turns"] == {"value": 66, "complete": True}
     assert told["totals"]["hits"]["complete"] is False
-    rows = list(csv.DictReader(client.get("/statistics.csv").content.decode().splitlines()))
+    rows = list(csv.DictReader(client.get("/statistics.csv").content.decode("utf-8-sig").splitlines()))
     assert [row["hits"] for row in rows[-3:]] == ["", "10", "0"]
     assert [*rows[0]] == [*told["days"][0]]
 

@@ -1,5 +1,6 @@
 """`/statistics/`, `statistics.json` and `statistics.csv`: the daily figures of the portal, or of a robot."""
 
+import codecs
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -139,10 +140,10 @@ def statistics_csv(request: HttpRequest) -> HttpResponse:
     except _Refused as error:
         text = f"{error}\n"
         return HttpResponse(text, status=error.status, content_type="text/plain", headers={"Cache-Control": "no-store"})
-    answer = HttpResponse(content_type="text/csv; charset=utf-8", headers=FOR_A_MINUTE)
     name = asked.robot.slug if asked.robot else "portal"
-    answer["Content-Disposition"] = f'attachment; filename="{name}-{asked.since}-{asked.until}.csv"'
     rows = [_told(one) for one in reading.within(days_of(asked.robot), asked)]
+    answer = HttpResponse(codecs.BOM_UTF8, content_type="text/csv; charset=utf-8", headers=FOR_A_MINUTE)
+    answer["Content-Disposition"] = f'attachment; filename="farhand-{name}-{asked.until}.csv"'
     writer = csv.DictWriter(answer, list(rows[0]))
     writer.writeheader()
     writer.writerows(rows)

@@ -57,7 +57,10 @@ async function look(): Promise<void> {
     wanted = false;
     try {
       const answer = await request(live.dataset["url"] ?? "", { headers: { Accept: "text/html" } });
-      if (answer.redirected) return location.reload(); // signed out
+      if (answer.redirected) {
+        location.reload(); // signed out
+        return;
+      }
       if (!answer.ok) throw new Error(String(answer.status));
       show(await parsed(answer));
       line.hidden = true;

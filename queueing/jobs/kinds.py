@@ -33,7 +33,7 @@ def may_ask(robot: Robot, user: Any, kind: CommandKind, guests_ask: bool) -> boo
     If guests may ask, every account may; otherwise the person needs the clearance for the kind's level.
     """
     signed_in = user is not None and user.is_authenticated
-    if signed_in and not user.is_active:
+    if signed_in and (not user.is_active or user.guest):  # who practises without an account drives, and no more
         return False
     return guests_ask or (signed_in and cleared(user, robot, kind.level))
 

@@ -78,6 +78,8 @@ def save(
     """
     if not user.is_authenticated:
         raise NotPermitted("Sign in to save programs.")
+    if user.guest:
+        raise NotPermitted("Sign up to save programs.")
     if not storable(name + text):
         raise BadRequest("The program contains characters that cannot be stored; use plain text.")
     name, text = one_line(name), plain_breaks(text).strip()

@@ -17,11 +17,13 @@ from portal.live.snapshot import snapshot
 from portal.web.daily.figures import numbers_of
 from queueing import services as queue
 from queueing.errors import NotCleared
+from queueing.jobs.kinds import may_ask
 from queueing.models import Ticket, Turn
 from robots import services
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.errors import BadRequest, NotPermitted
 from robots.models import Lease, Robot
+from robots.services import programs
 from robots.states import Cycle, GrantEnd
 from tests.services.turns import drive
 
@@ -97,6 +99,13 @@ def test_a_guest_may_drive_no_robot_even_one_that_requires_no_clearance(twin, gu
     Robot.objects.filter(pk=twin.pk).update(guest_s=None)
     twin.refresh_from_db()
     assert not cleared(guest, twin), "staff have ended practice without an account"
+
+
+def test_a_guest_drives_and_no_more(twin, guest):
+    every = list(twin.spec().commands)
+    assert not any(may_ask(twin, guest, command, False) or may_ask(twin, guest, command, True) for command in every)
+    with pytest.raises(NotPermitted, match="Sign up"):
+        programs.save(twin, guest, "Mine", "down", True, SYSTEM.now())
 
 
 def test_people_with_an_account_need_no_clearance_to_practise(twin, people):

@@ -18,6 +18,7 @@ import msgspec
 from redis.exceptions import RedisError
 
 from portal.live.audience import Audience
+from portal.live.cheers import KEPT_S, Cheers
 from portal.live.rooms import Room
 from portal.live.sessions import SessionWatch
 from portal.live.store import Reader
@@ -157,6 +158,11 @@ class Hub:
         """Return how many watch the robot in all web processes, as far as this one knows."""
         room = self._rooms.get(slug)
         return room.watching() if room is not None else 0
+
+    def cheers(self, slug: str) -> Cheers:
+        """Return the cheers for who drives the robot; of a robot that nobody watches here none are kept."""
+        room = self._rooms.get(slug)
+        return room.cheers if room is not None else Cheers()
 
     def strangers(self, slug: str) -> int:
         """Return how many pages of people who are not signed in watch the robot in this process."""
@@ -327,6 +333,7 @@ class Hub:
             await self._unfollow(slug)
             await self._follow(slug)  # also for wishes that came while Redis was away
             await self._count(slug)
+            await self._count_cheers(slug)
 
     async def _count(self, slug: str) -> None:
         """Tell the other web processes how many watch here, and everybody here how many watch in all."""
@@ -345,6 +352,20 @@ class Hub:
             if old := [name for name, one in counts.items() if now - one.at > COUNT_S]:
                 await store.hdel(key, *old)
             room.give_count(together(one for name, one in counts.items() if name not in old))
+
+    async def _count_cheers(self, slug: str) -> None:
+        """Add the new cheers to those of other processes, and tell everybody here how many there are."""
+        room, store = self._rooms.get(slug), self._reader.connection
+        if room is None or store is None or not room.cheers.grant:
+            return
+        grant, new = room.cheers.grant, room.cheers.new
+        key = bus.cheers_key(slug, grant)
+        with contextlib.suppress(RedisError, OSError):
+            both = store.pipeline(transaction=False)
+            both.incrby(key, new)
+            both.expire(key, KEPT_S)
+            count, _ = await both.execute()
+            room.give_cheers(grant, new, int(count))
 
     async def _mark_watched(self, slug: str) -> None:
         room = self._rooms.get(slug)

@@ -87,6 +87,10 @@ class Trace(Message, frozen=True, tag="trace"):
     on: bool
 
 
+class Cheer(Message, frozen=True, tag="cheer"):
+    """Cheer for who drives."""
+
+
 class Watch(Message, frozen=True, tag="watch"):
     """Choose the cameras whose pictures this page wants.
 
@@ -131,7 +135,7 @@ class Do(Message, frozen=True, tag="do"):
 
 
 PersonMessage = Here | Look | Do
-RobotMessage = Command | Stop | Release | Join | Leave | Accept | Ping | Keep | Released | Trace | Watch | Plan
+RobotMessage = Command | Stop | Release | Join | Leave | Accept | Ping | Keep | Released | Trace | Cheer | Watch | Plan
 M = TypeVar("M")
 
 

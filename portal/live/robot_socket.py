@@ -20,6 +20,7 @@ from portal.live.actions import SIGN_IN, Answer, act
 from portal.live.controls import HeldControls
 from portal.live.messages import (
     ROBOT,
+    Cheer,
     Command,
     Keep,
     NotUnderstood,
@@ -178,7 +179,7 @@ class RobotSocket(Socket):
     async def take(self, message: RobotMessage) -> None:
         """Carry out urgent messages at once; queue the others. Strangers are answered without a thread."""
         sent = False
-        if not self.role.person and self.stranger and not isinstance(message, Ping | Plan | Watch):
+        if not self.role.person and self.stranger and not isinstance(message, Ping | Plan | Watch | Cheer):
             await self.requests.answer(message, SIGN_IN)
             return
         match message:
@@ -193,6 +194,10 @@ class RobotSocket(Socket):
                 return
             case Watch():
                 self.hub.choose(self.viewer, Wish.of(message))
+                return
+            case Cheer():
+                address = str((self.scope.get("client") or ("",))[0])
+                await self.requests.answer(message, self.hub.cheers(self.slug).cheer(self.role, address))
                 return
             case Keep() | Released():
                 await self.controls.hear(message)

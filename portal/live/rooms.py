@@ -10,6 +10,7 @@ import msgspec
 from portal.edge.compression import text_frames
 from portal.edge.direct import binary_frame
 from portal.live.audience import Audience
+from portal.live.cheers import Cheers
 from portal.live.video import Videos
 from portal.live.viewer import STRANGER, Cameras, Group, Viewer
 from portal.live.watchers import Watchers, together, watchers_text
@@ -48,6 +49,7 @@ class Room:
         self._path, self._path_until = b"", 0.0  # on which the robot moves, and until when that is told
         self.videos = {coarse: Videos() for coarse in (False, True)}
         self.count = 0  # how many watch in all web processes together, when it was last counted
+        self.cheers = Cheers()
         self.requested = False  # the subscription was sent to Redis
         self.confirmation = asyncio.Event()  # set when Redis has confirmed the subscription
 
@@ -250,6 +252,12 @@ class Room:
         self.count = count
         for viewer in self._write_text(self.viewers, watchers_text(count)):
             viewer.ask_count()
+
+    def give_cheers(self, grant: int, new: int, count: int) -> None:
+        """Note that Redis has so many new cheers, and tell everybody how many there are, where that has changed."""
+        if self.cheers.note_count(grant, new, count) and (text := self.cheers.text()):
+            for viewer in self._write_text(self.viewers, text):
+                viewer.ask_count()
 
     def wake(self) -> None:
         """Ask all writers to empty the mailboxes."""

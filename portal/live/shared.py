@@ -10,7 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from django.contrib.auth.models import AnonymousUser
 
-from portal.live.snapshot import snapshot
+from portal.live.snapshot import cheered_grant, snapshot
 from portal.live.threads import EVERYBODY
 from robots.kit.clock import SYSTEM
 
@@ -18,10 +18,11 @@ T = TypeVar("T")
 
 
 class SharedSnapshot(NamedTuple):
-    """A snapshot as JSON: without a person, and of somebody who is not signed in."""
+    """A snapshot as JSON: without a person, and of somebody who is not signed in; the grant in which one may cheer."""
 
     public: str
     of_strangers: str
+    cheers: int = 0
 
 
 def with_person(public: str, me: dict[str, Any]) -> str:
@@ -68,7 +69,7 @@ class Snapshots:
             shown = await EVERYBODY.orm(snapshot)(slug, AnonymousUser(), SYSTEM.now(), link())
             me = shown.pop("me")
             public = json.dumps(shown)
-            return SharedSnapshot(public, with_person(public, me))
+            return SharedSnapshot(public, with_person(public, me), cheered_grant(shown))
 
         shared = self._of.setdefault(slug, Shared(work))
         try:

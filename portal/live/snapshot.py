@@ -191,7 +191,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "queue": queued,
         "join_wait_s": wait,
         "jobs": jobs_shown(robot, now),
-        "turn": _turn(turn, grant, mine),
+        "turn": _turn(robot, turn, grant, mine),
         "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},
         "still": still_info(frame),
         "before": still_info(before),
@@ -201,6 +201,12 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         ],
         "log": [entry_info(e) for e in newest_entries(robot)],
     }
+
+
+def cheered_grant(whole: dict[str, Any]) -> int:
+    """Return the key of the grant whose holder may be cheered, from a snapshot; 0: nobody may."""
+    turn = whole["turn"]
+    return turn["grant"] or 0 if turn and turn["cheers"] else 0
 
 
 def of_person(slug: str, user: Any, now: datetime) -> dict[str, Any] | None:
@@ -228,7 +234,7 @@ def operator_name(turn: Turn | None, grant: Grant | None) -> str | None:
     return "staff" if by_staff else None
 
 
-def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
+def _turn(robot: Robot, turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
     if turn is None and not (grant and grant.kind == GrantKind.STAFF):
         return None
     until = turn.until if turn else grant.until if grant else None
@@ -238,6 +244,7 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
         "until_ms": ms_of(until), "next_seq": (last or 0) + 1,
         "extra": bool(turn and turn.until > turn.base_until), "staff": turn is None,
         "wanted": turn is not None and others_wait_since(turn) is not None,
+        "cheers": robot.takes_cheers,
     }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from portal.live.access import Access
 from portal.live.people import Role, current_user
 from portal.live.sessions import SignIn, sign_in_of
 from portal.live.shared import with_person
-from portal.live.snapshot import of_person, snapshot
+from portal.live.snapshot import cheered_grant, of_person, snapshot
 from portal.live.socket import Socket
 from portal.live.viewer import Viewer
 from portal.live.writer import Writer
@@ -30,6 +30,7 @@ class SnapshotSender:
         self._slug, self._outdated = viewer.slug, outdated
         self._hub, self._shared = socket.shared.hub, socket.shared.snapshots
         self._retrying = False
+        self._cheers = 0  # the grant in which one may cheer, by the newest snapshot
 
     async def run(self) -> None:
         """Send a new snapshot when the last one is out of date; pictures and states do not wait for it."""
@@ -46,12 +47,14 @@ class SnapshotSender:
         """Send everything, and note the person's role."""
         try:
             if self._socket.stranger:
-                text = (await self._shared.ask(self._slug, lambda: self._hub.link)).of_strangers
-                await self._writer.tell("snapshot", text, shared=True)
+                shared = await self._shared.ask(self._slug, lambda: self._hub.link)
+                self._hub.cheers(self._slug).follow(shared.cheers)
+                await self._writer.tell("snapshot", shared.of_strangers, shared=True)
                 return
             public = ""
             if self._access.shares_snapshots(self._socket.role):
-                public = (await self._shared.ask(self._slug, lambda: self._hub.link)).public
+                shared = await self._shared.ask(self._slug, lambda: self._hub.link)
+                public, self._cheers = shared.public, shared.cheers
             text, role, sign_in = await self._socket.orm(self.read, self._hub.link, public)
         except Error as error:
             await self.report_store_down(error)
@@ -60,6 +63,7 @@ class SnapshotSender:
             await self._socket.close(NOT_FOUND)
             return
         self._socket.role = role
+        self._hub.cheers(self._slug).follow(self._cheers)
         self._socket.sign(sign_in)
         self._hub.count_as(self._viewer, 0 if role.grant else role.person)
         ending = self._access.ending(role)
@@ -79,7 +83,7 @@ class SnapshotSender:
         me = of_person(self._slug, user, now) if public else None
         if me is None:
             whole = snapshot(self._slug, user, now, link)
-            me = whole.pop("me")
+            me, self._cheers = whole.pop("me"), cheered_grant(whole)
             public = json.dumps(whole)
         role = Role(
             user.pk or 0, not user.is_authenticated, me["grant"], bool(me.get("staff")), me["ticket"] is not None

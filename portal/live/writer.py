@@ -152,6 +152,8 @@ class Writer:
         counts, self._counts = self._counts, False
         if counts:
             await self.send_message(watchers_text(self._hub.watchers(viewer.slug)))
+            if cheers := self._hub.cheers(viewer.slug).text():
+                await self.send_message(cheers)
         return counts
 
     async def _text(self, viewer: Viewer) -> bool:

@@ -21,6 +21,7 @@ from robots.kit.contract import procedures
 from robots.kit.contract.capabilities import ArmModel, Calibration
 from robots.kit.contract.errors import RobotError
 from robots.kit.contract.find import spec_or_none
+from robots.kit.packets import Changed
 from robots.kit.plain import whole
 from robots.models import Command, Incident, Robot
 from robots.once import once
@@ -41,7 +42,7 @@ class RobotAdmin(FormFieldsAdmin):
     also_saved = ("settings",)
     change_form_template = "admin/robots/robot/change_form.html"
     fieldsets = (
-        (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
+        (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required", "cheers")}),
         ("Practice", {"fields": ("practice_for", "guest_s"), "classes": ("collapse",)}),
         ("Connection", {"fields": ("driver", "address", "camera", "microphone")}),
         ("Settings", {"fields": TURNS}),
@@ -119,7 +120,9 @@ class RobotAdmin(FormFieldsAdmin):
     def save_model(self, request: HttpRequest, obj: Robot, form: Any, change: bool) -> None:
         """Save the row; a new robot gets what its package brings."""
         super().save_model(request, obj, form, change)
-        if not change:
+        if change:
+            bus.publish_on_commit(obj.slug, Changed("robot"))  # open pages show some of it
+        else:
             for told in self._load(obj):
                 messages.info(request, told)
 

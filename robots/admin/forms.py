@@ -118,8 +118,8 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
     class Meta:
         model = Robot
         fields = (
-            "name", "slug", "tagline", "story", "clearance_required", "practice_for", "guest_s", "driver", "address",
-            "camera", "microphone", *TURNS, *RECORDING,
+            "name", "slug", "tagline", "story", "clearance_required", "cheers", "practice_for", "guest_s", "driver",
+            "address", "camera", "microphone", *TURNS, *RECORDING,
         )  # fmt: skip
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:

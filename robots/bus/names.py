@@ -102,6 +102,11 @@ def watchers_key(slug: str) -> str:
     return f"farhand:{slug}:watchers"
 
 
+def cheers_key(slug: str, grant: int) -> str:
+    """Return the key that counts the cheers for the holder of a grant."""
+    return f"farhand:{slug}:cheers:{grant}"
+
+
 def web_key() -> str:
     """Return the key that exists while a web process runs; without one nobody notes who watches."""
     return "farhand:web"

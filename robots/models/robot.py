@@ -95,6 +95,10 @@ class Robot(models.Model):
         "limit of all recordings (MB)", null=True, blank=True, help_text="The oldest are removed first. Empty: default."
     )
 
+    cheers = models.BooleanField(
+        "cheering", default=True, db_default=True,
+        help_text="People who watch may cheer for who drives; everybody sees how many did. Not at practice.",
+    )  # fmt: skip
     settings = models.JSONField(default=dict, db_default={}, blank=True, editable=False)  # those that its spec declares
 
     class Meta:
@@ -125,6 +129,11 @@ class Robot(models.Model):
     def practice(self) -> bool:
         """Return whether people learn here to drive another robot."""
         return self.practice_for_id is not None
+
+    @property
+    def takes_cheers(self) -> bool:
+        """Return whether people who watch may cheer for who drives."""
+        return self.cheers and not self.practice
 
     @property
     def full_name(self) -> str:

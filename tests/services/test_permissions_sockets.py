@@ -29,8 +29,8 @@ ASKS = {
     Accept: (Accept(), ("operator",)),
 }
 # who is told or asks nothing of the robot: presence, whose pictures, keep-alives of one's own held motion; a preview
-# is for cleared people and judged where it is computed
-ELSEWHERE = {"Ping", "Watch", "Keep", "Released", "Plan"}
+# is for cleared people and judged where it is computed; a cheer is for whoever watches: tests/faults/test_cheers.py
+ELSEWHERE = {"Ping", "Watch", "Keep", "Released", "Plan", "Cheer"}
 PERSON = {"Here", "Look", "Do"}
 
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from websockets.frames import Frame, Opcode
 from websockets.streams import StreamReader
 
+from portal.live.cheers import Cheers
 from portal.live.rooms import Room
 from portal.live.viewer import Viewer, Wish
 from portal.live.writer import Writer
@@ -92,7 +93,7 @@ async def written(put, most=40, texts=lambda before: {}):
     assert line.bounded
     assert line.remembers
     packets = []
-    hub = SimpleNamespace(link=True, video=lambda _: [], watchers=lambda _: 3)
+    hub = SimpleNamespace(link=True, video=lambda _: [], watchers=lambda _: 3, cheers=lambda _: Cheers())
     hub.news = lambda _: [packets.pop(0) for _ in list(packets)]
     writer = Writer(viewer, None, asyncio.Event(), hub)
     task = asyncio.create_task(writer.run())

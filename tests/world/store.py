@@ -88,6 +88,13 @@ class MemoryStore:
         self._ends[key] = math.inf if ex is None else self.world.monotonic() + ex
         return True
 
+    def _incrby(self, key: str, amount: int) -> int:
+        count = int(self._get(key) or 0) + amount
+        if not self._live(key):
+            self._ends[key] = math.inf
+        self._values[key] = as_bytes(count)
+        return count
+
     def _expire(self, key: str, seconds: float) -> bool:
         if self._live(key):
             self._ends[key] = self.world.monotonic() + seconds

@@ -14,6 +14,7 @@ import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import type { Tolerance } from "../socket/poses.ts";
 import { COMMAND_LABELS, SETTING_KINDS } from "../socket/stages.ts";
 import { bannerWords, showBanner } from "./banner.ts";
+import { Cheers } from "./cheers.ts";
 import type { CommandList } from "./command_list.ts";
 import { Commands, latestStages } from "./commands.ts";
 import { completeConsole, type Console } from "./console.ts";
@@ -45,6 +46,7 @@ export class RobotPage {
   private media = new Media({ connection: () => this.live, console: () => this.console, snapshot: () => this.snapshot });
   private notices = new Notice(byId("notice"));
   private status = new Status();
+  private cheers = document.getElementById("cheer") ? new Cheers(() => this.live.send({ t: "cheer" }), this) : null;
   private suspension = new Suspension((words, level) => this.notice(words, level));
   private wakeLock = new ScreenWakeLock();
   private stage: Stage;
@@ -253,6 +255,7 @@ export class RobotPage {
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
     else if (m.t === "watchers") this.status.watchers = m.count;
+    else if (m.t === "cheers") this.cheers?.take(m);
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- a newer portal may send others
     else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
     this.draw();
@@ -261,6 +264,7 @@ export class RobotPage {
   private gotAnswer(m: Answer): void {
     const late = m.to === "stop" && this.stop.press.answer(m.ok);
     if (!m.ok && m.to === "command") this.commands.refused(m);
+    if (m.to === "cheer") this.cheers?.answer(m.ok);
     if (m.ok && m.to !== "command") this.settle(); // a command has done so when it was sent
     const unchecked = m.to === "release" && !this.stop.looked;
     if (!m.text || late) return;
@@ -315,6 +319,7 @@ export class RobotPage {
     if (!s) return;
     this.turnPanel.draw(s, f.now, f.lineUp);
     this.suspension.draw(s, f.lineUp);
+    this.cheers?.draw(s, f.lineUp);
     this.status.draw(s, f, (now) => this.console?.advice(now) ?? "");
     this.console?.draw(f);
     this.stage.measure();

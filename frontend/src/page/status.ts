@@ -36,6 +36,7 @@ export class Status {
     say(operator, driven);
     say(byId("watchers"), watch);
     say(byId("queue"), queue);
-    who.title = driven ? `${driven}, ${queue}${watch}` : `${queue}${watch}`; // a narrow window cuts it
+    const cheers = byId("cheers").textContent;
+    who.title = `${driven ? `${driven}, ` : ""}${queue}${watch}${cheers}`; // a narrow window cuts it
   }
 }

@@ -113,6 +113,8 @@ export interface Snapshot {
     extra: boolean;
     staff: boolean;
     wanted: boolean;
+    /** Whether people who watch may cheer for who drives; a portal of before does not say. */
+    cheers?: boolean;
   };
   me: {
     signed_in: boolean;
@@ -192,6 +194,12 @@ export interface Answer {
   state?: string;
   grant?: number;
 }
+/** How many have cheered for the holder of that grant. */
+export interface CheerCount {
+  t: "cheers";
+  grant: number;
+  count: number;
+}
 export interface TraceLine {
   t: "trace";
   direction: string;
@@ -235,4 +243,5 @@ export type Message =
   | { t: "notice"; text: string; level: string }
   | { t: "store"; text: string }
   | { t: "watchers"; count: number }
+  | CheerCount
   | { t: "pong"; n: number; now_ms: number; link: boolean };

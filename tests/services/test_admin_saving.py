@@ -8,6 +8,7 @@ from accounts.models import Clearance, User
 from queueing.models import Account, Queue
 from queueing.services import queue_of
 from robots.kit.clock import SYSTEM
+from robots.kit.packets import Changed
 from robots.models import Program, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -58,6 +59,26 @@ def test_a_stop_is_not_undone_by_staff_who_save_the_robot(robot, admin_client, m
 def test_what_the_form_contains_is_saved(robot, admin_client):
     save(admin_client, Robot, robot, turn_s=240)
     assert Robot.objects.get().turn_s == 240
+
+
+def test_open_pages_are_told_when_staff_switch_cheering_off(
+    robot, admin_client, monkeypatch, django_capture_on_commit_callbacks
+):
+    told = []
+    monkeypatch.setattr("robots.bus.publishing.publish", lambda slug, event: told.append((slug, event)))
+    assert robot.takes_cheers
+    with django_capture_on_commit_callbacks(execute=True):
+        save(admin_client, Robot, robot, cheers="")
+    assert not Robot.objects.get().takes_cheers
+    assert (robot.slug, Changed("robot")) in told
+
+
+def test_practice_takes_no_cheers(robot):
+    twin = Robot.objects.create(
+        slug="twin", name="Twin", driver=robot.driver, address=f"sim:{robot.driver}", practice_for=robot,
+        clearance_required=False,
+    )  # fmt: skip
+    assert (twin.cheers, twin.takes_cheers) == (True, False)
 
 
 def test_what_a_queue_and_an_account_have_counted_is_kept(robot, people, admin_client, meanwhile):

@@ -36,7 +36,9 @@ class Report:
 
 
 def excavation_of(robot: Robot) -> Excavation | None:
-    """Return what the robot's spec says about hidden pieces; None for a robot that has none."""
+    """Return what the robot's spec says about hidden pieces; None for a robot that has none, or is for practice."""
+    if robot.practice:
+        return None
     spec = spec_or_none(robot.driver)
     return spec.capability(Excavation) if spec else None
 

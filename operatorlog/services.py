@@ -128,6 +128,11 @@ def to_review() -> QuerySet[Entry]:
     return Entry.objects.filter(Q(moderated_at=None) | Q(edited_at__gt=F("moderated_at")))
 
 
+def finds_to_decide() -> QuerySet[Find]:
+    """Return the reported finds on which no moderator has decided."""
+    return Find.objects.filter(state=Find.State.REPORTED)
+
+
 def reason_for(visibility: Visibility, reason: str) -> str:
     """Return the stored reason; only hiding has one, and needs one. Raises LogError."""
     if visibility != Visibility.HIDDEN:

@@ -10,6 +10,8 @@ from django.db import IntegrityError, transaction
 from accounts import guests
 from accounts.services import cleared
 from operatorlog import services as log
+from operatorlog.finds import Report, report
+from operatorlog.models import Find
 from portal.live import actions
 from portal.live.messages import Join
 from portal.live.people import current_user
@@ -170,6 +172,14 @@ def test_practice_is_in_no_list_of_robots_and_in_no_log(twin, people, client):
         log.write(turn, people["ada"], "What I found", None, now + timedelta(seconds=9))
     client.force_login(people["ada"])
     assert "not written" not in client.get("/log/").content.decode()
+    with pytest.raises(log.LogError, match="nothing is hidden"):
+        report(turn, people["ada"], Report("a spoon", x=0.1, y=0.4), now + timedelta(seconds=9))
+    page = client.get(turn.get_absolute_url()).content.decode()
+    assert 'name="find"' not in page
+    client.post(turn.get_absolute_url(), {"find": "a spoon", "find_x": "10", "find_y": "40"})
+    assert not Find.objects.exists()
+    assert client.get(f"{PAGE}finds/").status_code == 404
+    assert "/finds/" not in client.get(PAGE).content.decode()
     home = client.get("/").content.decode()
     assert 'data-live="mercury"' in home
     assert 'data-live="mercury-practice"' not in home

@@ -8,8 +8,9 @@ from django.contrib.auth.models import Permission
 from django.urls import reverse
 
 from accounts.models import User
+from operatorlog import finds
 from operatorlog import services as log
-from operatorlog.models import Entry, Visibility
+from operatorlog.models import Entry, Find, Visibility
 from portal.live import actions
 from portal.live.messages import Leave
 from portal.web.staff.pending import MOST, pending
@@ -199,6 +200,33 @@ def test_what_waits_is_one_list_the_oldest_first_and_each_row_has_what_resolves_
     program.refresh_from_db()
     assert incident.closed_at is not None
     assert program.approved
+
+
+def test_a_find_waits_with_its_picture_until_a_moderator_has_decided(robot, people, entry):
+    now = SYSTEM.now()
+    find = finds.report(entry.turn, people["ada"], finds.Report("a spoon", entry.frame_id, 0.1, 0.4), now)
+    log.moderate(entry, people["mod"], Visibility.PUBLISHED, "", now)
+    mod = with_rights("mia", "change_find", "view_find")
+    (item,) = pending(mod).items
+    assert (item.kind, item.text, item.frame) == ("Find", "a spoon", entry.frame)
+    assert item.since == now
+    text = shown(mod)
+    assert entry.frame.url in text
+    assert "Picture of this find" in text
+    client = signed_in(mod)
+    assert "a spoon" in client.get(pending(mod).kinds[-1].url).content.decode()
+    piece = find.round.pieces.first()
+    answer = client.post(item.url, {"state": "confirmed", "piece": piece.pk, "_save": "Save"})
+    assert answer.status_code == 302
+    assert pending(mod).items == ()
+    Find.objects.update(state="reported", piece=None)
+    act = pending(mod).items[0].acts[0]
+    assert client.post(act.address, {"from": "first", **act.fields})["Location"] == reverse("admin:index")
+    assert Find.objects.get().state == "declined"
+    assert pending(mod).items == ()
+    Find.objects.update(state="reported")
+    for other in (people["mod"], people["kim"], with_rights("looks", "view_find")):
+        assert "a spoon" not in shown(other)
 
 
 def test_each_kind_is_shown_to_those_who_may_decide_on_it(robot, people, entry, program):

@@ -1,4 +1,4 @@
-"""What waits for staff, as one list: robots, incidents, programs for the gallery, entries of the log."""
+"""What waits for staff, as one list: robots, incidents, programs for the gallery, entries of the log, finds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,8 +8,8 @@ from typing import Any
 from django.db.models import QuerySet
 from django.urls import reverse
 
-from operatorlog.models import Entry, Visibility
-from operatorlog.services import to_review
+from operatorlog.models import Entry, Find, Visibility
+from operatorlog.services import finds_to_decide, to_review
 from queueing.services import waits_for_staff
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Incident, Program, Robot
@@ -129,6 +129,15 @@ def _of_entry(row: Entry, user: Any) -> Item:
     )
 
 
+def _of_find(row: Find, user: Any) -> Item:
+    words = f"{row.author_name} reports a find with {row.round.robot}."
+    acts = (_action(row, "Decline", "decline"),)
+    return Item(
+        f"find-{row.pk}", "Find", words, row.reported_at, _page(row), "Choose which piece it is", acts, row.name,
+        row.frame,
+    )  # fmt: skip
+
+
 # name, permission, rows that wait, order, item, filter of the list
 _LISTS: tuple[tuple[str, str, Callable[[], QuerySet[Any]], str, Callable[[Any, Any], Item], str], ...] = (
     (
@@ -143,5 +152,10 @@ _LISTS: tuple[tuple[str, str, Callable[[], QuerySet[Any]], str, Callable[[Any, A
     (
         "Entries", "operatorlog.change_entry",
         lambda: to_review().select_related("robot", "author", "frame"), "written_at", _of_entry, "?waits=review",
+    ),
+    (
+        "Finds", "operatorlog.change_find",
+        lambda: finds_to_decide().select_related("round__robot", "author", "frame"), "reported_at", _of_find,
+        "?state__exact=reported",
     ),
 )  # fmt: skip

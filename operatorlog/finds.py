@@ -1,6 +1,5 @@
 """The verbs of the register of finds: report a find, decide on it, hide the pieces again."""
 
-import secrets
 from dataclasses import dataclass
 from datetime import datetime
 from math import isfinite
@@ -13,7 +12,7 @@ from operatorlog.models import Find, Piece, Round
 from queueing.models import Turn
 from robots import services as robot_services
 from robots.kit.contract.errors import BadRequest, NotPermitted
-from robots.kit.contract.excavation import MOST_BEDS, Excavation
+from robots.kit.contract.excavation import Excavation
 from robots.kit.contract.find import function, spec_or_none
 from robots.kit.contract.words import place_of
 from robots.kit.plain import one_line, storable
@@ -62,16 +61,16 @@ def begin_first(robot: Robot, now: datetime, user: Any = None) -> Round | None:
             made = Round.objects.create(
                 robot=robot, number=1, began_at=first.opened_at if first else now, begun_by=user
             )
-            _hide(made, declared, 1)
+            _hide(made, declared)
     except IntegrityError:  # another request was faster
         return present_round(robot)
     return made
 
 
-def _hide(made: Round, declared: Excavation, bed: int) -> None:
-    """Store the pieces of a simulated bed; of a real robot staff fill them in."""
+def _hide(made: Round, declared: Excavation) -> None:
+    """Store the pieces of the simulated bed with the round's number; of a real robot staff fill them in."""
     if declared.pieces and made.robot.simulated:
-        hidden = function(declared.pieces)(bed)
+        hidden = function(declared.pieces)(made.robot.rig_secret, made.number)
         Piece.objects.bulk_create(Piece(round=made, name=one.name, x=one.x, y=one.y) for one in hidden)
 
 
@@ -181,21 +180,20 @@ def bury_again(ending: Round, user: Any, now: datetime) -> bool:
             raise BadRequest("With this robot nothing is hidden.")
         if present.command is not None and present.command.state not in COMMAND_FINAL:
             return False
-        bed = 2 + secrets.randbelow(MOST_BEDS - 2)
-        command = _renewed(robot, declared, user, bed, now)
         if present.command is not None and present.command.state != CommandState.COMPLETED:
-            present.pieces.all().delete()  # its bed was never made: the same round gets another
-            present.command = command
+            present.command = _renewed(robot, declared, user, present.number, now)  # its bed was never made
             present.save(update_fields=["command"])
-            _hide(present, declared, bed)
+            present.pieces.all().delete()
+            _hide(present, declared)
             return True
+        command = _renewed(robot, declared, user, present.number + 1, now)
         present.ended_at = now
         present.save(update_fields=["ended_at"])
         made = Round.objects.create(
             robot=robot, number=present.number + 1, began_at=now, begun_by=user, command=command, puzzle=present.puzzle
         )
         if command is not None:
-            _hide(made, declared, bed)
+            _hide(made, declared)
         else:
             _hide_by_hand(made, present)
     return True
@@ -210,11 +208,11 @@ def _hide_by_hand(made: Round, before: Round) -> None:
     )
 
 
-def _renewed(robot: Robot, declared: Excavation, user: Any, bed: int, now: datetime) -> Command | None:
-    """Ask a simulated robot for another bed. Nobody may use it meanwhile: a turn's commands are public."""
+def _renewed(robot: Robot, declared: Excavation, user: Any, number: int, now: datetime) -> Command | None:
+    """Ask a simulated robot for the bed of a number. Nobody may use it meanwhile: what they dig would vanish."""
     if not robot.simulated or not declared.renewed_by:
         return None
     grant = robot_services.open_grant(robot)
     if grant is not None and grant.kind in (GrantKind.TURN, GrantKind.JOB):
         raise NotPermitted("Somebody uses the robot; hide the pieces again when the turn or job is over.")
-    return robot_services.configure(robot, user, declared.renewed_by, {"number": bed}, now)
+    return robot_services.configure(robot, user, declared.renewed_by, {"number": number}, now)

@@ -109,7 +109,7 @@ def register_of(robot: Robot) -> Register | None:
 
 def _first_pieces(robot: Robot, declared: Excavation) -> int:
     """Return how many pieces a simulated bed has before its first round is stored."""
-    return len(function(declared.pieces)(1)) if declared.pieces and robot.simulated else 0
+    return len(function(declared.pieces)("", 1)) if declared.pieces and robot.simulated else 0
 
 
 def _scale(declared: Excavation) -> float:

@@ -8,6 +8,7 @@ from django.conf import settings
 
 from portal.run.supervisor import ProcessSpec
 from robots import bus
+from robots.kit.contract.excavation import SECRET
 from robots.kit.installed import simulator_module
 from robots.models import Robot
 
@@ -88,7 +89,7 @@ def robot_processes(robot: Robot) -> list[ProcessSpec]:
     specs = []
     if kind == "sim":
         simulator = (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir))
-        specs.append(ProcessSpec(f"{robot.slug} robot", simulator, rank=3))
+        specs.append(ProcessSpec(f"{robot.slug} robot", simulator, {SECRET: robot.rig_secret}, rank=3))
     specs.append(
         ProcessSpec(
             f"{robot.slug} worker",

@@ -9,6 +9,7 @@ from typing import Any
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
+from django.utils.crypto import salted_hmac
 
 from robots.kit import description
 from robots.kit.contract.find import spec_of
@@ -182,6 +183,11 @@ class Robot(models.Model):
     def rig_dir(self) -> Path:
         """Return the folder of a simulated robot, with its line, cameras and what its simulator keeps."""
         return Path(settings.VAR) / "sim" / self.slug
+
+    @property
+    def rig_secret(self) -> str:
+        """Return the secret of this installation for a simulated robot: what it hides, nobody works out without it."""
+        return salted_hmac("robots.rig", self.slug, algorithm="sha256").hexdigest()
 
 
 class Grant(models.Model):

@@ -99,6 +99,9 @@ def issue(
     grant = held_by(_OPEN.first(slug=slug, seq=client_seq), user, now)
     if grant.kind == GrantKind.UPKEEP:
         raise NotPermitted(STAFF_COMMAND_RUNS)
+    wanted = spec_of(grant.robot.driver).command(kind)
+    if wanted is not None and not wanted.asked_by:
+        raise NotPermitted(f"The command {kind} is given by the portal alone.")
     return _issue(grant, grant, user, kind, args, client_seq, now, picture_time(seen_ms, now))
 
 

@@ -3,9 +3,12 @@
 ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT] [--baud N] [--speed FACTOR]``
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server), `camera` and `microphone` (their
-addresses), `faults` (a Unix socket), `journal.jsonl`, `bed.npy` and `state.json`.
+addresses), `faults` (a Unix socket), `journal.jsonl`, `bed.npy`, `pieces.json` (where the pieces of that bed lie) and
+`state.json`. Where the environment has `FARHAND_SIMULATOR_SECRET`, the places follow from it.
 """
 
+import json
+import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -15,8 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.kit.clock import TIMER, FasterTimer, Timer
+from robots.kit.contract.excavation import SECRET
 from robots.kit.description import load
 from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.drivers.mercury.pieces import FIRST, Places
+from robots.kit.drivers.mercury.pieces import places as places_of
 from robots.kit.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
@@ -42,14 +48,17 @@ class Simulator:
 
     def __init__(
         self, folder: Path, seed: int, opened: OpenLine, clock: Timer = TIMER, real: Timer = TIMER,
-        bed: Callable[[int], SandBed] = SandBed,
+        bed: Callable[[int, Places], SandBed] = SandBed, secret: str = "",
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock = folder, clock
         self.faults = FaultBoard(seed)
         self.journal = Journal(folder / "journal.jsonl", real)
         description = load("mercury")
-        self.bed = bed(seed)
+        self._secret, self._seed, self._make = secret, seed, bed
+        self._number, self._places = self._hidden()
+        self._shown = self._places  # those of `bed`: while another one is made, they differ
+        self.bed = bed(seed + self._number - 1, self._places)
         self.bed.restore(folder / "bed.npy")
         self._state = folder / "state.json"
         pose, last_boot = restore(self._state, Pose.read, START)
@@ -58,7 +67,7 @@ class Simulator:
         boot = (last_boot + 1) % BOOTS
         self._keep(boot)
         self.controller = Controller(
-            description, self.body, self._blow, self.faults, self.journal, boot, self._keep, clock
+            description, self.body, self._blow, self._bury, self.faults, self.journal, boot, self._keep, clock
         )
         self.line = opened(folder / "tty", self.faults, lambda: self.journal.note("refused"))
         self._rng = np.random.default_rng(seed)
@@ -89,7 +98,43 @@ class Simulator:
         def work() -> None:
             with self._bed_lock:
                 self.bed.blow(x_mm, y_mm, seconds)
-                self.bed.save(self._folder / "bed.npy")
+                if self._shown is self._places:
+                    self.bed.save(self._folder / "bed.npy")
+
+        self._sand = self._clock.spawn(work, "sand")
+
+    def _hidden(self) -> tuple[int, Places]:
+        """Return the number of the bed, and where its pieces lie: as stored, or of a bed that is new."""
+        try:
+            stored = json.loads((self._folder / "pieces.json").read_text())
+            places = {name: (float(x), float(y)) for name, (x, y) in stored["places"].items()}
+            if places.keys() == FIRST.keys():
+                return int(stored["number"]), places
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            pass
+        if self._secret:  # sand of a time when all beds had the same places
+            (self._folder / "bed.npy").unlink(missing_ok=True)
+        return 1, self._hide(1)
+
+    def _hide(self, number: int) -> Places:
+        """Store where the pieces of a bed lie, and return it."""
+        places = places_of(self._secret, number)
+        replace_text(self._folder / "pieces.json", json.dumps({"number": number, "places": places}))
+        return places
+
+    def _bury(self, number: int) -> None:
+        """Make the bed of a number. Wherever this is cut off, the next start makes that bed, or has the one before."""
+        with self._bed_lock:
+            (self._folder / "bed.npy").unlink(missing_ok=True)  # sand that was dug must not lie over other places
+            self._number, self._places = number, self._hide(number)
+            places = self._places
+
+        def work() -> None:
+            made = self._make(self._seed + number - 1, places)  # takes about a second
+            with self._bed_lock:
+                if self._places is places:
+                    self.bed, self._shown = made, places
+                    made.save(self._folder / "bed.npy")
 
         self._sand = self._clock.spawn(work, "sand")
 
@@ -151,7 +196,7 @@ def main() -> None:
     clock = FasterTimer(options.speed)
 
     opened = line_opener(options.baud, options.tcp, clock)
-    simulator = Simulator(options.dir, options.seed, opened, clock)
+    simulator = Simulator(options.dir, options.seed, opened, clock, secret=os.environ.get(SECRET, ""))
     camera = simulator.open()
     run(simulator, f"line {(options.dir / 'tty').resolve()} camera port {camera.port}")
 

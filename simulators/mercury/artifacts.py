@@ -1,6 +1,7 @@
 """The objects in the sand: drawn shapes with a height, all from one story.
 
-The public has to find out which story. Sizes in mm, one pixel is half a millimetre.
+The public has to find out which story. Sizes in mm, one pixel is half a millimetre. Where each lies in a bed is in
+`robots.kit.drivers.mercury.pieces`.
 """
 
 from collections.abc import Callable
@@ -17,11 +18,9 @@ DARK, MID, LIGHT = 40, 120, 235
 
 @dataclass(frozen=True)
 class Artifact:
-    """An object: its name (never shown), position and size in mm, depth of its top, its drawing."""
+    """An object: its name (never shown), its size in mm, depth of its top, its drawing."""
 
     name: str
-    x_mm: float
-    y_mm: float
     width_mm: float
     height_mm: float
     depth_mm: float
@@ -135,13 +134,13 @@ def _gasburner(d: Draw, w: int, h: int) -> None:
 
 
 ARTIFACTS = (
-    Artifact("watch", -150, 470, 34, 44, 9, 6, 14, _watch, gloss=0.8, dome_mm=5),
-    Artifact("whist card", 40, 500, 30, 42, 7, 1.5, -22, _card),
-    Artifact("elephant", 165, 455, 46, 36, 12, 8, 6, _elephant),
-    Artifact("engine", -60, 345, 50, 32, 10, 8, -8, _engine, gloss=0.25, dome_mm=6),
-    Artifact("banknote", -185, 350, 56, 30, 8, 1.5, 31, _banknote),
-    Artifact("ticket", 110, 350, 44, 28, 8, 1.5, -14, _ticket),
-    Artifact("calendar leaf", 5, 420, 32, 36, 11, 1.5, 9, _leaf),
-    Artifact("bag", -70, 520, 42, 34, 13, 9, -5, _bag),
-    Artifact("gas burner", 205, 525, 22, 40, 10, 6, 40, _gasburner, gloss=0.5, dome_mm=5),
+    Artifact("watch", 34, 44, 9, 6, 14, _watch, gloss=0.8, dome_mm=5),
+    Artifact("whist card", 30, 42, 7, 1.5, -22, _card),
+    Artifact("elephant", 46, 36, 12, 8, 6, _elephant),
+    Artifact("engine", 50, 32, 10, 8, -8, _engine, gloss=0.25, dome_mm=6),
+    Artifact("banknote", 56, 30, 8, 1.5, 31, _banknote),
+    Artifact("ticket", 44, 28, 8, 1.5, -14, _ticket),
+    Artifact("calendar leaf", 32, 36, 11, 1.5, 9, _leaf),
+    Artifact("bag", 42, 34, 13, 9, -5, _bag),
+    Artifact("gas burner", 22, 40, 10, 6, 40, _gasburner, gloss=0.5, dome_mm=5),
 )

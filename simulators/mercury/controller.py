@@ -32,17 +32,22 @@ class Controller:
         description: dict[str, Any],
         body: Body,
         blow: Callable[[float, float, float], None],
+        bury: Callable[[int], None],
         faults: FaultBoard,
         journal: Journal,
         boot: int,
         switched_on: Callable[[int], None] = lambda boot: None,
         clock: Timer = TIMER,
     ) -> None:
-        """`blow` (mm, mm, s) moves the sand; `switched_on` stores a new boot number before it is used."""
+        """`blow` (mm, mm, s) moves the sand, `bury` makes the bed of a number.
+
+        `switched_on` stores a new boot number before it is used.
+        """
         self._space = Workspace(description)
         self._description = description
         self.body = body
         self._blow = blow
+        self._bury = bury
         self._faults = faults
         self._journal = journal
         self._switched_on = switched_on
@@ -130,6 +135,8 @@ class Controller:
                 return None
             case Instruction.SPEED:
                 return self._set_speed(values[0] / 1000)
+            case Instruction.BURY:
+                return self._renew(values[0])
             case Instruction.CALIBRATE:
                 return self._calibrate(frame.seq)
             case Instruction.MOVE_XYZ:
@@ -154,6 +161,13 @@ class Controller:
         if not low - 1e-6 <= speed <= high + 1e-6:
             return Error.OUT_OF_RANGE
         self._speed = speed
+        return None
+
+    def _renew(self, number: float) -> Error | None:
+        if number < 1 or number != int(number):
+            return Error.OUT_OF_RANGE
+        self._journal.note("bury", number=int(number))
+        self._bury(int(number))
         return None
 
     def _calibrate(self, seq: int) -> Error | None:

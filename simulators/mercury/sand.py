@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
+from robots.kit.drivers.mercury.pieces import FIRST, Places
 from robots.kit.files import replaced
 from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
 from simulators.mercury.light import REACH, illuminate
@@ -28,7 +29,8 @@ COVER_MM = 0.25  # thinner sand does not hide an object
 class SandBed:
     """The sand, the objects in it, and the brightness of each half millimetre."""
 
-    def __init__(self, seed: int = 1) -> None:
+    def __init__(self, seed: int = 1, places: Places = FIRST) -> None:
+        """Pour the sand that a seed gives over the objects at these places (mm, their middles by name)."""
         rows, columns = Y1_MM - Y0_MM, X1_MM - X0_MM
         rng = np.random.default_rng(seed)
         waves = gaussian_filter(rng.normal(size=(rows, columns)), 26) * 90
@@ -37,20 +39,21 @@ class SandBed:
         grain = rng.normal(size=(2 * rows, 2 * columns))
         grain = 0.6 * grain + 0.9 * gaussian_filter(rng.normal(size=grain.shape), 1.2) * 3
         self.grain: F32 = np.clip(0.56 + 0.045 * grain, 0.3, 0.9).astype(np.float32)
-        self._bury()
+        self._bury(places)
         self.sand = np.maximum(self.sand, self.rigid + 0.1)
         self.light: F32 = np.zeros(self.grain.shape, np.float32)
         self._shade(0, rows, 0, columns)
 
-    def _bury(self) -> None:
+    def _bury(self, places: Places) -> None:
         """Place the objects: `rigid` is the surface under the sand, `skin` its brightness."""
         self.rigid: F32 = np.zeros(self.sand.shape, np.float32)  # `zeros_like` would write to every page
         self.skin: F32 = np.zeros(self.grain.shape, np.float32)
         self.gloss: F32 = np.zeros(self.grain.shape, np.float32)
         for thing in ARTIFACTS:
             albedo, mask = thing.sprite()
-            r = int((thing.y_mm - Y0_MM) / PIXEL_MM) - mask.shape[0] // 2
-            c = int((thing.x_mm - X0_MM) / PIXEL_MM) - mask.shape[1] // 2
+            x_mm, y_mm = places[thing.name]
+            r = int((y_mm - Y0_MM) / PIXEL_MM) - mask.shape[0] // 2
+            c = int((x_mm - X0_MM) / PIXEL_MM) - mask.shape[1] // 2
             spot = self.skin[r : r + mask.shape[0], c : c + mask.shape[1]]
             spot[mask > 0.5] = albedo[mask > 0.5]
             self.gloss[r : r + mask.shape[0], c : c + mask.shape[1]][mask > 0.5] = thing.gloss

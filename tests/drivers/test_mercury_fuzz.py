@@ -12,6 +12,7 @@ from tests.drivers.fuzzing import Watched, numbers, pieces, play_rounds, weighte
 from tests.drivers.mercury_wire import (
     ACK,
     AIR,
+    BURY,
     CALIBRATE,
     CHECKSUM,
     HOLD,
@@ -36,8 +37,8 @@ pytestmark = pytest.mark.timed
 
 A_ROUND = 50  # frames written in one go
 BAUD = 4_000_000
-SIZES = {MOVE_XYZ: 12, MOVE_THETA: 4, AIR: 4, SPEED: 4, RESET: 0, CALIBRATE: 0, STATUS: 0, HOLD: 0}
-GREATEST = {MOVE_XYZ: 10_000.0, MOVE_THETA: 360.0, AIR: 60.0, SPEED: 10_000.0}
+SIZES = {MOVE_XYZ: 12, MOVE_THETA: 4, AIR: 4, SPEED: 4, BURY: 4, RESET: 0, CALIBRATE: 0, STATUS: 0, HOLD: 0}
+GREATEST = {MOVE_XYZ: 10_000.0, MOVE_THETA: 360.0, AIR: 60.0, SPEED: 10_000.0, BURY: 2**24 - 1}
 REMEMBERED = 32
 
 usual = {

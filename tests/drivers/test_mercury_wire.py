@@ -12,6 +12,7 @@ from tests.conftest import wait_for
 from tests.drivers.mercury_wire import (
     ACK,
     AIR,
+    BURY,
     CALIBRATE,
     CHECKSUM,
     DONE,
@@ -49,13 +50,27 @@ def line(sim):
 def test_no_number_is_believed_that_cannot_be_meant(line, sim):
     seq = line.calibrated(1)
     for value in WILD:
-        asked = [(MOVE_THETA, (value,)), (AIR, (value,)), (SPEED, (value,))]
+        asked = [(MOVE_THETA, (value,)), (AIR, (value,)), (SPEED, (value,)), (BURY, (value,))]
         asked += [(MOVE_XYZ, tuple(value if i == k else v for k, v in enumerate((0.0, 420.0, 75.0)))) for i in range(3)]
         for instruction, values in asked:
             assert line.ask(instruction, seq, floats(*values)) == (NAK, RANGE)
             seq += 1
     assert (sim.count("motion"), sim.count("burst")) == (0, 0)
     assert not sim.status()["moving"]
+
+
+def test_a_bed_has_a_whole_number_and_is_made_beside_a_motion(line, sim):
+    seq = line.calibrated(1)
+    for number in (0.0, -1.0, 0.5, 2.5, 2.0**24):
+        assert line.ask(BURY, seq, floats(number)) == (NAK, RANGE)
+        seq += 1
+    assert sim.count("bury") == 0
+    assert line.ask(MOVE_XYZ, seq, floats(100.0, 420.0, 75.0))[0] == ACK
+    assert line.ask(BURY, seq + 1, floats(2.0))[0] == ACK
+    assert json.loads((sim.folder / "pieces.json").read_text())["number"] == 2
+    assert line.ended(seq, 20.0)[0] == DONE
+    wait_for((sim.folder / "bed.npy").exists, 60, "the new bed")
+    assert sim.count("bury") == 1
 
 
 def test_the_tool_turns_inside_the_limits_of_its_joint(line, sim):
@@ -86,14 +101,14 @@ def test_a_number_refused_for_its_checksum_is_still_free(line, sim):
 
 
 def test_nak_2_an_instruction_that_is_not_known(line):
-    for seq, unknown in enumerate((0x00, 0x03, 0x16, 0x81, 0xFF), 1):
+    for seq, unknown in enumerate((0x00, 0x03, 0x17, 0x81, 0xFF), 1):
         assert line.ask(unknown, 2 * seq) == (NAK, UNKNOWN)
         assert line.ask(unknown, 2 * seq + 1, floats(1.0)) == (NAK, UNKNOWN)
 
 
 def test_nak_3_a_length_that_does_not_fit_the_instruction(line, sim):
     boot, seq = sim.status()["boot"], 0
-    for instruction in (MOVE_XYZ, MOVE_THETA, AIR, RESET, CALIBRATE, STATUS, SPEED, HOLD):
+    for instruction in (MOVE_XYZ, MOVE_THETA, AIR, RESET, CALIBRATE, STATUS, SPEED, HOLD, BURY):
         for data in (b"\0", b"\0" * 5, b"\0" * 47):
             seq += 1
             assert line.ask(instruction, seq, data) == (NAK, LENGTH)

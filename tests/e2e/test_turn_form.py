@@ -47,6 +47,16 @@ def test_what_is_written_is_never_lost(portal, visitor):
     assert Entry.objects.get().text == "A watch."
     assert SurveyAnswer.objects.count() == 2
     page.wait_for_function("() => !Object.keys(localStorage).some((k) => k.startsWith('draft'))")  # its script has run
+    page.fill("#find", "a watch")  # what one has found is reported later, too, and once
+    page.fill("#find_x", "12")
+    page.fill("#find_y", "41.5")
+    page.goto("/")
+    page.goto(turn.get_absolute_url())
+    expect(page.locator("#find")).to_have_value("a watch")
+    page.click("main form.form button")
+    expect(page.get_by_text("a watch: waits for a moderator")).to_be_visible()
+    expect(page.locator("#find")).to_have_value("")
+    page.wait_for_function("() => !Object.keys(localStorage).some((k) => k.startsWith('draft'))")
     page.wait_for_function(LOADED)
     shown = page.locator(".entry img").evaluate(
         "(i) => [i.clientWidth / i.clientHeight, i.naturalWidth / i.naturalHeight]"

@@ -9,6 +9,7 @@ from accounts.models import Attempt, Clearance
 from accounts.services import begin, load_bank, mark_read
 from operatorlog import services as log
 from operatorlog.models import Find, SurveyQuestion
+from portal.web.alerts.models import Alert, AlertMessage
 from queueing import services as queue
 from queueing.models import JobRun, Ticket, Turn
 from queueing.services import Asker, ask
@@ -130,6 +131,8 @@ def in_use(mercury, people, now):
     spoon = Find(round=hidden, turn=turn, author=ada, name="a spoon", x=0.1, y=0.4, seen_at=now, reported_at=now)
     spoon.piece, spoon.state = hidden.pieces.first(), Find.State.CONFIRMED
     spoon.save()
+    alert = Alert.objects.create(robot=pa10, kind="incident", subject="fault", text="It was silent.", seen_at=now)
+    AlertMessage.objects.create(alert=alert, over=False, user=people["kim"], next_at=now)
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")
     drive(mercury, ada, now)
     queue.join(pa10, eve, now)

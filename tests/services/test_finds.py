@@ -4,65 +4,25 @@ import re
 from datetime import timedelta
 
 import pytest
-from django.contrib.admin.models import LogEntry
 from django.core.cache import cache
 from django.db import connection
-from django.test import Client
 from django.test.utils import CaptureQueriesContext
 
 from operatorlog import finds, services
-from operatorlog.finds import Report
 from operatorlog.models import Find, Piece, Round, Visibility
 from operatorlog.register import register_of
-from queueing import services as queue
 from queueing.models import Turn
 from robots.kit.clock import SYSTEM
-from robots.models import Command, Frame
-from robots.states import GrantEnd
+from robots.models import Command
 from tests.services.conftest import ROLES
+from tests.services.finds import PAGES, as_role, bed_of, confirmed, ended, reported
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-AT = (0.1, 0.4, 0.0, 0.0)
-SECRET = {"zirconium spoon": (-0.1234, 0.3217), "quartz thimble": (0.1987, 0.5123)}
 
 
 @pytest.fixture
-def bed(robot, roles, django_user_model):
-    """A round with two pieces of rare names, and the ended turn of the operator with a picture."""
-    cache.clear()
-    turn = Turn.objects.get()
-    picture(turn)
-    queue.end_turn(turn, GrantEnd.FINISHED, "", SYSTEM.now())
-    made = Round.objects.create(robot=robot, number=1, began_at=turn.started_at - timedelta(days=1))
-    for name, (x, y) in SECRET.items():
-        Piece.objects.create(round=made, name=name, x=x, y=y)
-    return made
-
-
-def picture(turn, pose=AT, file="frames/mercury/a.jpg"):
-    return Frame.objects.create(robot=turn.robot, grant=turn.grant, taken_at=SYSTEM.now(), pose=list(pose), file=file)
-
-
-def ended():
-    return Turn.objects.select_related("robot", "grant", "user").get()
-
-
-def reported(roles, name="a spoon", **more):
-    turn = ended()
-    return finds.report(turn, roles["operator"], Report(name, turn.grant.frames.first().pk, **more), SYSTEM.now())
-
-
-def confirmed(roles, name="a spoon", piece="zirconium spoon"):
-    find = reported(roles, name)
-    finds.decide(find, roles["superuser"], Find.State.CONFIRMED, Piece.objects.get(name=piece), SYSTEM.now())
-    return find
-
-
-def as_role(roles, role):
-    client = Client()
-    if role != "anonymous":
-        client.force_login(roles[role])
-    return client
+def bed(robot, roles):
+    return bed_of(robot)
 
 
 def test_the_log_form_reports_a_find_at_the_place_of_its_picture(bed, roles):
@@ -190,12 +150,6 @@ def test_the_page_tells_who_was_first(bed, roles, client):
     assert first.frame.url in html
 
 
-PAGES = (
-    "/", "/log/", "/robots/mercury/", "/robots/mercury/finds/", "/status/", "/robots/mercury/recordings/", "/me/",
-    "/robots/mercury/programs/", "/robots/mercury/orientation/", "/classic/mercury/x/", "turn",
-)  # fmt: skip
-
-
 @pytest.mark.asvs("8.2.2")
 @pytest.mark.parametrize("role", ["anonymous", "signed_in", "cleared", "operator", "log_moderator", "robot_staff"])
 def test_what_is_hidden_is_on_no_page_and_in_no_answer(bed, roles, role):
@@ -291,40 +245,3 @@ def test_a_robot_without_hidden_pieces_has_no_such_page(robot, client):
     type(robot).objects.filter(pk=robot.pk).update(driver="srv1")
     assert client.get("/robots/mercury/finds/").status_code == 404
     assert "/finds/" not in client.get("/robots/mercury/").content.decode()
-
-
-def bury(roles, role, chosen):
-    client = as_role(roles, role)
-    data = {"action": "bury_again", "_selected_action": chosen.pk}
-    return client.post("/admin/operatorlog/round/", data, follow=True)
-
-
-@pytest.mark.parametrize("simulated", [True, False])
-def test_bury_again_ends_the_round_once_and_it_becomes_a_milestone(bed, roles, client, robot, simulated):
-    if not simulated:
-        type(robot).objects.filter(pk=robot.pk).update(address="serial:/dev/ttyUSB0")
-    confirmed(roles)
-    Round.objects.update(puzzle="Which story?")
-    assert "Buried again: 1 round." in bury(roles, "superuser", bed).content.decode()
-    assert "nothing was changed: 1 round." in bury(roles, "superuser", bed).content.decode(), "a second press"
-    bed.refresh_from_db()
-    present = Round.objects.get(ended_at=None)
-    assert (present.number, present.puzzle, present.begun_by) == (2, "Which story?", roles["superuser"])
-    assert bed.ended_at == present.began_at
-    assert [one.name for one in present.pieces.all()] == sorted(SECRET)
-    assert all((one.x is None) != simulated for one in present.pieces.all())
-    assert LogEntry.objects.filter(object_id=bed.pk, user=roles["superuser"]).count() == 1
-    html = client.get("/robots/mercury/finds/").content.decode()
-    assert "Milestones" in html
-    assert "0 of 2 pieces were found in round 2" in html
-    assert "1 of 2 pieces was found." in html
-    assert "thimble" not in html
-
-
-@pytest.mark.asvs("8.2.2")
-@pytest.mark.parametrize("role", [role for role in ROLES if role != "superuser"])
-def test_nobody_without_the_permission_buries_again(bed, roles, role):
-    bury(roles, role, bed)
-    bed.refresh_from_db()
-    assert bed.ended_at is None
-    assert Round.objects.count() == 1

@@ -3,14 +3,15 @@
 import copy
 from functools import cache
 
+from robots.kit.drivers.mercury.pieces import FIRST
 from simulators.mercury.sand import SandBed
 
 
 @cache
-def _computed(seed):
-    return SandBed(seed)
+def _computed(seed, places):
+    return SandBed(seed, dict(places))
 
 
-def fresh(seed):
+def fresh(seed, places=FIRST):
     """Return a bed that nobody has touched."""
-    return copy.deepcopy(_computed(seed))
+    return copy.deepcopy(_computed(seed, tuple(places.items())))

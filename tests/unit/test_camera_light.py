@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from robots.kit.drivers.mercury.brightness import TARGET, Brightness
-from simulators.mercury.artifacts import ARTIFACTS
+from robots.kit.drivers.mercury.pieces import FIRST
 from simulators.mercury.camera import expose
 from tests.unit.sand_beds import fresh
 
 EXPOSURES = (1 / 200, 1 / 150, 1 / 100, 1 / 64)
-WATCH = next(a for a in ARTIFACTS if a.name == "watch")
-AT = (WATCH.x_mm / 1000, WATCH.y_mm / 1000, 0.0, 0.0)
+X_MM, Y_MM = FIRST["watch"]
+AT = (X_MM / 1000, Y_MM / 1000, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def bare():
     bed = fresh(3)
     for _ in range(10):
         for dx, dy in ((-9, 10), (9, 10), (9, -9), (-9, -9), (0, 0)):
-            bed.blow(WATCH.x_mm + dx, WATCH.y_mm + dy, 0.2)
+            bed.blow(X_MM + dx, Y_MM + dy, 0.2)
     return bed
 
 

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simulators.mercury.artifacts import ARTIFACTS
+from robots.kit.drivers.mercury.pieces import FIRST
 from simulators.mercury.camera import HEIGHT, WIDTH, expose
 from simulators.mercury.sand import COVER_MM, X0_MM, Y0_MM
 from tests.unit.sand_beds import fresh
@@ -30,11 +30,11 @@ def test_a_hole_is_dug():
 def test_everything_is_buried_at_first_and_one_can_be_laid_bare():
     bed = fresh(2)
     assert not ((bed.sand - bed.rigid < COVER_MM * 0.3) & (bed.rigid > 0)).any()
-    thing = ARTIFACTS[0]
+    x, y = FIRST["watch"]
     for _ in range(8):
         for dx, dy in ((-8, 8), (8, 8), (8, -8), (-8, -8), (0, 0)):
-            bed.blow(thing.x_mm + dx, thing.y_mm + dy, 0.15)
-    r, c = int(thing.y_mm) - Y0_MM, int(thing.x_mm) - X0_MM
+            bed.blow(x + dx, y + dy, 0.15)
+    r, c = y - Y0_MM, x - X0_MM
     bare = (bed.sand - bed.rigid < COVER_MM)[r - 8 : r + 8, c - 8 : c + 8]
     assert bare.mean() > 0.5
 

@@ -21,13 +21,14 @@ class MercuryRig(Rig):
     driver = "mercury"
     faults = ("awol", "slow", "drop", "corrupt", "double", "limit_hit", "mute")
     strengths = {"slow": 0.5, "drop": 0.1, "corrupt": 0.1, "double": 0.1}
+    secret = ""  # from which the places of hidden pieces follow
 
     def __init__(self, world: World, folder: Path) -> None:
         super().__init__(world, folder)
         self.use(Cable(world))
         self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
         self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
-        self.sim = Simulator(folder, world.seed, line_of(self.cable, BAUD), world, world, fresh)
+        self.sim = Simulator(folder, world.seed, line_of(self.cable, BAUD), world, world, fresh, self.secret)
         world.spawn(self.sim.run, "simulator", self.process)
 
     def session(self, name, address, settings, trace=None):

@@ -61,5 +61,8 @@ if (form) {
   form.addEventListener("change", () => fillPlace(form));
   fillPlace(form);
 }
-// the server has accepted a part that has no form any more
-for (const draft of [turn, `${turn}-edit`]) if (form?.dataset["draft"] !== draft) withStorage((all) => all.removeItem(nameOf(draft)));
+// the server has accepted what was in the forms before, whose drafts have other names
+withStorage((all) => {
+  const present = form && nameOf(form.dataset["draft"] ?? "");
+  for (const name of Object.keys(all)) if (name !== present && `${name}-`.startsWith(`${nameOf(turn)}-`)) all.removeItem(name);
+});

@@ -19,10 +19,11 @@ class Excavation:
     """The robot digs for hidden pieces in the rectangle `area` (x, y of two corners, m).
 
     A completed command `kind` digs once, at the `x` and `y` (m) that its driver says it `sent`; `once` and `often` are
-    the words for one of them and for several. The map of what was dug has cells of `cell_m`. `pieces(number)` names
-    the function that returns the `HiddenPiece`s of a simulated bed, by its number. `renewed_by` is the command of the
-    lane `config` for staff alone that makes a simulated bed anew, from its argument `number` (1 to `MOST_BEDS`), which
-    nobody else is told: without it staff hide the pieces by hand, as with every real robot.
+    the words for one of them and for several. The map of what was dug has cells of `cell_m`. `pieces(secret, number)`
+    names the function that returns the `HiddenPiece`s of a simulated bed, from the secret that its simulator is given
+    (`SECRET`) and the number of the bed: nobody works out places from the number alone. `renewed_by` is the command of
+    the lane `config`, asked by nobody but the portal, that makes a simulated bed anew, with its argument `number` (1 to
+    `MOST_BEDS`); without it staff hide the pieces by hand, as with every real robot.
     """
 
     kind: str
@@ -35,3 +36,4 @@ class Excavation:
 
 
 MOST_BEDS = 2**24 - 1  # a number that four bytes of a float hold exactly
+SECRET = "FARHAND_SIMULATOR_SECRET"  # noqa: S105 - the variable of the environment in which a simulator is given it

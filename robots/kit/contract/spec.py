@@ -72,7 +72,8 @@ class CommandKind:
     """A command that a robot understands.
 
     `level` is the clearance that it needs. `asked_by` says who may ask for it: the person whose turn it is
-    (`turn`), everybody with enough clearance, as a job that waits (`anyone`), staff (`staff`).
+    (`turn`), everybody with enough clearance, as a job that waits (`anyone`), staff (`staff`); where it names none, the
+    portal alone gives it.
     `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
     `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and
     `default` holds the arguments that handover restores after a turn. `shown` names, by argument, the channel that

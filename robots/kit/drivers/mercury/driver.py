@@ -84,6 +84,11 @@ class Driver(Session):
             self._set_speed(permit, lambda: on_stage("sent"))
             on_stage("acknowledged")
             return Outcome(dict(args), self._latest)
+        if kind == "bury":
+            bed = number(args, "number")
+            self.line.instruct(lambda seq: wire.scalar(Instruction.BURY, seq, bed), permit, lambda: on_stage("sent"))
+            on_stage("acknowledged")
+            return Outcome(dict(args), self._latest)
         if kind == "air":
             seconds = float(args.get("seconds", self._description["air"]["burst_s"]))
             x, y = (self._latest or self.state()).pose[:2]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import Any, Literal
 
+from robots.kit.contract.excavation import MOST_BEDS
 from robots.kit.drivers.mercury.framing import GAP_S as GAP_S
 from robots.kit.drivers.mercury.framing import Frame as Frame
 from robots.kit.drivers.mercury.framing import FrameError as FrameError
@@ -38,6 +39,7 @@ class Instruction(IntEnum):
     STATUS = 0x13
     SPEED = 0x14
     HOLD = 0x15
+    BURY = 0x16  # of a simulated bed alone
 
 
 class Reply(IntEnum):
@@ -106,12 +108,13 @@ _REFUSAL = struct.Struct("<IB")
 _END = struct.Struct("<I4f")
 _STATE = struct.Struct("<IBBB4f")
 
-# The content of each instruction, and the largest possible number: mm, deg, s or mm/s.
+# The content of each instruction, and the largest possible number: mm, deg, s, mm/s, or a bed's.
 _CARRIES: dict[int, tuple[struct.Struct, float]] = {
     Instruction.MOVE_XYZ: (_XYZ, 10_000.0),
     Instruction.MOVE_THETA: (_FLOAT, 360.0),
     Instruction.AIR: (_FLOAT, 60.0),
     Instruction.SPEED: (_FLOAT, 10_000.0),
+    Instruction.BURY: (_FLOAT, float(MOST_BEDS)),
     Instruction.RESET: (_NOTHING, 0.0),
     Instruction.CALIBRATE: (_NOTHING, 0.0),
     Instruction.STATUS: (_NOTHING, 0.0),
@@ -126,7 +129,7 @@ def move_xyz(seq: int, x_mm: float, y_mm: float, z_mm: float) -> Frame:
 
 
 def scalar(instruction: Instruction, seq: int, value: float) -> Frame:
-    """Return an instruction with one number: MOVE_THETA (deg), AIR (s), SPEED (mm/s)."""
+    """Return an instruction with one number: MOVE_THETA (deg), AIR (s), SPEED (mm/s), BURY (of a bed)."""
     return Frame(instruction, seq, _FLOAT.pack(value))
 
 
@@ -277,7 +280,7 @@ def spell(frame: Frame) -> str:
         if frame.id == Instruction.MOVE_XYZ:
             x, y, z = numbers(frame)
             return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
-        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
+        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA, Instruction.BURY):
             return f"{name} #{frame.seq} {numbers(frame)[0]:.3f}"
         if frame.id == Reply.STATE:
             state = unpack_state(frame.payload)

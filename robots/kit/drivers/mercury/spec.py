@@ -4,7 +4,7 @@ from math import radians
 
 from robots.kit.contract.capabilities import Calibration, Check, ClickInPicture, Reset, ResultRow, Setting
 from robots.kit.contract.channels import Pose, Scale
-from robots.kit.contract.excavation import Excavation
+from robots.kit.contract.excavation import MOST_BEDS, Excavation
 from robots.kit.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.kit.description import load
 from robots.kit.drivers.stills import stills
@@ -52,7 +52,7 @@ def spec() -> Spec:
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.calibration:resolve"),
             Reset(),
-            Excavation("air", (x0, y0, x1, y1), f"{HERE}.pieces:pieces", once="burst", often="bursts"),
+            Excavation("air", (x0, y0, x1, y1), f"{HERE}.pieces:pieces", "bury", once="burst", often="bursts"),
             Calibration(f"{HERE}.calibration:calibrate", rows=MEASURED),
             stills(description["camera"], f"{HERE}.brightness:Brightness"),
             Setting("speed", "Speed", unit="m/s", low=slowest, high=fastest, default=motion["speed"]),
@@ -71,6 +71,16 @@ def spec() -> Spec:
                 (speed,),
                 limit_s=5.0,
                 asked_by=BY_STAFF,
+                lane="config",
+                moves=False,
+                still_after=False,
+            ),
+            CommandKind(
+                "bury",
+                "Bury again",
+                (Argument("number", "", 1, MOST_BEDS, whole=True),),
+                limit_s=5.0,
+                asked_by=frozenset(),
                 lane="config",
                 moves=False,
                 still_after=False,

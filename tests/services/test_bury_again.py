@@ -1,0 +1,176 @@
+"""Bury again: the next round has another bed, which the portal asks the simulator for; its places are told to nobody."""
+
+import json
+import re
+
+import pytest
+from django.contrib.admin.models import LogEntry
+
+from operatorlog import finds
+from operatorlog.models import Round
+from portal.live.snapshot import snapshot
+from portal.run.processes import robot_processes
+from queueing.models import Turn
+from robots import services as robots
+from robots.grants import end_grant, start_grant
+from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import NotPermitted
+from robots.kit.drivers.mercury.pieces import pieces
+from robots.models import Command
+from robots.states import GrantEnd, GrantKind
+from tests.services.conftest import ROLES
+from tests.services.finds import PAGES, SECRET, as_role, bed_of, confirmed, ended
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+
+@pytest.fixture
+def bed(robot, roles):
+    return bed_of(robot)
+
+
+def bury(roles, role, chosen):
+    client = as_role(roles, role)
+    data = {"action": "bury_again", "_selected_action": chosen.pk}
+    return client.post("/admin/operatorlog/round/", data, follow=True)
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_bury_again_ends_the_round_once_and_it_becomes_a_milestone(bed, roles, client, robot, simulated):
+    if not simulated:
+        type(robot).objects.filter(pk=robot.pk).update(address="serial:/dev/ttyUSB0")
+    confirmed(roles)
+    Round.objects.update(puzzle="Which story?")
+    assert "Buried again: 1 round." in bury(roles, "superuser", bed).content.decode()
+    assert "nothing was changed: 1 round." in bury(roles, "superuser", bed).content.decode(), "a second press"
+    bed.refresh_from_db()
+    present = Round.objects.get(ended_at=None)
+    assert (present.number, present.puzzle, present.begun_by) == (2, "Which story?", roles["superuser"])
+    assert bed.ended_at == present.began_at
+    if simulated:
+        assert hidden_in(present) == pieces_of(robot.rig_secret, 2)
+        command = Command.objects.get(kind="bury")
+        assert (present.command, command.args, command.lane) == (command, {"number": 2}, "config")
+        assert (command.grant.kind, command.issued_by) == (GrantKind.UPKEEP, roles["superuser"])
+    else:
+        assert {name: (x, y) for name, x, y in hidden_in(present)} == dict.fromkeys(SECRET, (None, None))
+        assert not Command.objects.filter(kind="bury").exists()
+    assert LogEntry.objects.filter(object_id=bed.pk, user=roles["superuser"]).count() == 1
+    html = client.get("/robots/mercury/finds/").content.decode()
+    assert "Milestones" in html
+    assert f"0 of {9 if simulated else 2} pieces were found in round 2" in html
+    assert "1 of 2 pieces was found." in html
+    assert "thimble" not in html
+
+
+def hidden_in(one):
+    return {(piece.name, piece.x, piece.y) for piece in one.pieces.all()}
+
+
+def pieces_of(secret, number):
+    return {(piece.name, piece.x, piece.y) for piece in pieces(secret, number)}
+
+
+def test_the_first_bed_of_an_installation_is_its_own(robot, owned, settings):
+    first = finds.begin_first(robot, SYSTEM.now())
+    assert hidden_in(first) == pieces_of(robot.rig_secret, 1)
+    assert not hidden_in(first) & pieces_of("", 1), "those that are in the source"
+    before = robot.rig_secret
+    assert type(robot)(slug="mercury-practice").rig_secret != before
+    settings.SECRET_KEY = "another installation's, long enough"
+    assert robot.rig_secret != before
+
+
+def test_a_simulator_is_given_its_secret_and_tells_it_to_nobody(robot):
+    simulator, worker = robot_processes(robot)
+    assert simulator.env["FARHAND_SIMULATOR_SECRET"] == robot.rig_secret
+    assert not any(robot.rig_secret in word for one in (simulator, worker) for word in one.argv), "others see those"
+    assert "FARHAND_SIMULATOR_SECRET" not in worker.env
+
+
+def test_a_bed_that_was_not_made_is_asked_for_again_and_the_round_stays(bed, roles, robot):
+    bury(roles, "superuser", bed)
+    present = Round.objects.get(ended_at=None)
+    first = present.command
+    assert "nothing was changed" in bury(roles, "superuser", present).content.decode(), "it waits"
+    Command.objects.filter(pk=first.pk).update(state="failed", reason="The line was silent.", ended_at=SYSTEM.now())
+    end_grant(first.grant, GrantEnd.FINISHED, "", SYSTEM.now())
+    page = as_role(roles, "superuser").get("/admin/operatorlog/round/").content.decode()
+    assert "The line was silent." in page
+    assert "Buried again: 1 round." in bury(roles, "superuser", present).content.decode()
+    again = Round.objects.get(ended_at=None)
+    assert (again.pk, again.number) == (present.pk, 2)
+    assert again.command != first
+    assert again.command.args == {"number": 2}
+    assert hidden_in(again) == pieces_of(robot.rig_secret, 2)
+
+
+def test_while_somebody_uses_the_robot_or_nothing_reaches_it_nothing_is_buried(bed, roles, robot, owned):
+    Turn.objects.update(ended_at=SYSTEM.now())
+    grant = start_grant(robot, GrantKind.TURN, SYSTEM.now(), roles["operator"])
+    assert "Somebody uses the robot" in bury(roles, "superuser", bed).content.decode()
+    end_grant(grant, GrantEnd.FINISHED, "", SYSTEM.now())
+    type(owned).objects.update(expires_at=None)
+    bury(roles, "superuser", bed)
+    bed.refresh_from_db()
+    assert bed.ended_at is None
+    assert Round.objects.count() == 1
+    assert not Command.objects.filter(kind="bury").exists()
+
+
+@pytest.mark.asvs("8.2.2")
+def test_another_bed_is_asked_for_by_the_register_alone(bed, roles, robot):
+    """Neither the operator nor staff give that command: the register would say other places than the sand has."""
+    root = roles["superuser"]
+    grant = start_grant(robot, GrantKind.STAFF, SYSTEM.now(), root)
+    with pytest.raises(NotPermitted, match="by the portal alone"):
+        robots.issue(robot.slug, root, "bury", {"number": 3}, robots.next_seq(grant))
+    end_grant(grant, GrantEnd.FINISHED, "", SYSTEM.now())
+    grant = start_grant(robot, GrantKind.TURN, SYSTEM.now(), roles["operator"])
+    with pytest.raises(NotPermitted):
+        robots.issue(robot.slug, roles["operator"], "bury", {"number": 3}, robots.next_seq(grant))
+    end_grant(grant, GrantEnd.FINISHED, "", SYSTEM.now())
+    client, page = as_role(roles, "superuser"), f"/admin/robots/robot/{robot.pk}"
+    assert 'value="bury"' not in client.get(f"{page}/change/").content.decode()
+    client.post(f"{page}/do/setting/", {"kind": "bury", "number": "3"})
+    assert '"kind": "bury"' not in client.get("/robots/mercury/").content.decode()
+    assert not Command.objects.filter(kind="bury").exists()
+
+
+PUBLIC = ("/robots/mercury/statistics.json", "/robots/mercury/statistics/", "/statistics/", "/statistics.json",
+          "/embed/robots/mercury/")  # fmt: skip
+
+
+@pytest.mark.asvs("8.2.2")
+@pytest.mark.parametrize("role", ["anonymous", "operator", "robot_staff"])
+def test_no_place_of_a_new_bed_is_told_and_none_follows_from_what_is(bed, roles, robot, role):
+    """Who reads all rows of the command, all pages and the source has no place: it takes the secret."""
+    bury(roles, "superuser", bed)
+    command = Command.objects.get(kind="bury")
+    Command.objects.filter(pk=command.pk).update(
+        state="completed", ended_at=SYSTEM.now(), result={"sent": command.args}, accepted_at=SYSTEM.now()
+    )
+    present = Round.objects.get(ended_at=None)
+    known = [str(value) for row in Command.objects.filter(pk=command.pk).values() for value in row.values()]
+    places = {(x, y) for _, x, y in hidden_in(present)}
+    for guess in ("", robot.slug, "secret", *known):
+        for number in (*range(1, 30), command.pk, present.pk):
+            assert not places & {(x, y) for _, x, y in pieces_of(guess, number)}
+    client = as_role(roles, role)
+    told = [json.dumps(snapshot(robot.slug, roles[role], SYSTEM.now(), True), default=str)]
+    for page in (*PAGES, *PUBLIC):
+        told.append(client.get(ended().get_absolute_url() if page == "turn" else page, follow=True).content.decode())
+    values = {value for at in places for part in at for value in (part, 100 * part, 1000 * part)}
+    for said in (*told, *known):
+        assert robot.rig_secret not in said
+        assert not {f"{value:.4g}" for value in values} & set(re.findall(r"-?\d+\.\d+", said))
+        assert not any(f"{value:.3f}" in said for value in values)
+
+
+@pytest.mark.asvs("8.2.2")
+@pytest.mark.parametrize("role", [role for role in ROLES if role != "superuser"])
+def test_nobody_without_the_permission_buries_again(bed, roles, role):
+    bury(roles, role, bed)
+    bed.refresh_from_db()
+    assert bed.ended_at is None
+    assert Round.objects.count() == 1

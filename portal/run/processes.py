@@ -8,8 +8,7 @@ from django.conf import settings
 
 from portal.run.supervisor import ProcessSpec
 from robots import bus
-from robots.kit.contract.excavation import SECRET
-from robots.kit.installed import simulator_module
+from robots.kit.installed import SECRET, simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable

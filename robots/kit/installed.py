@@ -9,6 +9,8 @@ from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
+SECRET = "FARHAND_SIMULATOR_SECRET"  # noqa: S105 - the variable of the environment in which a simulator is given one
+
 
 @cache
 def _named(group: str, name: str) -> str:

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.kit.clock import TIMER, FasterTimer, Timer
-from robots.kit.contract.excavation import SECRET
 from robots.kit.description import load
 from robots.kit.drivers.mercury import protocol as wire
-from robots.kit.drivers.mercury.pieces import FIRST, Places
-from robots.kit.drivers.mercury.pieces import places as places_of
+from robots.kit.drivers.mercury.beds import FIRST, Places
+from robots.kit.drivers.mercury.beds import places as places_of
 from robots.kit.files import replace_text
+from robots.kit.installed import SECRET
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal

@@ -1,7 +1,7 @@
 """The objects in the sand: drawn shapes with a height, all from one story.
 
 The public has to find out which story. Sizes in mm, one pixel is half a millimetre. Where each lies in a bed is in
-`robots.kit.drivers.mercury.pieces`.
+`robots.kit.drivers.mercury.beds`.
 """
 
 from collections.abc import Callable

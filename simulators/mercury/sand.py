@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
-from robots.kit.drivers.mercury.pieces import FIRST, Places
+from robots.kit.drivers.mercury.beds import FIRST, Places
 from robots.kit.files import replaced
 from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
 from simulators.mercury.light import REACH, illuminate

@@ -11,7 +11,7 @@ from operatorlog import services as log
 from operatorlog.models import Find, SurveyQuestion
 from portal.web.alerts.models import Alert, AlertMessage
 from queueing import services as queue
-from queueing.models import JobRun, Ticket, Turn
+from queueing.models import JobRun, LostConnection, Ticket, Turn
 from queueing.services import Asker, ask
 from robots.grants import end_grant, start_grant
 from robots.models import Command, Frame, Incident, Lease, Movie, Program, RecordingState, Records, Robot, Usage
@@ -131,6 +131,7 @@ def in_use(mercury, people, now):
     spoon = Find(round=hidden, turn=turn, author=ada, name="a spoon", x=0.1, y=0.4, seen_at=now, reported_at=now)
     spoon.piece, spoon.state = hidden.pieces.first(), Find.State.CONFIRMED
     spoon.save()
+    LostConnection.objects.create(turn=Turn.objects.filter(robot=mercury).first(), at=now, cause="cut")
     alert = Alert.objects.create(robot=pa10, kind="incident", subject="fault", text="It was silent.", seen_at=now)
     AlertMessage.objects.create(alert=alert, over=False, user=people["kim"], next_at=now)
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")

@@ -3,7 +3,7 @@
 import copy
 from functools import cache
 
-from robots.kit.drivers.mercury.pieces import FIRST
+from robots.kit.drivers.mercury.beds import FIRST
 from simulators.mercury.sand import SandBed
 
 

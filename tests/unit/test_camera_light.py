@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from robots.kit.drivers.mercury.beds import FIRST
 from robots.kit.drivers.mercury.brightness import TARGET, Brightness
-from robots.kit.drivers.mercury.pieces import FIRST
 from simulators.mercury.camera import expose
 from tests.unit.sand_beds import fresh
 

@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.kit.contract.excavation import MOST_BEDS, Excavation
+from robots.kit.contract.excavation import Excavation
 from robots.kit.contract.find import spec_of
 from robots.kit.description import load
 from robots.kit.drivers.mercury import protocol as wire
+from robots.kit.drivers.mercury.beds import FIRST, MOST_BEDS, places
 from robots.kit.drivers.mercury.checks import check_target
-from robots.kit.drivers.mercury.pieces import FIRST, pieces, places
+from robots.kit.drivers.mercury.pieces import pieces
 from robots.kit.drivers.mercury.protocol import Error, Instruction, Reply
 from simulators.mercury.__main__ import Simulator
 from simulators.mercury.artifacts import ARTIFACTS

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.kit.drivers.mercury.pieces import FIRST
+from robots.kit.drivers.mercury.beds import FIRST
 from simulators.mercury.camera import HEIGHT, WIDTH, expose
 from simulators.mercury.sand import COVER_MM, X0_MM, Y0_MM
 from tests.unit.sand_beds import fresh

@@ -21,9 +21,9 @@ class Excavation:
     A completed command `kind` digs once, at the `x` and `y` (m) that its driver says it `sent`; `once` and `often` are
     the words for one of them and for several. The map of what was dug has cells of `cell_m`. `pieces(secret, number)`
     names the function that returns the `HiddenPiece`s of a simulated bed, from the secret that its simulator is given
-    (`SECRET`) and the number of the bed: nobody works out places from the number alone. `renewed_by` is the command of
-    the lane `config`, asked by nobody but the portal, that makes a simulated bed anew, with its argument `number` (1 to
-    `MOST_BEDS`); without it staff hide the pieces by hand, as with every real robot.
+    and the number of the bed: nobody works out places from the number alone. `renewed_by` is the command of
+    the lane `config`, asked by nobody but the portal, that makes a simulated bed anew, with its argument `number`, that
+    of the round; without it staff hide the pieces by hand, as with every real robot.
     """
 
     kind: str
@@ -33,7 +33,3 @@ class Excavation:
     once: str = "time"
     often: str = "times"
     cell_m: float = 0.04
-
-
-MOST_BEDS = 2**24 - 1  # a number that four bytes of a float hold exactly
-SECRET = "FARHAND_SIMULATOR_SECRET"  # noqa: S105 - the variable of the environment in which a simulator is given it

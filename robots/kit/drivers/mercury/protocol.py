@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import Any, Literal
 
-from robots.kit.contract.excavation import MOST_BEDS
+from robots.kit.drivers.mercury.beds import MOST_BEDS
 from robots.kit.drivers.mercury.framing import GAP_S as GAP_S
 from robots.kit.drivers.mercury.framing import Frame as Frame
 from robots.kit.drivers.mercury.framing import FrameError as FrameError

@@ -4,9 +4,10 @@ from math import radians
 
 from robots.kit.contract.capabilities import Calibration, Check, ClickInPicture, Reset, ResultRow, Setting
 from robots.kit.contract.channels import Pose, Scale
-from robots.kit.contract.excavation import MOST_BEDS, Excavation
+from robots.kit.contract.excavation import Excavation
 from robots.kit.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.kit.description import load
+from robots.kit.drivers.mercury.beds import MOST_BEDS
 from robots.kit.drivers.stills import stills
 
 JOG_LONGEST_S = 20.0

@@ -47,7 +47,7 @@ def a_find(portal, first):
     portal.grant()
     grant = open_grant(portal.robot)
     turn = Turn.objects.create(robot=portal.robot, user=portal.people["ada"], grant=grant, started_at=portal.world.now(),
-                               until=grant.until)  # fmt: skip
+                               until=grant.until, base_until=grant.until, last_seen=portal.world.now())  # fmt: skip
     x, y = hidden(first)["watch"]
     assert portal.final(portal.issue("move", x=x, y=y)).state == "completed"
     assert portal.final(portal.issue("down")).state == "completed"

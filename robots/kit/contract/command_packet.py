@@ -97,7 +97,8 @@ class CommandLayout:
     @classmethod
     def of(cls, spec: Spec) -> "CommandLayout":
         """Return the layout of a robot's commands."""
-        return cls(tuple((c.kind, cls._fields(c, spec)) for c in spec.commands[:MOST_KINDS]))
+        given = [c for c in spec.commands if c.asked_by]  # the portal alone gives the others
+        return cls(tuple((c.kind, cls._fields(c, spec)) for c in given[:MOST_KINDS]))
 
     @staticmethod
     def _fields(command: CommandKind, spec: Spec) -> tuple[Field, ...]:

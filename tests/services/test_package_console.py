@@ -64,7 +64,7 @@ def test_no_console_can_leave_stop_out_or_own_it(shown, text):
     assert len(page.stops) == 1
     (around,) = page.stops
     assert "part" not in around
-    assert "controls" in around
+    assert "stage-bar" in around
     assert {"why", "release", "checked", "keys", "screen", "picture", "age", "latency"} <= set(page.around)
 
 

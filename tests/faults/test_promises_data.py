@@ -96,5 +96,5 @@ def write_down(rig, text, question):
         robot=rig.robot, user=eve, ticket=ticket, grant=grant, started_at=now, base_until=now, until=now,
         last_seen=now, ended_at=now, end_reason="x",
     )  # fmt: skip
-    entry, survey = log.hand_in(turn, eve, text, None, {question.pk: text}, now)
+    entry, survey, _ = log.hand_in(turn, eve, text, None, {question.pk: text}, now)
     return entry.pk, survey.pk

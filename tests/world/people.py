@@ -254,7 +254,7 @@ class Person:
             return
         text = f"What {self.name} saw, {self.dice.randrange(10**6)}"
         answers = {q.pk: q.choices()[0] for q in SurveyQuestion.objects.filter(kind="scale", active=True)[:1]}
-        entry, response = log.hand_in(turn, self.user, text, None, answers, self.world.now())
+        entry, response, _ = log.hand_in(turn, self.user, text, None, answers, self.world.now())
         if entry is not None:
             self.told.entries[entry.pk] = text
         if response is not None:

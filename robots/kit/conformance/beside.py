@@ -35,13 +35,32 @@ def lanes(trial: Trial) -> Iterator[str]:
         values: list[JSON] = [*good(trial, command)[:1], *([dict(command.default)] if command.default else [])]
         for args in values:
             trial.settle()
-            yield from _beside(trial, listed[0], command.kind, args)
+            try:
+                yield from _beside(trial, listed[0], command.kind, args)
+            except _Refused:  # that kind may use what is set
+                listed = longest(trial, but=listed[0][0])
+                trial.settle()
+                yield from _told(_beside(trial, listed[0], command.kind, args))
             listed.append(listed.pop(0))
             yield from _shown(trial, command, args)
 
 
+class _Refused(Exception):
+    """The robot refused a setting beside a motion."""
+
+
+def _told(words: Iterator[str]) -> Iterator[str]:
+    try:
+        yield from words
+    except _Refused as error:
+        yield str(error)
+
+
 def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> Iterator[str]:
-    """Change a setting while the motion's `acknowledged` is told, so that the motion cannot end before."""
+    """Change a setting while the motion's `acknowledged` is told, so that the motion cannot end before.
+
+    Raises _Refused.
+    """
     session, setting, what = trial.opened_session(), list[Run](), command_text(kind, args)
 
     def change() -> None:
@@ -57,7 +76,7 @@ def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> It
     elif beside.error is not None and not isinstance(beside.error, RobotError):
         yield f"{what} beside a motion ended with {error_text(beside.error)}."
     elif beside.error is not None:
-        yield f"{what} was refused beside a motion: {error_text(beside.error)}."
+        raise _Refused(f"{what} was refused beside a motion: {error_text(beside.error)}.")
     if run.over.is_set() and run.error is not None:
         yield f"The motion ended with {error_text(run.error)} when {what} was carried out beside it."
 

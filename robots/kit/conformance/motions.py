@@ -19,8 +19,10 @@ def motions_of(trial: Trial, command: CommandKind) -> Motions:
     return [(command.kind, args) for args in good(trial, command)]
 
 
-def longest(trial: Trial) -> Motions:
+def longest(trial: Trial, but: str = "") -> Motions:
     """Return commands of the kind that was seen moving for the longest time, one after another. Raises NotApplicable.
+
+    `but`: a kind that does not count.
 
     A kind with a single target does not count, unless it goes on by itself, as a patrol does. A kind that a robot needs
     now and then, as to recharge, comes last: it ends at once if it was done before.
@@ -28,7 +30,7 @@ def longest(trial: Trial) -> Motions:
     needed = {need.kind for need in trial.spec.all_of(Need)}
     found: list[tuple[bool, float, Motions]] = []
     for command in trial.motions():
-        listed = [] if command.held else motions_of(trial, command)
+        listed = [] if command.held or command.kind == but else motions_of(trial, command)
         moved = trial.moved.get(command.kind, 0.0)
         if listed and (len(listed) > 1 or moved > ENDLESS or not trial.moved):
             found.append((command.kind not in needed, moved, listed))

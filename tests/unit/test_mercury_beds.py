@@ -62,10 +62,13 @@ def test_in_each_bed_everything_is_buried_where_the_register_says(secret, number
 def begun(tmp_path):
     """Begin the simulator of the folder, as a new process of it would; `bury` waits for the bed."""
 
+    every = []
+
     class Begun(Simulator):
         def __init__(self, secret=""):
             super().__init__(tmp_path, 1, lambda *_: None, bed=fresh, secret=secret)
             self.said, self.seq = [], 0
+            every.append(self)
 
         def bury(self, number):
             self.seq += 1
@@ -79,6 +82,8 @@ def begun(tmp_path):
             return json.loads((tmp_path / "pieces.json").read_text())
 
     yield Begun
+    for one in every:
+        one.journal.close()
     for one in tmp_path.iterdir():
         assert not one.name.endswith(".part")
 

@@ -49,6 +49,7 @@ READ = {
     "WebSocketsSansIOProtocol.resume_writing": "f589de175c67",
     "WebSocketsSansIOProtocol.run_asgi": "9e503eb7c050",
     "WebSocketsSansIOProtocol.send": "0f5eebb35c44",
+    "WebSocketsSansIOProtocol.shutdown": "ba98819a4e60",
     "WebSocketsSansIOProtocol.send_receive_event_to_app": "6e70462ac67d",
 }
 ALSO_USED = (

@@ -243,7 +243,7 @@ def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
         assert f"open http://localhost:{port}" in text
         assert "one-time password:" in text
         for robot in ("mercury", "museum-arm", "irat"):
-            wait_for(lambda robot=robot: f"owner of {robot}" in log.read_text(), 60, f"the owner of {robot}")
+            wait_for(lambda robot=robot: f"owner of {robot} with" in log.read_text(), 60, f"the owner of {robot}")
             assert f"{robot} worker" in log.read_text()
     finally:
         demo.send_signal(how)

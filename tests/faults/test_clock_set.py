@@ -114,7 +114,7 @@ def answered(line, number) -> tuple[float, int]:
 
 
 def test_nothing_ends_and_everything_goes_on_whenever_the_time_of_day_is_set(demo):
-    for words in ("open http", "owner of mercury", "owner of museum-arm", "owner of irat"):
+    for words in ("open http", "owner of mercury with", "owner of museum-arm with", "owner of irat with"):
         wait_for(lambda words=words: words in demo.said(), 120, words)
     wait_for(lambda: demo.rows("select cycle from robots_robot where slug='mercury'") == [("ready",)], 60, "the arm")
     session, turn = demo.turn()

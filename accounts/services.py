@@ -72,9 +72,13 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
     return bool(_CLEARED(robot=robot.pk, level=level, user=user.pk))
 
 
-def practised(slug: str) -> bool:
-    """Return whether people practise on this robot. Only there, and nowhere else, is a guest signed in."""
-    return Robot.objects.filter(slug=slug, practice_for__isnull=False).exists()
+def is_seen(user: Any, slug: str) -> bool:
+    """Return whether the pages and sockets of this robot know the person. A guest is known where people practise."""
+    return (
+        not user.is_authenticated
+        or not user.guest
+        or Robot.objects.filter(slug=slug, practice_for__isnull=False).exists()
+    )
 
 
 def cleared_people(robot: Robot | Slot, level: int | Slot = 1) -> QuerySet[Any, Any]:

@@ -30,7 +30,7 @@ def orientation(request: HttpRequest, slug: str) -> HttpResponse:
     context = {
         "robot": robot, "shapes": shapes(robot.driver, rendered.controls),
         "text": mark_safe(rendered.html),  # noqa: S308 - the driver's own text, HTML in it is escaped
-        "cleared": services.cleared(request.user, robot), "twin": robot.twins.filter(enabled=True).first(),
+        "cleared": services.cleared(request.user, robot), "twin": robot.twin,
     }  # fmt: skip
     return render(request, "accounts/orientation.html", context)
 

@@ -12,7 +12,7 @@ from django.utils.safestring import SafeString
 from operatorlog import finds_admin as finds_admin
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, thumbnail
+from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, OneChoice, thumbnail
 from robots.kit.clock import SYSTEM
 
 
@@ -31,34 +31,26 @@ class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
         return cleaned
 
 
-class EditedSince(admin.SimpleListFilter):
+class EditedSince(OneChoice):
     """Filters entries that were changed after moderation; a featured entry loses its mark by such a change."""
 
-    title = "changed"
-    parameter_name = "edited"
+    title, parameter_name = "changed", "edited"
+    choice = ("since", "since a moderator looked")
 
-    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
-        """Return the one choice."""
-        return [("since", "since a moderator looked")]
-
-    def queryset(self, request: HttpRequest, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
+    def chosen(self, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
         """Return the filtered entries."""
-        return queryset.filter(edited_at__gt=F("moderated_at")) if self.value() == "since" else queryset
+        return queryset.filter(edited_at__gt=F("moderated_at"))
 
 
-class WaitsForReview(admin.SimpleListFilter):
+class WaitsForReview(OneChoice):
     """Filters entries at which a moderator has to look."""
 
-    title = "review"
-    parameter_name = "waits"
+    title, parameter_name = "review", "waits"
+    choice = ("review", "not looked at yet")
 
-    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
-        """Return the one choice."""
-        return [("review", "not looked at yet")]
-
-    def queryset(self, request: HttpRequest, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
+    def chosen(self, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
         """Return the filtered entries."""
-        return queryset.filter(pk__in=services.to_review().values("pk")) if self.value() == "review" else queryset
+        return queryset.filter(pk__in=services.to_review().values("pk"))
 
 
 @admin.register(Entry)

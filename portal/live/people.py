@@ -11,7 +11,7 @@ from django.contrib.sessions.models import Session
 from django.db.models import BigAutoField, CharField, DateTimeField, Subquery
 from django.utils.crypto import constant_time_compare
 
-from accounts.services import practised
+from accounts.services import is_seen
 from accounts.sessions import SessionStore
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
 from robots.kit.clock import SYSTEM
@@ -69,13 +69,8 @@ def current_user(scope: dict[str, Any]) -> Any:
     if user is None:
         user = auth.get_user(SimpleNamespace(session=SessionStore(key)))  # type: ignore[arg-type]
         scope[LAST] = user.pk or 0
-    return user if user.is_active and _is_seen(user, scope) else AnonymousUser()
-
-
-def _is_seen(user: Any, scope: dict[str, Any]) -> bool:
-    """Return False for a guest at a robot's socket where nobody practises."""
-    slug = scope.get("url_route", {}).get("kwargs", {}).get("slug")
-    return not user.is_authenticated or not user.guest or slug is None or practised(slug)
+    slug = scope.get("url_route", {}).get("kwargs", {}).get("slug")  # None: the person's own socket
+    return user if user.is_active and (slug is None or is_seen(user, slug)) else AnonymousUser()
 
 
 def _same(person: int, key: str) -> Any:

@@ -8,6 +8,7 @@ from django import forms
 from django.contrib import admin, messages
 from django.contrib.admin.utils import model_ngettext
 from django.core.exceptions import PermissionDenied
+from django.db.models import QuerySet
 from django.forms.models import BaseInlineFormSet, BaseModelFormSet
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import redirect
@@ -26,6 +27,24 @@ def comes_from_first(request: HttpRequest) -> bool:
 def back_to(request: HttpRequest, *otherwise: Any) -> HttpResponse:
     """Return the redirection to the page whose form was sent: the admin's first page, or `otherwise`."""
     return redirect("admin:index") if comes_from_first(request) else redirect(*otherwise)
+
+
+class OneChoice(admin.SimpleListFilter):
+    """A filter of a list with one choice, `choice`: its word in the address, and what the page says."""
+
+    choice: tuple[str, str]
+
+    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
+        """Return the choice."""
+        return [self.choice]
+
+    def queryset(self, request: HttpRequest, queryset: QuerySet[Any]) -> QuerySet[Any]:
+        """Return the rows, filtered if the choice is made."""
+        return self.chosen(queryset) if self.value() == self.choice[0] else queryset
+
+    def chosen(self, queryset: QuerySet[Any]) -> QuerySet[Any]:
+        """Return the filtered rows."""
+        raise NotImplementedError
 
 
 class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]

@@ -10,26 +10,21 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import services
-from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedValues, ReadOnlyAdmin, thumbnail
+from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedValues, OneChoice, ReadOnlyAdmin, thumbnail
 from robots.models import Command, Frame, Grant, Incident, Movie, Program, Recording
 from robots.models.recordings import OfTheDay
 from robots.services import programs
 
 
-class WaitsForDecision(admin.SimpleListFilter):
+class WaitsForDecision(OneChoice):
     """Filters programs that people share and staff have not decided on."""
 
-    title = "decision"
-    parameter_name = "waits"
+    title, parameter_name = "decision", "waits"
+    choice = ("decision", "not made yet")
 
-    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
-        """Return the one choice."""
-        return [("decision", "not made yet")]
-
-    def queryset(self, request: HttpRequest, queryset: QuerySet[Program]) -> QuerySet[Program]:
+    def chosen(self, queryset: QuerySet[Program]) -> QuerySet[Program]:
         """Return the filtered programs."""
-        waiting = programs.to_approve().values("pk")
-        return queryset.filter(pk__in=waiting) if self.value() == "decision" else queryset
+        return queryset.filter(pk__in=programs.to_approve().values("pk"))
 
 
 @admin.register(Program)

@@ -137,6 +137,11 @@ class Robot(models.Model):
         return self.cheers and not self.practice
 
     @property
+    def twin(self) -> "Robot | None":
+        """Return the simulator on which people practise for this robot now; None if it has none."""
+        return self.twins.filter(enabled=True).first()
+
+    @property
     def full_name(self) -> str:
         """Return the name for texts, where no badge can stand."""
         return f"{self.name} (simulated)" if self.simulated else self.name

@@ -1,9 +1,9 @@
 /** Where a click in a calibrated camera's picture is on the table, and where a place is in the picture. Lengths in m. */
 import type { Pose } from "../motion/chain.ts";
+import { cross, dot, minus, norm, plus, times, type Vec3 } from "../motion/vectors.ts";
 import type { KnownObject, PlateFacts } from "./known.ts";
 import { inverse } from "./poses.ts";
 
-type Vector = readonly [number, number, number];
 /** A calibrated camera: the place of its lens and a point in the middle of its picture, its horizontal field of view. */
 export interface Camera {
   name: string;
@@ -13,7 +13,7 @@ export interface Camera {
 }
 /** A place that was chosen: on an object, on the plate, or on the table. `object`: its name, empty for none. */
 export interface Place {
-  at: Vector;
+  at: Vec3;
   object: string;
 }
 /** What there is to be clicked on: objects, a plate with studs, how high the table is. */
@@ -24,14 +24,14 @@ export interface Around {
 }
 
 /** Return the camera's axes in the base's frame, right, down and forward, and its focal length in widths of the picture. */
-function axes({ place, at, field_deg }: Camera): { right: Vector; down: Vector; forward: Vector; focal: number } {
+function axes({ place, at, field_deg }: Camera): { right: Vec3; down: Vec3; forward: Vec3; focal: number } {
   const forward = unit(minus(three(at), three(place))),
     right = unit(cross(forward, [0, 0, 1]));
   return { right, down: cross(forward, right), forward, focal: 0.5 / Math.tan((field_deg * Math.PI) / 360) };
 }
 
 /** Return where a place is in the picture, as shares of its width and height (0 to 1); null behind the lens. */
-export function inPicture(camera: Camera, place: Vector, aspect: number): [number, number] | null {
+export function inPicture(camera: Camera, place: Vec3, aspect: number): [number, number] | null {
   const { right, down, forward, focal } = axes(camera),
     from = minus(place, three(camera.place)),
     depth = dot(from, forward);
@@ -57,26 +57,26 @@ export function placeAt(camera: Camera, [u, v]: readonly [number, number], aspec
 }
 
 /** Return the middle of an object's top. */
-export function topOf({ pose, facts }: KnownObject): Vector {
+export function topOf({ pose, facts }: KnownObject): Vec3 {
   const high = facts.size.reduce((sum, edge, i) => sum + (Math.abs(pose[8 + i]!) * edge) / 2, 0);
   return [pose[3]!, pose[7]!, pose[11]! + high];
 }
 
-function onPlate(plate: PlateFacts | null, from: Vector, way: Vector): Place | null {
+function onPlate(plate: PlateFacts | null, from: Vec3, way: Vec3): Place | null {
   const found = plate && onLevel(plate.place[2] + plate.thick, from, way);
   const isOn = found && plate.studs.every((count, i) => Math.abs(found.at[i]! - plate.place[i]!) < (count * plate.pitch) / 2);
   return isOn ? found : null;
 }
 
-function onLevel(height: number, from: Vector, way: Vector): Place | null {
+function onLevel(height: number, from: Vec3, way: Vec3): Place | null {
   const far = (height - from[2]) / way[2];
   return way[2] < 0 && far > 0 ? { at: plus(from, times(way, far)), object: "" } : null;
 }
 
 /** Return how far along a ray a box begins; null where the ray misses it. */
-function boxAlong(pose: Pose, size: Vector, from: Vector, way: Vector): number | null {
+function boxAlong(pose: Pose, size: Vec3, from: Vec3, way: Vec3): number | null {
   const back = inverse(pose),
-    local = (v: Vector, moved: number): number[] =>
+    local = (v: Vec3, moved: number): number[] =>
       [0, 4, 8].map((row) => back[row]! * v[0] + back[row + 1]! * v[1] + back[row + 2]! * v[2] + moved * back[row + 3]!);
   const start = local(from, 1),
     along = local(way, 0);
@@ -105,30 +105,10 @@ function mm(metres: number): number {
   return Math.round(metres * 1000);
 }
 
-function three([x = 0, y = 0, z = 0]: readonly number[]): Vector {
+function three([x = 0, y = 0, z = 0]: readonly number[]): Vec3 {
   return [x, y, z];
 }
 
-function plus(a: Vector, b: Vector): Vector {
-  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-}
-
-function minus(a: Vector, b: Vector): Vector {
-  return plus(a, times(b, -1));
-}
-
-function times(a: Vector, by: number): Vector {
-  return [a[0] * by, a[1] * by, a[2] * by];
-}
-
-function dot(a: Vector, b: Vector): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function cross(a: Vector, b: Vector): Vector {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-}
-
-function unit(a: Vector): Vector {
-  return times(a, 1 / Math.hypot(...a));
+function unit(a: Vec3): Vec3 {
+  return times(a, 1 / norm(a));
 }

@@ -15,7 +15,7 @@ from django.utils.functional import SimpleLazyObject
 from django.utils.http import urlencode
 from django.views.decorators.http import require_POST
 
-from accounts.services import TAKE, new_guest, practised
+from accounts.services import TAKE, is_seen, new_guest
 from portal.edge.attempts import within
 from portal.web.pages.errors import too_many
 from robots.kit.clock import SYSTEM
@@ -38,10 +38,8 @@ class Guests:
 
 
 def _seen(user: Any, path: str) -> Any:
-    if not getattr(user, "guest", False) or path == reverse("places"):
-        return user
     robot = OF_A_ROBOT.match(path)
-    return user if robot and practised(robot[1]) else AnonymousUser()
+    return user if path == reverse("places") or is_seen(user, robot[1] if robot else "") else AnonymousUser()
 
 
 @require_POST

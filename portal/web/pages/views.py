@@ -71,7 +71,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "suspended": waits_for_staff(robot),
         "composites": robot.spec().all_of(Composite),
         "turns": offers_turns(robot),
-        "twin": robot.twins.filter(enabled=True).first(),
+        "twin": robot.twin,
         "take": TAKE in request.session and request.session.pop(TAKE) == robot.slug,
     }
     return render(request, "pages/robot.html", context)

@@ -5,10 +5,9 @@ from typing import Any
 from urllib.parse import urlencode
 
 from django.db.models import F, QuerySet
-from django.urls import reverse
 
 from portal.live.snapshot import operator_name, shown_still, status_of
-from portal.web.staff.pending import pending
+from portal.web.staff.pending import list_of, pending
 from queueing.models import Job, Turn
 from queueing.services import link_of, open_turn, waiting, waiting_people, waits_for_staff
 from robots.grants import open_grant
@@ -68,12 +67,8 @@ def _today(user: Any, now: datetime) -> list[dict[str, Any]]:
     return [
         {
             "words": words, "number": model.objects.filter(**{f"{field}__gte": midnight}).count(),
-            "url": f"{_list_of(model)}?{urlencode({f'{field}__gte': midnight.isoformat(' ')})}",
+            "url": f"{list_of(model)}?{urlencode({f'{field}__gte': midnight.isoformat(' ')})}",
         }
         for words, model, field, permission in shown
         if user.has_perm(permission)
     ]  # fmt: skip
-
-
-def _list_of(model: Any) -> str:
-    return reverse(f"admin:{model._meta.app_label}_{model._meta.model_name}_changelist")

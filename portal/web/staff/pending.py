@@ -68,24 +68,26 @@ def pending(user: Any, now: datetime | None = None) -> Pending:
     items: list[Item] = []
     if user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot"):
         found = [item for robot in Robot.objects.filter(enabled=True) for item in _of_robot(robot, user, now)]
-        kinds.append(Kind("Robots", len(found), len(found), reverse("admin:robots_robot_changelist")))
+        kinds.append(Kind("Robots", len(found), len(found), list_of(Robot)))
         items += found
     for name, permission, rows, order, item, query in _LISTS:
         if user.has_perm(permission):
             waiting = rows()
             listed = [item(row, user) for row in waiting.order_by(f"-{order}")[:MOST]]
-            model = waiting.model._meta
-            all_of_them = reverse(f"admin:{model.app_label}_{model.model_name}_changelist") + query
+            all_of_them = list_of(waiting.model) + query
             kinds.append(Kind(name, waiting.count() if len(listed) == MOST else len(listed), len(listed), all_of_them))
             items += listed
     return Pending(tuple(kinds), tuple(sorted(items, key=lambda one: one.since)))
 
 
+def list_of(model: Any) -> str:
+    """Return the address of the admin's list of a model, or of a row's model."""
+    return reverse(f"admin:{model._meta.app_label}_{model._meta.model_name}_changelist")
+
+
 def _action(row: Any, label: str, name: str) -> Act:
     """Return the button that runs an action of the row's list."""
-    model = row._meta
-    address = reverse(f"admin:{model.app_label}_{model.model_name}_changelist")
-    return Act(label, address, {"action": name, "_selected_action": str(row.pk)})
+    return Act(label, list_of(row), {"action": name, "_selected_action": str(row.pk)})
 
 
 def _page(row: Any) -> str:

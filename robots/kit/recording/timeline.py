@@ -143,6 +143,13 @@ def read_slice(path: Path, index: Index, number: int, joints: Sequence[str], cha
 def _packets(
     path: Path, index: Index, number: int, joints: Sequence[str], channels: Sequence[str]
 ) -> Iterator[bytes]:  # fmt: skip
+    for at_ms, message in _messages(path, index, number):
+        if packet := _packet(message, joints, channels):
+            yield HEAD.pack(len(packet), at_ms) + packet
+
+
+def _messages(path: Path, index: Index, number: int) -> Iterator[tuple[int, Message]]:
+    """Yield when each message of a slice was recorded (ms since the beginning), and the message."""
     offset, newest_ns, at_ns = index.places[number]
     axis = Axis(newest_ns, at_ns)
     for part in reading.parts(path, offset, dict(index.topics)):
@@ -150,8 +157,8 @@ def _packets(
             at_ms = axis.place(message.at_ns) // MS
             if slice_of(at_ms) > number:
                 return
-            if slice_of(at_ms) == number and (packet := _packet(message, joints, channels)):
-                yield HEAD.pack(len(packet), at_ms) + packet
+            if slice_of(at_ms) == number:
+                yield at_ms, message
 
 
 def _packet(message: Message, joints: Sequence[str], channels: Sequence[str]) -> bytes:
@@ -190,15 +197,9 @@ def picture_at(path: Path, index: Index, at_ms: int) -> bytes | None:
 
 def _pictures(path: Path, index: Index, number: int) -> Iterator[tuple[int, bytes]]:
     """Yield when each picture of the first camera was taken in a slice (ms since the beginning), and its JPEG."""
-    offset, newest_ns, at_ns = index.places[number]
-    axis = Axis(newest_ns, at_ns)
-    for part in reading.parts(path, offset, dict(index.topics)):
-        for message in part.messages:
-            at_ms = axis.place(message.at_ns) // MS
-            if slice_of(at_ms) > number:
-                return
-            if slice_of(at_ms) == number and camera_of(message.topic) == index.cameras[0]:
-                try:
-                    yield at_ms, jpeg_of(message.content())
-                except (ValueError, KeyError):
-                    continue
+    for at_ms, message in _messages(path, index, number):
+        if camera_of(message.topic) == index.cameras[0]:
+            try:
+                yield at_ms, jpeg_of(message.content())
+            except (ValueError, KeyError):
+                continue

@@ -191,6 +191,7 @@ ROWS = {
     "queueing.end_by_staff": (ROBOT_STAFF, lambda do, w: do(turn(w), w.user, SYSTEM.now())),
     "operatorlog.hand_in": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, {}, SYSTEM.now())),
     "operatorlog.write": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, SYSTEM.now())),
+    "accounts.is_seen": (ANYBODY, lambda do, w: do(w.user, w.robot.slug) or refused()),
     "operatorlog.entries_for": (ANYBODY, lambda do, w: do(w.user)),
     "operatorlog.may_edit": (ANYBODY, lambda do, w: do(entry(w), w.user, SYSTEM.now())),
     "operatorlog.may_see_hidden": (OPERATOR | MODERATORS | ROBOT_STAFF | frozenset({"viewer"}), lambda do, w: do(entry(w), w.user) or refused()),

@@ -38,6 +38,9 @@ INJECTED = {
     "gamepad unplugged": "navigator.getGamepads = () => [null];",
 }
 
+# the tabs of an arm's console behind which controls are
+TABS = {"S1": "#tab-joint", "y": "#tab-position"}
+
 # drawn without a graphics card, the view in three dimensions stalls the page for longer than the dead-man timer allows
 FLAT = """
 const context = HTMLCanvasElement.prototype.getContext;
@@ -76,8 +79,8 @@ def towards(portal, by):
 
 def hold(portal, page, direction, by="pointer", stick=(0, 1)):
     """Begin to hold, and wait until the arm is moving. A page that drew for half a second has lost it: hold again."""
-    if direction.startswith("y"):
-        page.click("#tab-position")
+    if (tab := TABS.get(direction.split(",")[0])) is not None:  # an arm's console opens with its scene
+        page.click(tab)
     button = page.locator(f'[data-jog="{direction}"]')
     for _ in range(4):
         try:

@@ -6,8 +6,11 @@ import json
 from datetime import timedelta
 
 import pytest
+from django.contrib.auth.models import Permission
 from django.test import Client
 
+from operatorlog.finds import decide
+from operatorlog.models import Find, Piece, Round
 from portal.web.daily import hits as counting
 from portal.web.daily.figures import keep
 from portal.web.daily.hits import ALL, CountedPages, Hits, store
@@ -196,6 +199,50 @@ def test_days_before_are_computed_once_and_what_was_deleted_since_stays_counted(
     assert of(today).commands == 1
 
 
+def test_a_find_counts_on_the_day_of_its_report_whenever_it_is_decided(robot, people, clock, today):
+    mod = people["mod"]
+    mod.user_permissions.add(Permission.objects.get(codename="change_find"))
+    turn = driven(robot, people["ada"], clock.now())
+    bed = Round.objects.create(robot=robot, number=1, began_at=clock.now())
+    piece = Piece.objects.create(round=bed, name="zirconium spoon")
+    found, other = (
+        Find.objects.create(
+            round=bed, turn=turn, author=people["ada"], name=name, x=0.1, y=0.4,
+            seen_at=clock.now(), reported_at=clock.now(),
+        )
+        for name in ("a spoon", "a stone")
+    )  # fmt: skip
+    keep(clock.now())
+    assert (of(today).finds, of(today, robot).finds) == (0, 0), "what no moderator has confirmed is not told"
+    clock.go(86_400 * 9)
+    keep(clock.now())
+    decide(found, mod, Find.State.CONFIRMED, piece, clock.now())
+    decide(other, mod, Find.State.DECLINED, None, clock.now())
+    keep(clock.now())
+    assert (of(today).finds, of(today, robot).finds, of(clock.now().date()).finds) == (1, 1, 0)
+    decide(found, mod, Find.State.DECLINED, None, clock.now())
+    keep(clock.now())
+    assert (of(today).finds, of(today, robot).finds) == (0, 0)
+
+
+def test_days_from_before_this_figure_are_counted_and_what_is_known_of_them_stays(robot, people, clock, today):
+    driven(robot, people["ada"], clock.now())
+    keep(clock.now())
+    clock.go(86_400 * 5)
+    keep(clock.now())
+    DailyFigures.objects.update(finds=None, commands=7)
+    keep(clock.now())
+    assert (of(today, robot).finds, of(today).finds, of(today).commands) == (0, 0, 7)
+
+
+def test_a_robot_in_which_nothing_is_hidden_shows_no_finds(robot, some, client, monkeypatch):
+    assert ">Finds</h2>" in client.get("/statistics/?robot=mercury").content.decode()
+    assert "First find" in client.get("/statistics/").content.decode()
+    monkeypatch.setattr("portal.web.daily.views.excavation_of", lambda robot: None)
+    assert "Finds" not in client.get("/statistics/?robot=mercury").content.decode()
+    assert "finds" in client.get("/statistics.json?robot=mercury").json()["days"][0]
+
+
 def test_nobody_came_is_zero_only_while_a_web_process_counts(robot, clock, today, monkeypatch):
     monkeypatch.setattr(web_uptime, "up_since", lambda now: now)
     keep(clock.now())
@@ -211,7 +258,7 @@ def some(robot, today):
         for one in (None, robot):
             DailyFigures.objects.create(
                 day=today - timedelta(days=n), robot=one, hits=None if n == 2 else 10 * n, addresses=n, turns=n,
-                commands=30, entries=0, watching=2, online_s=7200.0, sent_bytes=10**9,
+                commands=30, entries=0, finds=n % 2, watching=2, online_s=7200.0, sent_bytes=10**9,
             )  # fmt: skip
     return today
 

@@ -1,4 +1,4 @@
-"""Computes the figures of a day that follow from other rows: turns, commands, log entries, use."""
+"""Computes the figures of a day that follow from other rows: turns, commands, log entries, finds, use."""
 
 from collections import defaultdict
 from datetime import UTC, date, datetime, time, timedelta
@@ -6,7 +6,7 @@ from typing import Any
 
 from django.db.models import Count, Max, Min, Sum
 
-from operatorlog.models import Entry
+from operatorlog.models import Entry, Find
 from portal.web.daily.hits import change
 from portal.web.daily.models import DailyFigures
 from queueing.models import Turn
@@ -36,11 +36,32 @@ def keep(now: datetime) -> int:
         used = counted_since is not None and day >= counted_since.date()
         for robot, numbers in numbers_of(day, used).items():
             change(day, robot, **numbers)
+    _count_finds_again(days, last)
     if web_uptime.up_since(now) < now:  # nobody came, which is a figure; while the web is away nobody counts
         rows = DailyFigures.objects.filter(day=today)
         rows.filter(hits=None).update(hits=0)
         rows.filter(hits=0, addresses=None).update(addresses=0)
     return len(days)
+
+
+def _count_finds_again(days: list[date], last: date | None) -> None:
+    """Count the finds of earlier days of which one was decided since, and of those that had no such figure."""
+    since = _span((last or days[0]) - (LATE - 1) * A_DAY)[0]
+    decided = {at.date() for at in Find.objects.filter(decided_at__gte=since).values_list("reported_at", flat=True)}
+    rows = DailyFigures.objects.filter(day__lt=days[0])
+    without = rows.filter(finds=None).exclude(turns=None).order_by("day").values_list("day", flat=True).distinct()
+    for day in sorted(decided.union(without[:DAYS_AT_ONCE])):
+        found, those = _finds(*_span(day)), rows.filter(day=day)
+        those.exclude(robot=None).update(finds=0)
+        for robot, number in found.items():
+            those.filter(robot=robot).update(finds=number)
+        those.filter(robot=None).update(finds=sum(found.values()))
+
+
+def _span(day: date) -> tuple[datetime, datetime]:
+    """Return when a day begins and ends."""
+    start = datetime.combine(day, time(), UTC)
+    return start, start + A_DAY
 
 
 def _first_day(now: datetime) -> date:
@@ -59,12 +80,12 @@ def numbers_of(day: date, used: bool = True) -> dict[int | None, Numbers]:
     `used`: the use of robots was counted that day, so a robot without a row of use was not online. Practice does not
     count.
     """
-    start = datetime.combine(day, time(), UTC)
-    span = (start, start + A_DAY)
+    span = _span(day)
     robots = Robot.objects.filter(practice_for=None).values_list("pk", flat=True)
     found: dict[int, Numbers] = {key: _none(used) for key in robots}
     _add(found, "turns", _counted(Turn.objects.filter(started_at__gte=span[0], started_at__lt=span[1])))
     _add(found, "entries", _counted(Entry.objects.filter(written_at__gte=span[0], written_at__lt=span[1])))
+    _add(found, "finds", _finds(*span))
     _add(found, "commands", {key: _commands(key, *span) for key in found})
     usage = Usage.objects.filter(robot__in=found, at__gte=span[0], at__lt=span[1])
     if used:
@@ -82,12 +103,18 @@ def numbers_of(day: date, used: bool = True) -> dict[int | None, Numbers]:
 
 
 def _none(used: bool) -> Numbers:
-    counted: Numbers = {"turns": 0, "commands": 0, "entries": 0}
+    counted: Numbers = {"turns": 0, "commands": 0, "entries": 0, "finds": 0}
     return counted | {"online_s": 0.0, "watching": 0, "sent_bytes": 0} if used else counted
 
 
 def _counted(rows: Any) -> dict[int, int]:
     return dict(rows.order_by().values_list("robot").annotate(n=Count("pk")))
+
+
+def _finds(start: datetime, end: datetime) -> dict[int, int]:
+    """Return how many finds of these hours are confirmed, by robot."""
+    rows = Find.objects.filter(reported_at__gte=start, reported_at__lt=end, state=Find.State.CONFIRMED)
+    return dict(rows.order_by().values_list("round__robot").annotate(n=Count("pk")))
 
 
 def _commands(robot: int, start: datetime, end: datetime) -> int:

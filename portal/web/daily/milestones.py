@@ -36,6 +36,8 @@ FIGURES = (
     Figure("turns", "Turns", "Turns that began.", "First turn", "{} turns"),
     Figure("commands", "Commands", "Commands of turns and jobs that a robot took.", "First command", "{} commands"),
     Figure("entries", "Log entries", "Entries that operators wrote in the log.", "First log entry", "{} log entries"),
+    Figure("finds", "Finds", "Finds that operators reported on that day and a moderator confirmed.", "First find",
+           "{} finds"),
     Figure("watching", "Most watching at once", "The most people who watched at the same time.", adds_up=False),
     Figure("online_s", "Hours online", "Hours in which a robot was reachable; of the portal, all robots together.",
            "", "{} hours online", 3600.0),

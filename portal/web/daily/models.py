@@ -15,6 +15,7 @@ class DailyFigures(models.Model):
     turns = models.PositiveIntegerField(null=True, blank=True)
     commands = models.PositiveIntegerField(null=True, blank=True, help_text="Of turns and jobs.")
     entries = models.PositiveIntegerField(null=True, blank=True, help_text="Of the operator's log.")
+    finds = models.PositiveIntegerField(null=True, blank=True, help_text="Reported that day, and confirmed.")
     watching = models.PositiveIntegerField(null=True, blank=True, help_text="Most at once.")
     online_s = models.FloatField(null=True, blank=True, help_text="Of the portal: all robots together.")
     sent_bytes = models.BigIntegerField(null=True, blank=True, help_text="Live, to people who watched.")

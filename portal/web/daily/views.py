@@ -13,6 +13,7 @@ from django.utils.http import urlencode
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
+from operatorlog.services import excavation_of
 from portal.edge.attempts import within as within_limit
 from portal.web.daily import reading
 from portal.web.daily.milestones import FIGURES, Day, Figure, Milestone, milestones, totals
@@ -64,11 +65,14 @@ def statistics(request: HttpRequest) -> HttpResponse:
         return render(request, "pages/daily.html", {"wrong": str(error), "spans": SPANS}, status=error.status)
     days = days_of(asked.robot)
     found, shown = milestones(days), reading.within(days, asked)
+    left_out = ("finds",) if asked.robot is not None and excavation_of(asked.robot) is None else ()
     context = {
         "asked": asked, "spans": SPANS, "robots": Robot.objects.filter(enabled=True, practice_for=None),
         "first": days[0] if days else None,
-        "totals": [(one, number(one.value, one.whole)) for one in totals(days)] if days else [],
-        "sections": [_section(figure, shown, found) for figure in FIGURES],
+        "totals": [
+            (one, number(one.value, one.whole)) for one in totals(days) if one.figure.name not in left_out
+        ] if days else [],
+        "sections": [_section(figure, shown, found) for figure in FIGURES if figure.name not in left_out],
         "milestones": found[::-1], "of_jobs": asked.robot is not None and bool(job_kinds(asked.robot)),
         "earlier": _address(asked, asked.since - A_DAY),
         "later": _address(asked, min(today, asked.until + asked.days * A_DAY)) if asked.until < today else "",

@@ -13,6 +13,7 @@ from django.contrib.auth import get_user_model
 from django.core.mail import EmailMessage
 from django.db.models import Q
 from django.http import HttpRequest
+from django.utils.translation import get_language
 
 from accounts import handles
 
@@ -76,6 +77,11 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         if mails_go_to_terminal():
             request.session.setdefault(LINK, "")
         return bool(super().is_open_for_signup(request))
+
+    def save_user(self, request: HttpRequest, user: Any, form: Any, commit: bool = True) -> Any:
+        """Store a new person with the language of the page, for later mails."""
+        user.language = get_language() or ""
+        return super().save_user(request, user, form, commit)
 
     def send_confirmation_mail(self, request: HttpRequest, emailconfirmation: Any, signup: bool) -> None:
         """Send the link; a demo also shows it on the next page of this session."""

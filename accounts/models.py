@@ -25,6 +25,10 @@ class User(AbstractUser):
         help_text="Somebody without an account, who may only practise on a simulator.",
     )  # fmt: skip
 
+    language = models.CharField(
+        max_length=10, blank=True, default="", db_default="", editable=False
+    )  # of mails; empty: English
+
     class Meta(AbstractUser.Meta):
         verbose_name, verbose_name_plural = "person", "people"
 

@@ -14,7 +14,7 @@ from accounts import quiz
 from accounts.bank import load_bank as load_bank
 from accounts.guests import new_guest as new_guest
 from accounts.guests import remove_guests as remove_guests
-from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
+from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question, User
 from robots.grants import ROBOT
 from robots.kit.contract.capabilities import Preview
 from robots.kit.contract.errors import NotPermitted
@@ -59,6 +59,11 @@ class Hint:
     topic: str
     section: str
     paragraph: int
+
+
+def keep_language(user: Any, language: str) -> None:
+    """Store the language of mails to a person."""
+    User.objects.filter(pk=user.pk).exclude(language=language).update(language=language)
 
 
 def cleared(user: Any, robot: Robot, level: int = 1) -> bool:

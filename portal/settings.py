@@ -18,6 +18,7 @@ from django.core.exceptions import ImproperlyConfigured
 from portal.addresses import check_database, read_url, redis_tls, site_address
 from portal.edge.addresses import proxy_networks
 from portal.folders import FRONTEND_DIST, ROOT, TEMPLATES_DIR, default_var, keep_private
+from portal.languages import *  # noqa: F403 - settings
 from portal.run import roles
 
 env = environ.Env()
@@ -85,6 +86,8 @@ MIDDLEWARE = [
     "portal.web.pages.middleware.KnownMethods",
     "portal.web.pages.middleware.StaticFiles",
     "django.contrib.sessions.middleware.SessionMiddleware",
+    "portal.web.translation.middleware.ReaderLanguage",
+    "portal.web.translation.middleware.ReaderZone",
     "django.middleware.common.CommonMiddleware",
     "django.middleware.csrf.CsrfViewMiddleware",
     "django.contrib.auth.middleware.AuthenticationMiddleware",
@@ -250,10 +253,7 @@ ALERTS = {
     "WEBHOOK": env.str("FARHAND_ALERT_WEBHOOK", ""), "SECRET": env.str("FARHAND_ALERT_SECRET", ""),
 }  # fmt: skip
 
-LANGUAGE_CODE, TIME_ZONE = "en", "UTC"
-USE_I18N = True
 FORMAT_MODULE_PATH = "portal.web.formats"
-USE_TZ = True
 
 STATIC_URL = "/static/"
 STATIC_ROOT = VAR / "static"
@@ -317,7 +317,7 @@ if PUBLIC:
     SECURE_HSTS_INCLUDE_SUBDOMAINS = True
     SECURE_HSTS_PRELOAD = True
     SESSION_COOKIE_SECURE = True
-    CSRF_COOKIE_SECURE = True
+    CSRF_COOKIE_SECURE = LANGUAGE_COOKIE_SECURE = True
     SESSION_COOKIE_NAME, CSRF_COOKIE_NAME = "__Host-sessionid", "__Host-csrftoken"
 
 # shared by all web processes: attempts are counted here

@@ -21,6 +21,7 @@ from portal.web.pages.places import my_places
 from portal.web.recordings import day, embeds, exports
 from portal.web.recordings import views as recordings
 from portal.web.statistics import views as statistics
+from portal.web.translation import views as translation
 from robots.once import once
 
 urlpatterns = [
@@ -30,6 +31,8 @@ urlpatterns = [
     path("statistics/", daily.statistics, name="daily"),
     path("statistics.json", daily.statistics_json, name="daily-json"),
     path("statistics.csv", daily.statistics_csv, name="daily-csv"),
+    path("language/", translation.choose, name="language"),
+    path("texts/<str:language>/<slug:version>.js", translation.texts, name="texts"),
     path("me/", views.me, name="me"),
     path("me/alerts/", alerts.choose, name="alerts"),
     path("me/places/", my_places, name="places"),

@@ -36,6 +36,7 @@ def main() -> None:
     make_venv()
     tests = what in ("test", "all")
     install("test" if tests else "base")
+    compile_translations()
     compile_loops()
     node = find_node()
     build_frontend(node, tests)
@@ -131,6 +132,17 @@ def install(name: str) -> None:
     stamp.write_text(mark)
     if name == "test":
         (VENV / ".base.in").write_text(digest(ROOT / "requirements" / "base.lock"))
+
+
+def compile_translations() -> None:
+    """Make the catalogues that the portal reads, from `portal/locale/`."""
+    stamp = VENV / ".translations.stamp"
+    scripts = (ROOT / "tools" / "translations.py", ROOT / "portal" / "languages.py")
+    mark = digest(*sorted((ROOT / "portal" / "locale").rglob("*.po")), *scripts)
+    if not done_before(stamp, mark):
+        say("compiling translations")
+        run(BIN / "python", "tools/translations.py", "compile")
+        stamp.write_text(mark)
 
 
 def compile_loops() -> None:

@@ -212,7 +212,7 @@ ROWS = {
 }  # fmt: skip
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
-    "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
+    "accounts.keep_language", "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.note_disconnection", "queueing.dismiss", "queueing.note_waiting",
     "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",

@@ -3,6 +3,8 @@ import "../style/index.css";
 import { pollPendingParts } from "./pending_parts.ts";
 import "./focus.ts";
 import "./site_menu.ts";
+import { tellZone } from "./zone.ts";
 import "../queue/turn_bar.ts";
 
+tellZone();
 pollPendingParts();

@@ -1,0 +1,123 @@
+/**
+ * Texts in the reader's language. `gettext` and `ngettext` are for texts of the page's own scripts; `translate` is for
+ * sentences of the server and of workers, which come in English with names and numbers already in them: the rule is
+ * that of `robots/kit/sentences.py`. English needs no catalogue; another language's is a script before all modules.
+ */
+
+type Values = Readonly<Record<string, string | number>>;
+type Entry = { words: string[]; names: string[]; text: string };
+interface Catalogue {
+  catalog: Readonly<Record<string, string | string[]>>;
+  pluralidx(count: number): number;
+}
+
+const catalogue = (globalThis as { django?: Catalogue }).django;
+const PLACE = /\{(\w+)\}/;
+const LONGEST = 1000,
+  DEEPEST = 4;
+
+/** Return a text of ours, with the values in its placeholders. */
+export function gettext(text: string, values: Values = {}): string {
+  const entry = catalogue?.catalog[text];
+  return filled(typeof entry === "string" && entry ? entry : text, values);
+}
+
+/** Return one of two texts by the count, which is also the value of `{count}`. */
+export function ngettext(one: string, many: string, count: number, values: Values = {}): string {
+  const forms = catalogue?.catalog[one];
+  const form = catalogue && Array.isArray(forms) ? forms[catalogue.pluralidx(count)] : "";
+  return filled(form || (count === 1 ? one : many), { count, ...values });
+}
+
+/** Return a sentence of the server in the reader's language; in English where nothing fits. */
+export function translate(text: string): string {
+  if (!catalogue) return text;
+  const before = memory.get(text);
+  if (before !== undefined) return before;
+  if (memory.size > 2000) memory.clear();
+  sentences ??= new Sentences(catalogue.catalog);
+  const now = sentences.translate(text);
+  memory.set(text, now);
+  return now;
+}
+
+/** Return the language of the page, for dates and numbers. */
+export function language(): string {
+  return (globalThis as { document?: Document }).document?.documentElement.lang || "en";
+}
+
+function filled(text: string, values: Values): string {
+  return text.replace(new RegExp(PLACE, "g"), (place, name: string) => (name in values ? String(values[name]) : place));
+}
+
+/** The sentences of one language. */
+export class Sentences {
+  readonly #whole = new Map<string, string>();
+  readonly #byWord = new Map<string, Entry[]>();
+
+  constructor(texts: Readonly<Record<string, string | string[]>>) {
+    const entries: Entry[] = [];
+    for (const [text, entry] of Object.entries(texts)) {
+      if (typeof entry !== "string" || !entry || !text) continue;
+      const parts = text.split(PLACE);
+      if (parts.length === 1) this.#whole.set(text, entry);
+      else entries.push({ words: parts.filter((_, i) => i % 2 === 0), names: parts.filter((_, i) => i % 2 === 1), text: entry });
+    }
+    const size = (entry: Entry): number => entry.words.reduce((sum, word) => sum + word.length, 0);
+    entries.sort((a, b) => size(b) - size(a) || compare(a.words, b.words));
+    for (const entry of entries) {
+      const word = firstWord(entry.words[0] ?? "");
+      this.#byWord.set(word, [...(this.#byWord.get(word) ?? []), entry]);
+    }
+  }
+
+  /** Return the text in this language; in English where the catalogue has nothing that fits. */
+  translate(text: string, depth = 0): string {
+    const whole = this.#whole.get(text);
+    if (whole !== undefined) return whole;
+    if (text.length > LONGEST || depth > DEEPEST) return text;
+    for (const entry of this.#candidates(text)) {
+      const values = fit(entry.words, text);
+      if (values)
+        return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.translate(values[i] ?? "", depth + 1)])));
+    }
+    const parts = text.split(/(?<=[.!?:;,]) /);
+    if (parts.length > 1) return parts.map((part) => this.translate(part, depth + 1)).join(" ");
+    const bare = text.replace(/[.,:;]+$/, "");
+    return bare === text ? text : this.translate(bare, depth + 1) + text.slice(bare.length);
+  }
+
+  #candidates(text: string): Entry[] {
+    return [...(this.#byWord.get(text.split(" ", 1)[0] ?? "") ?? []), ...(this.#byWord.get("") ?? [])];
+  }
+}
+
+/** Return what stands between the words, at least one character each; undefined if the text has other words. */
+export function fit(words: readonly string[], text: string): string[] | undefined {
+  const first = words[0] ?? "",
+    last = words.at(-1) ?? "";
+  if (!text.startsWith(first) || !text.endsWith(last) || text.length < first.length + last.length) return undefined;
+  const values: string[] = [],
+    end = text.length - last.length;
+  let at = first.length;
+  for (const word of words.slice(1, -1)) {
+    const found = text.indexOf(word, at + 1);
+    if (found < 0 || found + word.length > end) return undefined;
+    values.push(text.slice(at, found));
+    at = found + word.length;
+  }
+  return at < end ? [...values, text.slice(at, end)] : undefined;
+}
+
+function firstWord(start: string): string {
+  const space = start.indexOf(" ");
+  return space < 0 ? "" : start.slice(0, space);
+}
+
+function compare(a: readonly string[], b: readonly string[]): number {
+  const [one, other] = [a.join("\0"), b.join("\0")];
+  return one < other ? -1 : one > other ? 1 : 0;
+}
+
+const memory = new Map<string, string>();
+let sentences: Sentences | undefined;

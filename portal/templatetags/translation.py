@@ -1,0 +1,48 @@
+"""The reader's language and time zone in templates."""
+
+from datetime import datetime
+
+from django import template
+from django.conf import settings
+from django.urls import reverse
+from django.utils.formats import date_format
+from django.utils.html import format_html
+from django.utils.safestring import SafeString
+from django.utils.timezone import get_current_timezone_name, localtime
+from django.utils.translation import get_language, pgettext
+
+from portal.web.translation.views import version_of
+from robots.sentences import translate
+
+register = template.Library()
+register.filter("translate", translate)
+
+
+@register.simple_tag
+def texts() -> str:
+    """Return the element that loads the texts of the page's scripts; English needs none."""
+    language = get_language() or settings.LANGUAGE_CODE
+    if language == settings.LANGUAGE_CODE:
+        return SafeString()
+    return format_html('<script src="{}"></script>', reverse("texts", args=(language, version_of(language))))
+
+
+@register.filter
+def moment(at: datetime | None, kind: str = "minute") -> str:
+    """Return the element of a time in the reader's zone. `kind`: `day`, `minute`, `second` or `time` (without its day).
+
+    Until the browser has named its zone it is in UTC and says so; `frontend/src/page/zone.ts` then writes it anew.
+    """
+    if at is None:
+        return ""
+    zone = " UTC" if get_current_timezone_name() == "UTC" and kind != "day" else ""
+    shown = date_format(localtime(at), _format(kind)) + zone
+    return format_html('<time datetime="{}" data-moment="{}">{}</time>', at.isoformat(), kind, shown)
+
+
+def _format(kind: str) -> str:
+    if kind == "day":
+        return pgettext("format of a date", "j F Y")
+    if kind == "second":
+        return pgettext("format of a date", "j F Y, H:i:s")
+    return pgettext("format of a date", "j F Y, H:i") if kind == "minute" else pgettext("format of a date", "H:i:s")

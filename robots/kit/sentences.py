@@ -1,0 +1,79 @@
+"""Translates sentences that a process wrote in English, with names and numbers already in them.
+
+A worker does not know who reads: its sentences are stored, recorded and sent to many people at once. So they are
+translated where they are read. The catalogue has the sentence with placeholders, as "The {name} is off.": a text fits
+it if it has the same words around other values. What fits a placeholder is translated by the same rule.
+`frontend/src/kit/text.ts` does the same; both are tested against the same vectors.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+
+PLACE = re.compile(r"\{(\w+)\}")
+END = re.compile(r"(?<=[.!?:;,]) ")  # the parts of a text for which there is no entry
+LONGEST, DEEPEST = 1000, 4  # characters; placeholders within placeholders
+_Entry = tuple[list[str], list[str], str]  # words around the placeholders, names of these, the translation
+
+
+class Sentences:
+    """The sentences of one language. `catalogue`: the translation of each, empty where there is none."""
+
+    def __init__(self, catalogue: Mapping[str, str]) -> None:
+        self._whole = {text: other for text, other in catalogue.items() if other and not PLACE.search(text)}
+        self._by_word: dict[str, list[_Entry]] = {}
+        entries = [_entry(text, other) for text, other in catalogue.items() if other and PLACE.search(text)]
+        for entry in sorted(entries, key=_most_words_first):
+            self._by_word.setdefault(_first_word(entry[0][0]), []).append(entry)
+        self.translate = lru_cache(maxsize=4096)(self._translate)
+
+    def _translate(self, text: str, depth: int = 0) -> str:
+        """Return the text in this language; in English where the catalogue has nothing that fits."""
+        if text in self._whole:
+            return self._whole[text]
+        if len(text) > LONGEST or depth > DEEPEST:
+            return text
+        for words, names, other in self._candidates(text):
+            values = fit(words, text)
+            if values is not None:
+                known = {name: self._translate(value, depth + 1) for name, value in zip(names, values, strict=True)}
+                return PLACE.sub(lambda place, known=known: known.get(place[1], place[0]), other)  # type: ignore[misc]
+        parts = END.split(text)
+        if len(parts) > 1:
+            return " ".join(self._translate(part, depth + 1) for part in parts)
+        bare = text.rstrip(".,:;")
+        return self._translate(bare, depth + 1) + text[len(bare) :] if bare != text else text
+
+    def _candidates(self, text: str) -> Iterator[_Entry]:
+        yield from self._by_word.get(text.split(" ", 1)[0], ())
+        yield from self._by_word.get("", ())
+
+
+def fit(words: list[str], text: str) -> list[str] | None:
+    """Return what stands between the words, at least one character each; None if the text has other words."""
+    first, *middle, last = words
+    if not text.startswith(first) or not text.endswith(last) or len(text) < len(first) + len(last):
+        return None
+    values, at, end = [], len(first), len(text) - len(last)
+    for word in middle:
+        found = text.find(word, at + 1, end)
+        if found < 0:
+            return None
+        values.append(text[at:found])
+        at = found + len(word)
+    return [*values, text[at:end]] if at < end else None
+
+
+def _entry(text: str, other: str) -> _Entry:
+    parts = PLACE.split(text)
+    return parts[::2], parts[1::2], other
+
+
+def _most_words_first(entry: _Entry) -> tuple[int, str]:
+    return -sum(map(len, entry[0])), "\0".join(entry[0])
+
+
+def _first_word(start: str) -> str:
+    """Return the first word of the text before the first placeholder, if it is complete."""
+    word, space, _ = start.partition(" ")
+    return word if space else ""

@@ -1,0 +1,25 @@
+"""Sentences of workers, stored and sent in English, in the language of the person who reads."""
+
+from functools import cache
+from typing import Any
+
+from django.conf import settings
+from django.utils.translation import get_language
+from django.utils.translation.trans_real import DjangoTranslation
+
+from robots.kit.sentences import Sentences
+
+DOMAIN = "djangojs"  # the page's scripts have the same catalogue
+
+
+@cache
+def _sentences(language: str) -> Sentences:
+    catalogue = DjangoTranslation(language, domain=DOMAIN)._catalog  # type: ignore[attr-defined] # as Django's own view does
+    return Sentences({text: other for text, other in catalogue.items() if isinstance(text, str) and text})
+
+
+def translate(text: Any) -> str:
+    """Return a sentence of a worker, a label of a spec or a text of a robot's package in the reader's language."""
+    language = get_language() or settings.LANGUAGE_CODE
+    english = language == settings.LANGUAGE_CODE
+    return str(text) if english else _sentences(language).translate(str(text))

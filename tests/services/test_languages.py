@@ -1,0 +1,67 @@
+"""The reader's language and time zone: chosen, remembered, and never broken by what a browser sends."""
+
+import pytest
+from django.utils import timezone
+
+from accounts.models import User
+
+pytestmark = pytest.mark.django_db
+
+
+def test_the_browser_chooses_until_the_person_does(client):
+    german = {"accept-language": "fr, de-AT;q=0.8, en;q=0.5"}
+    page = client.get("/story/", headers=german)
+    assert '<html lang="de">' in page.text
+    assert page["Content-Language"] == "de"
+    assert {"Accept-Language", "Cookie"} <= set(page["Vary"].split(", "))
+    assert client.post("/language/", {"language": "en", "next": "/story/"}).url == "/story/"
+    assert '<html lang="en">' in client.get("/story/", headers=german).text
+
+
+def test_english_pages_load_no_texts_and_others_load_theirs(client):
+    assert "/texts/" not in client.get("/story/").text
+    page = client.get("/story/", headers={"accept-language": "de"}).text
+    address = page.split('<script src="')[1].split('"')[0]
+    script = client.get(address)
+    assert script["Content-Type"].startswith("text/javascript")
+    assert "immutable" in script["Cache-Control"]
+    assert "django.catalog" in script.text
+    assert client.get("/texts/de/other.js")["Cache-Control"] == "no-store"
+    assert client.get("/texts/xx/other.js").status_code == 404
+
+
+@pytest.mark.parametrize("language", ["xx", "", "../de", "de\0", "d" * 5000])
+def test_an_unknown_language_changes_nothing(client, language):
+    answer = client.post("/language/", {"language": language, "next": "/story/"})
+    assert answer.status_code in (302, 400)
+    client.cookies["django_language"] = "../../etc"
+    assert '<html lang="en">' in client.get("/story/").text
+
+
+def test_the_switch_leads_to_no_other_site(client):
+    assert client.post("/language/", {"language": "de", "next": "https://evil.example/"}).url == "/"
+
+
+def test_the_choice_of_a_person_is_the_language_of_mails(client, django_user_model):
+    user = django_user_model.objects.create_user("ada", "ada@example.org", "x")
+    client.force_login(user)
+    client.post("/language/", {"language": "de"})
+    assert User.objects.get(pk=user.pk).language == "de"
+    client.post("/language/", {"language": "xx"})
+    assert User.objects.get(pk=user.pk).language == "de"
+
+
+@pytest.mark.parametrize(
+    ("zone", "shown"),
+    [("Europe/Berlin", "Europe/Berlin"), ("Pacific/Kiritimati", "Pacific/Kiritimati"), ("", "UTC"), ("../etc/passwd", "UTC"),
+     ("x" * 5000, "UTC"), ("Europe/Berlin\n", "UTC")],
+)  # fmt: skip
+def test_times_are_in_the_zone_of_the_browser_if_it_exists(client, zone, shown):
+    seen = []
+    client.cookies["zone"] = zone
+    from portal.web.translation.middleware import ReaderZone
+
+    request = client.get("/story/").wsgi_request
+    ReaderZone(lambda r: seen.append(timezone.get_current_timezone_name()) or r)(request)
+    assert seen == [shown]
+    assert timezone.get_current_timezone_name() == "UTC"

@@ -1,0 +1,107 @@
+"""Sentences of workers are translated where they are read, in Python and in the browser by the same rule.
+
+`PYTHONPATH=. .venv/bin/python -m tests.unit.test_sentences` writes the vectors anew.
+"""
+
+import ast
+import json
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robots.kit.sentences import PLACE, Sentences, fit
+from tools.sentences import of_source, of_table
+
+FILE = Path(__file__).resolve().parents[1] / "vectors" / "sentences.json"
+CATALOGUE = {
+    "The arm is off.": "Der Arm ist aus.",
+    "The {name} is off.": "{name} ist aus.",
+    "The arm cannot go there: {error}.": "Dorthin kann der Arm nicht: {error}.",
+    "joint {name} would be at {there}°, outside {low}° to {high}°": "Gelenk {name} käme auf {there}°, außerhalb {low}° bis {high}°",
+    "{held} is in the gripper": "{held} ist im Greifer",
+    "the red block": "der rote Block",
+    "{count} of {total}": "{count} von {total}",
+    "{x} right": "{x} rechts",
+    "{x} up": "{x} hoch",
+    "Stop": "Halt",
+    "Release": "",
+    "Twice {a} and {b}": "Zweimal {b} und {a}",
+}
+TEXTS = (
+    "The arm is off.", "The lamp is off.", "The arm cannot go there: the red block is in the gripper.",
+    "The arm cannot go there: joint 3 would be at 200°, outside -90° to 90°.", "The arm is off. The lamp is off.",
+    "3 cm right, 4 cm up", "Stop", "Stop.", "Release", "something else", "", "2 of 9", "Twice one and two and three",
+    "The  is off.", "x" * 2000 + " is in the gripper", "The {name} is off.", "Stop: the red block",
+    "The red block. The arm is off. Nobody knows that.",
+)  # fmt: skip
+WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)
+
+
+def vectors():
+    """Return the catalogue, and texts with their translations."""
+    sentences = Sentences(CATALOGUE)
+    return {"catalogue": CATALOGUE, "texts": [[text, sentences.translate(text)] for text in TEXTS]}
+
+
+def test_the_vectors_are_what_python_translates():
+    assert json.loads(FILE.read_text()) == vectors()
+
+
+def test_values_are_translated_too_and_the_sentence_with_most_words_wins():
+    translate = Sentences(CATALOGUE).translate
+    assert translate("The arm is off.") == "Der Arm ist aus."
+    assert translate("The arm cannot go there: the red block is in the gripper.") == (
+        "Dorthin kann der Arm nicht: der rote Block ist im Greifer."
+    )
+    assert translate("3 cm right, 4 cm up") == "3 cm rechts, 4 cm hoch"
+
+
+@given(st.lists(WORD, min_size=2, max_size=4), st.data())
+def test_a_text_made_of_a_sentence_fits_it(words, data):
+    values = [data.draw(WORD) for _ in words[1:]]
+    text = words[0] + "".join(value + word for value, word in zip(values, words[1:], strict=True))
+    found = fit(words, text)
+    assert found is not None
+    assert words[0] + "".join(v + w for v, w in zip(found, words[1:], strict=True)) == text
+    assert all(found)
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_answered_and_english_stays_where_nothing_fits(text):
+    assert Sentences({}).translate(text) == text
+    assert isinstance(Sentences(CATALOGUE).translate(text), str)
+
+
+def test_texts_are_read_from_sources_by_their_form():
+    source = '''
+"""A module with two words."""
+def f(x, name):
+    """Say nothing here."""
+    log.warning("written to a log")
+    word, key = "one", "a_key"
+    one = gettext("marked already here")
+    return f"The {name} is at {x:.1f} mm", "Nothing was done.", "Step %s of many" % x, f"{x} mm"
+'''
+    ast.parse(source)
+    assert set(of_source(source)) == {"The {name} is at {x} mm", "Nothing was done.", "Step {1} of many"}
+    assert set(of_table({"tagline": "An arm", "box": [{"name": "the table", "low": [1]}], "path": "a b"})) == {
+        "An arm", "the table",
+    }  # fmt: skip
+
+
+def test_every_placeholder_of_a_translation_is_in_its_english():
+    from babel.messages.pofile import read_po
+
+    for path in sorted(Path("portal/locale").rglob("*.po")):
+        with path.open("rb") as file:
+            catalogue = read_po(file)
+        for message in catalogue:
+            ids = message.id if isinstance(message.id, tuple) else (message.id,)
+            texts = message.string if isinstance(message.string, tuple) else (message.string,)
+            for text in filter(None, texts if message.id else ()):
+                assert set(PLACE.findall(text)) <= set(PLACE.findall(ids[-1])), message.id
+
+
+if __name__ == "__main__":
+    FILE.write_text(json.dumps(vectors(), ensure_ascii=False, indent=1) + "\n")

@@ -1,0 +1,177 @@
+"""Keep the catalogues of translations.
+
+    .venv/bin/python tools/translations.py update   read all texts from the sources into locale/*/LC_MESSAGES/*.po
+    .venv/bin/python tools/translations.py compile  make the files that the portal reads, and the pseudo-language
+    .venv/bin/python tools/translations.py missing  print the texts without a translation; status 1 if there are any
+
+`django.po` has what templates and views mark. `djangojs.po` has what browsers translate: the texts of the scripts, and
+the sentences and labels of workers and robots, which nothing marks (tools/sentences.py says which those are).
+"""
+
+import io
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from babel.messages import Catalog, Message
+from babel.messages.extract import extract_javascript, extract_python
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import read_po, write_po
+from django.utils.translation.template import templatize
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from portal.languages import LANGUAGES, PSEUDO  # noqa: E402 - the folder is known now
+from tools.sentences import sentences  # noqa: E402
+
+LOCALE = ROOT / "portal" / "locale"
+PYTHON = ("portal", "accounts", "queueing", "operatorlog", "robots", "workers")
+KEYWORDS: dict[str, tuple[object, ...] | None] = {
+    "gettext": None, "gettext_lazy": None, "gettext_noop": None,
+    "ngettext": (1, 2), "ngettext_lazy": (1, 2), "pgettext": ((1, "c"), 2), "pgettext_lazy": ((1, "c"), 2),
+}  # fmt: skip
+COMMENTS = ["Translators:"]
+WORDS = re.compile(r"\{\w*\}|%\(\w+\)[sd]|%[sd%]|<[^<>]*>|&\w+;|[^\W\d_]+")
+Found = tuple[str, str | tuple[str, ...], list[str]]  # keyword, texts, comments
+
+
+def main() -> int:
+    """Run the command that the argument names. Return the exit status."""
+    return {"update": update, "compile": compile_all, "missing": missing}[sys.argv[1]]()
+
+
+def update() -> int:
+    """Write the texts of the sources into every catalogue; translations stay."""
+    for domain, template in (("django", marked()), ("djangojs", unmarked())):
+        for path in catalogues(domain):
+            catalogue = read(path)
+            catalogue.update(template, no_fuzzy_matching=True)
+            catalogue.obsolete.clear()
+            with path.open("wb") as file:
+                write_po(file, catalogue, width=120, no_location=True, sort_output=True, ignore_obsolete=True)
+    return 0
+
+
+def compile_all() -> int:
+    """Make `.mo` files."""
+    for domain in ("django", "djangojs"):
+        for path in catalogues(domain):
+            catalogue = read(path)
+            write_binary(path.with_suffix(".mo"), catalogue)
+        folder = LOCALE / "ar_XB" / "LC_MESSAGES"
+        folder.mkdir(parents=True, exist_ok=True)
+        write_binary(folder / f"{domain}.mo", pseudo(catalogue))
+    return 0
+
+
+def missing() -> int:
+    """Print what has no translation."""
+    texts = [
+        (path, text) for domain in ("django", "djangojs") for path in catalogues(domain) for text in gaps(read(path))
+    ]
+    for path, text in texts:
+        sys.stdout.write(f"{path.relative_to(ROOT)}: {text!r}\n")
+    return int(bool(texts))
+
+
+def catalogues(domain: str) -> list[Path]:
+    """Return the catalogue of each language but English."""
+    return [LOCALE / code / "LC_MESSAGES" / f"{domain}.po" for code, _ in LANGUAGES if code not in ("en", PSEUDO[0])]
+
+
+def read(path: Path) -> Catalog:
+    """Return a catalogue; an empty one if the file is not there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    language = path.parts[-3]
+    if not path.exists():
+        return Catalog(locale=language, project="Farhand", fuzzy=False)
+    with path.open("rb") as file:
+        return read_po(file, locale=language)
+
+
+def gaps(catalogue: Catalog) -> list[str]:
+    """Return the texts without a translation."""
+    return [
+        str(m.id) for m in catalogue if m.id and not (all(m.string) if isinstance(m.string, tuple | list) else m.string)
+    ]
+
+
+def write_binary(path: Path, catalogue: Catalog) -> None:
+    """Write the file that gettext reads; another process sees the old one or the new one, whole."""
+    out = io.BytesIO()
+    write_mo(out, catalogue)
+    part = path.with_suffix(".part")
+    part.write_bytes(out.getvalue())
+    part.replace(path)
+
+
+def marked() -> Catalog:
+    """Return the texts that templates and Python mark."""
+    catalogue = Catalog(project="Farhand", fuzzy=False)
+    for path in sorted((ROOT / "templates").rglob("*.*")):
+        if path.suffix in (".html", ".txt"):
+            lines = templatize(path.read_text(), origin=str(path)).splitlines()
+            add(catalogue, extract(io.BytesIO("\n".join(line.strip() for line in lines).encode()), extract_python))
+    for room in PYTHON:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            add(catalogue, extract(io.BytesIO(path.read_bytes()), extract_python))
+    return catalogue
+
+
+def unmarked() -> Catalog:
+    """Return the texts that scripts mark, and the sentences and labels of workers and robots."""
+    catalogue = Catalog(project="Farhand", fuzzy=False)
+    for path in [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/kit/drivers").glob("*/console/**/*.ts")]:
+        add(catalogue, extract(io.BytesIO(path.read_bytes()), extract_javascript))
+    for text in sentences(ROOT):
+        catalogue.add(text)
+    return catalogue
+
+
+def extract(file: io.BytesIO, method: object) -> Iterator[Found]:
+    """Yield the calls of a translating function in a source file."""
+    for _, name, texts, comments in method(file, list(KEYWORDS), COMMENTS, {}):  # type: ignore[operator]
+        if name:
+            yield name, texts, comments
+
+
+def add(catalogue: Catalog, found: Iterator[Found]) -> None:
+    """Add texts to a catalogue."""
+    for name, texts, comments in found:
+        parts = texts if isinstance(texts, tuple) else (texts,)
+        if not parts[0]:
+            continue  # not a constant
+        if name.startswith("ngettext"):
+            catalogue.add(parts[:2], auto_comments=comments)
+        elif name.startswith("pgettext"):
+            catalogue.add(parts[1], context=parts[0], auto_comments=comments)
+        else:
+            catalogue.add(parts[0], auto_comments=comments)
+
+
+def pseudo(catalogue: Catalog) -> Catalog:
+    """Return the catalogue of the pseudo-language: every word of the English, longer and from right to left."""
+    made = Catalog(project="Farhand", fuzzy=False, locale="en")
+    for message in catalogue:
+        if message.id:
+            made[message.id] = turned(message)
+    return made
+
+
+def turned(message: Message) -> Message:
+    """Return a message with its words turned."""
+    ids = message.id if isinstance(message.id, tuple | list) else (message.id,)
+    texts = tuple(WORDS.sub(_turn, text) for text in ids)
+    return Message(message.id, texts if len(texts) > 1 else texts[0], context=message.context, flags=message.flags)
+
+
+def _turn(word: re.Match[str]) -> str:
+    text = word[0]
+    longer = text + text[-1] * (len(text) // 4)
+    return f"\u202e{longer}\u202c" if text[0].isalpha() else text
+
+
+if __name__ == "__main__":
+    sys.exit(main())

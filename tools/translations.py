@@ -4,13 +4,15 @@
     .venv/bin/python tools/translations.py compile  make the files that the portal reads, and the pseudo-language
     .venv/bin/python tools/translations.py missing  print the texts without a translation; status 1 if there are any
 
-`django.po` has what templates and views mark. `djangojs.po` has what browsers translate: the texts of the scripts, and
-the sentences and labels of workers and robots, which nothing marks (tools/sentences.py says which those are).
+`django.po` has what templates and views mark, and the questions of clearance tests. `djangojs.po` has what browsers
+translate: the texts of the scripts, and the sentences and labels of workers and robots, which nothing marks
+(tools/sentences.py says which those are).
 """
 
 import io
 import re
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -117,7 +119,18 @@ def marked() -> Catalog:
     for room in PYTHON:
         for path in sorted((ROOT / room).rglob("*.py")):
             add(catalogue, extract(io.BytesIO(path.read_bytes()), extract_python))
+    for path in sorted((ROOT / "robots/kit/drivers").glob("*/clearance.toml")):
+        for text in of_test(path.read_text()):
+            catalogue.add(text)
     return catalogue
+
+
+def of_test(source: str) -> Iterator[str]:
+    """Yield the texts of a `clearance.toml`; its questions become rows, which are translated where they are read."""
+    for question in tomllib.loads(source)["question"]:
+        yield question["text"]
+        yield from question["choices"]
+        yield from (question[name] for name in ("topic", "explanation") if name in question)
 
 
 def unmarked() -> Catalog:

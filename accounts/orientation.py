@@ -3,6 +3,9 @@
 A robot's orientation names a control as `[Up](control:up)`: by the id of its element on the robot's page, or by its
 command. The folder `orientation` beside it has pictures of that page and says where each control is
 (`tests/e2e/orientation_pictures.py`); text and picture then have the same numbers.
+
+`orientation.de.md` has the same text in German: the same sections, paragraphs and controls in the same order. The
+anchors are those of the English text, so that a question refers to its paragraph in every language.
 """
 
 import json
@@ -19,15 +22,22 @@ from robots.kit import description
 CONTROL = "control:"
 LOOKS = ("wide-light", "wide-dark", "narrow-light", "narrow-dark")
 FOLDER, PLACES = "orientation", "places.json"
+ENGLISH = "en"
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """The orientation's HTML, the anchor of each paragraph by section and number from 1, and the controls it names."""
+    """The orientation's HTML, the anchor of each paragraph by section and number from 1, and the controls it names.
+
+    A section is named by its English heading; `headings` has the one of the text. Controls are in the order of their
+    numbers. `language` is the code of the text's language.
+    """
 
     html: str
     anchors: dict[tuple[str, int], str]
-    controls: tuple[str, ...] = ()
+    controls: tuple[str, ...]
+    headings: dict[str, str]
+    language: str
 
 
 def anchor(section: str, paragraph: int) -> str:
@@ -35,16 +45,48 @@ def anchor(section: str, paragraph: int) -> str:
     return f"{re.sub(r'[^a-z0-9]+', '-', section.lower()).strip('-')}-{paragraph}"
 
 
-def render(source: str) -> Rendered:
-    """Render Markdown; HTML in it is escaped. List items count as paragraphs."""
+def orientation(driver: str, language: str) -> Rendered:
+    """Return a robot's orientation in a language; in English where its package has none that fits the English text.
+
+    Raises OSError or ImportError if there is no English text either.
+    """
+    english = render(description.text_of(driver, "orientation.md"))
+    try:
+        source = description.text_of(driver, f"orientation.{language}.md")
+    except OSError:
+        return english
+    found = render(source, tuple(english.headings), language)
+    return found if _order(found) == _order(english) else english
+
+
+def heading(driver: str, section: str, language: str) -> str:
+    """Return the heading, in a language, of the section of the orientation that has the English heading `section`."""
+    try:
+        return orientation(driver, language).headings.get(section, section)
+    except (OSError, ImportError):
+        return section
+
+
+def _order(text: Rendered) -> tuple[Any, ...]:
+    return list(text.anchors), text.controls, list(text.headings)
+
+
+def render(source: str, sections: tuple[str, ...] = (), language: str = ENGLISH) -> Rendered:
+    """Render Markdown; HTML in it is escaped. List items count as paragraphs.
+
+    `sections` are the headings of the English text if `source` is a translation.
+    """
     markdown = MarkdownIt("commonmark", {"html": False})
     tokens = markdown.parse(source)
     anchors: dict[tuple[str, int], str] = {}
     controls: dict[str, int] = {}
+    headings: dict[str, str] = {}
     section, number, depth = "", 0, 0
     for index, token in enumerate(tokens):
         if token.type == "heading_open":
-            section, number = tokens[index + 1].content, 0
+            title, number = tokens[index + 1].content, 0
+            section = sections[len(headings)] if len(headings) < len(sections) else title
+            headings[section] = title
         depth += {"list_item_open": 1, "list_item_close": -1}.get(token.type, 0)
         outermost = depth == (1 if token.type == "list_item_open" else 0)
         if token.type in ("paragraph_open", "list_item_open") and outermost:
@@ -52,7 +94,8 @@ def render(source: str) -> Rendered:
             anchors[section, number] = anchor(section, number)
             token.attrSet("id", anchors[section, number])
         _number(token.children or [], controls)
-    return Rendered(markdown.renderer.render(tokens, markdown.options, {}), anchors, tuple(controls))
+    html = markdown.renderer.render(tokens, markdown.options, {})
+    return Rendered(html, anchors, tuple(controls), headings, language)
 
 
 def _number(tokens: list[Token], controls: dict[str, int]) -> None:

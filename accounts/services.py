@@ -9,6 +9,9 @@ from typing import Any
 from django.conf import settings
 from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
+from django.utils.formats import date_format
+from django.utils.timezone import localtime
+from django.utils.translation import gettext, ngettext, pgettext
 
 from accounts import quiz
 from accounts.bank import load_bank as load_bank
@@ -54,7 +57,10 @@ class ShownQuestion:
 
 @dataclass(frozen=True)
 class Hint:
-    """The answer to a failed test: the paragraph to read again, but not which or how many answers were wrong."""
+    """The answer to a failed test: the paragraph to read again, but not which or how many answers were wrong.
+
+    `section` is the English heading, whatever the reader's language.
+    """
 
     topic: str
     section: str
@@ -121,7 +127,7 @@ def has_read(user: Any, robot: Robot) -> bool:
 def mark_read(user: Any, robot: Robot, now: datetime) -> None:
     """Note that the person has read the orientation. Raises NotNow if nobody is signed in."""
     if not user.is_authenticated:
-        raise NotNow("Sign in first.")
+        raise NotNow(gettext("Sign in first."))
     OrientationRead.objects.get_or_create(user=user, robot=robot, defaults={"at": now})
 
 
@@ -155,20 +161,23 @@ def withdrawn_clearance(user: Any, robot: Robot) -> Clearance | None:
 def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
     """Check that the person may take the test now. Raises NotNow."""
     if not user.is_authenticated or not user.is_active:
-        raise NotNow("Sign in first.")
+        raise NotNow(gettext("Sign in first."))
     _need_clearable(user, robot)
     if not has_read(user, robot):
-        raise NotNow("Read the orientation first.")
+        raise NotNow(gettext("Read the orientation first."))
     wait_s = pause_left(user, robot, now)
     if wait_s:
-        raise NotNow(f"Read the orientation again; you can try again in {in_words(wait_s)}.", wait_s)
+        said = gettext("Read the orientation again; you can try again in %(pause)s.") % {"pause": in_words(wait_s)}
+        raise NotNow(said, wait_s)
 
 
 def _need_clearable(user: Any, robot: Robot) -> None:
     """Check that staff have not withdrawn the person's clearance. Raises NotNow."""
     if (lost := withdrawn_clearance(user, robot)) is not None and lost.revoked_at is not None:
-        why = f" Their note: {lost.note}" if lost.note else ""
-        raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")
+        day = date_format(localtime(lost.revoked_at), pgettext("format of a date", "j F Y"))
+        said = gettext("Staff withdrew your clearance on %(day)s; only staff can lift that.") % {"day": day}
+        why = gettext("Their note: %(note)s") % {"note": lost.note} if lost.note else ""
+        raise NotNow(f"{said} {why}".strip())
 
 
 def _lock_clearance(user: Any, robot: Robot) -> None:
@@ -178,10 +187,11 @@ def _lock_clearance(user: Any, robot: Robot) -> None:
 
 def in_words(seconds: int) -> str:
     """Return a pause in the largest suitable unit."""
-    for size, unit in ((3600, "hour"), (60, "minute")):
-        if seconds >= 2 * size:
-            return f"{ceil(seconds / size)} {unit}s"
-    return f"{seconds} seconds" if seconds != 1 else "1 second"
+    if seconds >= 2 * 3600:
+        return gettext("{count} hours").format(count=ceil(seconds / 3600))
+    if seconds >= 2 * 60:
+        return gettext("{count} minutes").format(count=ceil(seconds / 60))
+    return ngettext("{count} second", "{count} seconds", seconds).format(count=seconds)
 
 
 def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
@@ -197,7 +207,7 @@ def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
         return open_one
     bank = list(Question.objects.filter(robot=robot, active=True).prefetch_related("choices"))
     if not bank:
-        raise NotNow("This robot has no test yet; please come back later.")
+        raise NotNow(gettext("This robot has no test yet; please come back later."))
     last = mine.order_by("-id").values_list("drawn", flat=True).first() or []
     by_id = {question.pk: question for question in bank}
     drawn = []
@@ -211,17 +221,17 @@ def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
     except IntegrityError as error:  # another request of the same person was faster
         open_one = mine.filter(finished_at=None).first()
         if open_one is None:
-            raise NotNow("Your test was sent from another page; reload this one.") from error
+            raise NotNow(gettext("Your test was sent from another page; reload this one.")) from error
         return open_one
 
 
 def questions(attempt: Attempt) -> list[ShownQuestion]:
-    """Return the drawn questions in their order, without the right answers."""
+    """Return the drawn questions in their order and in the reader's language, without the right answers."""
     ids = [q for q, _ in attempt.drawn]
     texts = dict(Question.objects.filter(pk__in=ids).values_list("pk", "text"))
     options = dict(Choice.objects.filter(question__in=ids).values_list("pk", "text"))
     return [
-        ShownQuestion(q, texts[q], tuple((c, options[c]) for c in choices if c in options))
+        ShownQuestion(q, gettext(texts[q]), tuple((c, gettext(options[c])) for c in choices if c in options))
         for q, choices in attempt.drawn
         if q in texts
     ]
@@ -247,14 +257,14 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
 
 def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
     if attempt.user_id != getattr(user, "pk", None):
-        raise NotNow("That test belongs to another person.")
+        raise NotNow(gettext("That test belongs to another person."))
     _need_leave(user, attempt.robot, now)
     shown = questions(attempt)
     if len(shown) < len(attempt.drawn):
         Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(finished_at=now)
-        raise NotNow("The questions were changed meanwhile; begin the test again.")
+        raise NotNow(gettext("The questions were changed meanwhile; begin the test again."))
     if any(q.id not in answers for q in shown):
-        raise NotNow("Answer every question, then send the test.")
+        raise NotNow(gettext("Answer every question, then send the test."))
     wrong = _wrong(attempt, answers)
     with transaction.atomic():
         _lock_clearance(user, attempt.robot)
@@ -263,7 +273,7 @@ def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime)
             finished_at=now, answers=_stored(answers), score=len(shown) - len(wrong), passed=not wrong
         )
         if not done:
-            raise NotNow("This test was already sent.")
+            raise NotNow(gettext("This test was already sent."))
         if not wrong:
             Clearance.objects.update_or_create(
                 user=attempt.user, robot=attempt.robot, level=1,
@@ -288,4 +298,5 @@ def _told(attempt: Attempt, wrong: list[ShownQuestion]) -> Hint | None:
         return None
     always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
     question = quiz.question_of_hint(wrong, always)
-    return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=question.id))
+    topic, section, paragraph = Question.objects.values_list("topic", "section", "paragraph").get(pk=question.id)
+    return Hint(gettext(topic), section, paragraph)

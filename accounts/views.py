@@ -7,13 +7,13 @@ from django.contrib.auth.decorators import login_required
 from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.utils.safestring import mark_safe
+from django.utils.translation import get_language, gettext
 from django.views.decorators.cache import never_cache
 
 from accounts import services
 from accounts.models import Attempt
-from accounts.orientation import anchor, picture, shapes
-from accounts.orientation import render as render_orientation
-from robots.kit import description
+from accounts.orientation import ENGLISH, anchor, heading, picture, shapes
+from accounts.orientation import orientation as orientation_in
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
 from robots.models import Robot
@@ -25,10 +25,9 @@ def orientation(request: HttpRequest, slug: str) -> HttpResponse:
     if request.method == "POST" and request.user.is_authenticated:
         services.mark_read(request.user, robot, SYSTEM.now())
         return redirect(f"/robots/{slug}/clearance/")
-    source = description.text_of(robot.driver, "orientation.md")
-    rendered = render_orientation(source)
+    rendered = orientation_in(robot.driver, get_language() or ENGLISH)
     context = {
-        "robot": robot, "shapes": shapes(robot.driver, rendered.controls),
+        "robot": robot, "shapes": shapes(robot.driver, rendered.controls), "language": rendered.language,
         "text": mark_safe(rendered.html),  # noqa: S308 - the driver's own text, HTML in it is escaped
         "cleared": services.cleared(request.user, robot), "twin": robot.twin,
     }  # fmt: skip
@@ -51,10 +50,10 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the drawn questions, or grade them."""
     robot = get_object_or_404(Robot, slug=slug, practice_for=None)
     if services.cleared(request.user, robot):
-        messages.success(request, f"You are cleared for {robot.full_name}.")
+        messages.success(request, gettext("You are cleared for %(robot)s.") % {"robot": robot.full_name})
         return redirect(robot)
     if not services.has_read(request.user, robot):
-        messages.warning(request, "Read the orientation first; the test asks about it.")
+        messages.warning(request, gettext("Read the orientation first; the test asks about it."))
         return redirect(f"/robots/{slug}/orientation/")
     if request.method == "POST":
         return _grade(request, robot)
@@ -87,11 +86,12 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
     if hint is None:
         if request.POST.get("then") == "take":
             request.session[services.TAKE] = robot.slug
-        messages.success(request, f"Passed. You are cleared for {robot.full_name}.")
+        messages.success(request, gettext("Passed. You are cleared for %(robot)s.") % {"robot": robot.full_name})
         return redirect(robot)
     pause_s = services.pause_left(request.user, robot, SYSTEM.now())
     context = {
         "robot": robot, "hint": hint, "anchor": anchor(hint.section, hint.paragraph) if hint.section else "",
+        "section": heading(robot.driver, hint.section, get_language() or ENGLISH),
         "pause_s": pause_s, "pause": services.in_words(pause_s),
     }  # fmt: skip
     return render(request, "accounts/clearance.html", context)

@@ -4,13 +4,15 @@ from tests.e2e.drawn import size
 
 SIZES = [(1440, 900), (1280, 720), (390, 844), (360, 640), (844, 390), (640, 360)]
 
-# what stays in view, and what is in the way: out of the window, or covered in the middle or near the middle of an edge
+# what stays in view, and what is in the way: out of the window, or covered in the middle or near the middle of an edge, as
+# seen from where lines begin
 SEEN = """
   const CROSS = [[0.5, 0.5], [0.1, 0.5], [0.9, 0.5], [0.3, 0.15], [0.5, 0.85]];
   const shown = (e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().width > 0;
   const covered = (e, [u, v]) => {
     const { x, y, width, height } = e.getBoundingClientRect(),
-      at = document.elementFromPoint(x + u * width, y + v * height);
+      across = getComputedStyle(document.body).direction === "rtl" ? 1 - u : u,
+      at = document.elementFromPoint(x + across * width, y + v * height);
     return at && (e.contains(at) || at.contains(e) || at.closest("label")?.contains(e)) ? "" : `below ${at ? at.outerHTML.slice(0, 90) : "an edge"}`;
   };
   const place = (e) => Object.values(e.getBoundingClientRect().toJSON()).slice(0, 4).map(Math.round).join(" ");

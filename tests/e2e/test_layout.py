@@ -173,7 +173,7 @@ def test_no_robot_page_scrolls_sideways(driving):
 OVER = """() => {
   const wide = document.documentElement.clientWidth;
   const found = document.documentElement.scrollWidth > wide ? ["the page scrolls sideways"] : [];
-  for (const e of document.querySelectorAll("main *, header *, footer *")) {
+  for (const e of document.querySelectorAll("main *, header *, footer *, .turnbar *")) {
     const box = e.getBoundingClientRect();
     if (!box.width || e.closest(".visually-hidden, svg, .blocks, .table-wrap, .trace, [hidden], .who > *")) continue;
     if (box.right > wide + 1 || box.left < -1) found.push(`${e.outerHTML.slice(0, 80)} to ${box.right}`);
@@ -181,8 +181,10 @@ OVER = """() => {
   for (const e of document.querySelectorAll(".side > *, .table-wrap"))
     if (e.scrollWidth > e.clientWidth + 1) found.push(`${e.outerHTML.slice(0, 80)} overhangs by ${e.scrollWidth - e.clientWidth}`);
   const side = document.querySelector(".side")?.getBoundingClientRect();
-  for (const e of document.querySelectorAll(".side > *"))
-    if (side && e.getBoundingClientRect().right > side.right + 1) found.push(`${e.ariaLabel} overhangs its column`);
+  for (const e of document.querySelectorAll(".side > *")) {
+    const { width, left, right } = e.getBoundingClientRect();
+    if (width && (right > side.right + 1 || left < side.left - 1)) found.push(`${e.ariaLabel} overhangs its column`);
+  }
   return found.slice(0, 5);
 }"""
 

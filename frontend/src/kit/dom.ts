@@ -11,6 +11,11 @@ export function byId<T extends Element = HTMLElement>(id: string): T {
   return element as unknown as T;
 }
 
+/** Tell whether lines run from right to left there. */
+export function isRightToLeft(element: Element): boolean {
+  return getComputedStyle(element).direction === "rtl";
+}
+
 /** Set the text where it differs. */
 export function say(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;

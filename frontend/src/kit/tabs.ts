@@ -1,3 +1,5 @@
+import { isRightToLeft } from "./dom.ts";
+
 /** Tabs by the ARIA practices: arrow keys choose, and only the chosen tab is in the tab order. */
 export class Tabs {
   open = "";
@@ -31,7 +33,8 @@ export class Tabs {
   private key(event: KeyboardEvent): void {
     if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
     const at = this.tabs.findIndex((tab) => nameOf(tab) === this.open);
-    const to: Record<string, number> = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: this.tabs.length - 1 };
+    const right = isRightToLeft(this.tabs[0]!) ? -1 : 1; // the tab that lies to the right
+    const to: Record<string, number> = { ArrowRight: at + right, ArrowLeft: at - right, Home: 0, End: this.tabs.length - 1 };
     const next = to[event.key];
     if (next === undefined) return;
     event.preventDefault();

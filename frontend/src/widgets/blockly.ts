@@ -1,6 +1,7 @@
 /** Blockly under our content policy and in our colours; a robot's console brings the blocks of its language. */
 import * as Blockly from "blockly/core";
 import * as en from "blockly/msg/en";
+import { isRightToLeft } from "../kit/dom.ts";
 
 export { Blockly };
 
@@ -65,6 +66,7 @@ export function workspace(box: HTMLElement, categories: Category[], changed: () 
       trashcan: false,
       sounds: false,
       modalInputs: false,
+      rtl: isRightToLeft(box),
       theme: THEME,
       scrollbars: true,
       horizontalLayout: true,

@@ -10,7 +10,7 @@ class CommandState(models.TextChoices):
     ACCEPTED = "accepted", "Accepted"
     SENT = "sent", "Sent"
     ACKNOWLEDGED = "acknowledged", "Moving"
-    COMPLETED = "completed", "Settled"
+    COMPLETED = "completed", "Done"
     REJECTED = "rejected", "Rejected"
     FAILED = "failed", "Failed"
     EXPIRED = "expired", "Expired"

@@ -20,6 +20,7 @@ LOGS = re.compile(
 TWO_WORDS = re.compile(r"[^\W\d_]{2,}[,:]? [^\W\d_]{2,}")
 PRINTF = re.compile(r"%[-+0-9.]*[sdgfr]")
 FORMAT = re.compile(r"\{[\w.]*(?:![rs])?(?::[^{}]*)?\}")
+WORDS = "words"  # the table of plain words for a robot's own
 LABELS = ("name", "tagline", "label", "title", "help", "says", "reason", "unit_label", "hint", "text")
 
 
@@ -51,11 +52,11 @@ def of_table(table: object, key: str = "") -> Iterator[str]:
     """Yield the labels of a table of a robot's package."""
     if isinstance(table, dict):
         for name, value in table.items():
-            yield from of_table(value, name)
+            yield from of_table(value, WORDS if key == WORDS else name)
     elif isinstance(table, list):
         for value in table:
             yield from of_table(value, key)
-    elif isinstance(table, str) and key in LABELS and re.search("[a-z]{2}", table):
+    elif isinstance(table, str) and key in (*LABELS, WORDS) and re.search("[a-z]{2}", table):
         yield table
 
 

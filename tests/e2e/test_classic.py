@@ -45,21 +45,21 @@ def test_the_whole_way_without_scripts(portal, visitor):
     # the composite image is a server-side image map in a POST form
     large = page.locator("input[name=large]")
     large.click(position={"x": 2 * 260, "y": 2 * 60})
-    expect(page.locator(".messages")).to_contain_text("Move: settled")
+    expect(page.locator(".messages")).to_contain_text("Move: done")
     assert page.url != token, "a motion spends it"
     page.locator("input[name=large]").click(position={"x": 2 * 126, "y": 2 * 180})
-    expect(page.locator(".messages")).to_contain_text("Down: settled")
+    expect(page.locator(".messages")).to_contain_text("Down: done")
     page.locator("input[name=large]").click(position={"x": 2 * 210, "y": 2 * 180})
-    expect(page.locator(".messages")).to_contain_text("Air: settled")
+    expect(page.locator(".messages")).to_contain_text("Air: done")
     assert portal.sim.count("burst") == 1
     page.locator("input[name=large]").click(position={"x": 2 * 110, "y": 2 * 70})
-    expect(page.locator(".messages")).to_contain_text("Move: settled")
+    expect(page.locator(".messages")).to_contain_text("Move: done")
 
     # back, reload, and the form of a page that was used: nothing moves
     commands, motions = Command.objects.count(), portal.sim.count("motion")
     used = page.locator("form:has(button[value=up])").get_attribute("action")
     page.locator("button[value=up]").click()
-    expect(page.locator(".messages")).to_contain_text("Up: settled")
+    expect(page.locator(".messages")).to_contain_text("Up: done")
     page.go_back()
     page.reload()
     form = page.locator("form:has(button[value=up])")

@@ -89,7 +89,7 @@ class TestOnRows:
         assert new.seconds + DECIDES_S + POINTS_S + PRESSES_S <= WITHIN_S, "with the press of the motion"
         command(new, "up")
         wait_for(portal.perform, CEILING_S, "the command's row")
-        expect(page.locator("#ladder li").first).to_contain_text("Settled")
+        expect(page.locator("#ladder li").first).to_contain_text("Done")
         assert Command.objects.get().issued_by.username == "ada"
         stops_and_goes_on(new)
         end_turn(page, new.press)

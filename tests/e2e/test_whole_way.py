@@ -49,8 +49,8 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     screen.click(position={"x": box["width"] * 0.7, "y": box["height"] * 0.35})
     assert Command.objects.filter(kind="move").count() == 0
     expect(ada.page.locator(".ghost-arm")).not_to_have_attribute("points", "")
-    assert "Settled" in ada.press("go")
-    expect(watcher.page.locator("#ladder li").first).to_contain_text("Settled")
+    assert "Done" in ada.press("go")
+    expect(watcher.page.locator("#ladder li").first).to_contain_text("Done")
     air = ada.page.locator("[data-command=air]")
     expect(air).to_have_attribute("aria-disabled", "true")
 
@@ -200,7 +200,7 @@ def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_us
     session(kim, django_user_model.objects.get(username="root"))
     kim.page.goto(f"/admin/robots/robot/{portal.robot.pk}/change/")
     kim.page.click("text=Test connection")
-    expect(kim.page.locator(".farhand-status")).to_contain_text("still: Settled", timeout=20_000)
+    expect(kim.page.locator(".farhand-status")).to_contain_text("still: Done", timeout=20_000)
     kim.page.fill("[name=note]", "cleaning the lens")
     kim.page.click("button:has-text('Lock out')")
     expect(kim.page.locator(".farhand-status")).to_contain_text("Locked out by staff")

@@ -71,7 +71,7 @@ def test_every_stage_of_every_run_is_shown_with_its_time(shuttle, job, people, c
     settle(clock, CommandState.FAILED, "The motor is hot.")
     run(clock)
     settle(clock)
-    again = [(2, "Queued", ""), (2, "Accepted", ""), (2, "Sent", ""), (2, "Moving", ""), (2, "Settled", "")]
+    again = [(2, "Queued", ""), (2, "Accepted", ""), (2, "Sent", ""), (2, "Moving", ""), (2, "Done", "")]
     answer = page(job)
     assert table(answer) == [*begun, (1, "Failed", "The motor is hot."), *again]
     command = Command.objects.order_by("id").first()
@@ -89,7 +89,7 @@ def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job,
     assert b'<progress max="1" value="0.2" aria-label="How much of it is done">' in answer.content
     settle(clock)
     answer = page(job)
-    assert [row[1:] for row in table(answer)][-2:] == [("Under way", "12 s of at most 60 s (20 %)"), ("Settled", "")]
+    assert [row[1:] for row in table(answer)][-2:] == [("Under way", "12 s of at most 60 s (20 %)"), ("Done", "")]
     assert b"<progress" not in answer.content, "it is over"
 
 
@@ -153,5 +153,5 @@ def test_a_guests_page_has_all_of_it_too(shuttle, clock):
     settle(clock, sent={"x": 1.0})
     answer = page(found)
     assert answer.context["result"] == [("x", "1 m")]
-    assert [words for _, words, _ in table(answer)] == ["Queued", "Settled"]
+    assert [words for _, words, _ in table(answer)] == ["Queued", "Done"]
     assert timedelta(0) < clock.now() - found.asked_at

@@ -158,7 +158,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     Job.objects.update(ended_at=SYSTEM.now())
     assert b"Your job on Mercury (simulated) has ended" in ada.get("/story/").content
     assert b"Your job on" not in Client().get("/story/").content
-    assert b"Settled" in ada.get(address).content
+    assert b"Done" in ada.get(address).content
     assert b"Your job on" not in ada.get("/story/").content
 
 

@@ -73,7 +73,7 @@ def test_each_command_is_told_from_where_the_robot_was_before_with_its_own_pictu
         "Move to 12 cm right, 4 cm up", "Blow air for 0.4 s", "Move to 8.88 m right", "Move to 10 cm left, 1 cm down",
     ]  # fmt: skip
     assert [one.frame and one.frame.command_id for one in steps] == [a.pk, b.pk, None, c.pk]
-    assert [one.outcome for one in steps] == ["Settled", "Settled", "Rejected: It is outside.", "Settled"]
+    assert [one.outcome for one in steps] == ["Done", "Done", "Rejected: It is outside.", "Done"]
     assert [one.bad for one in steps] == [False, False, True, False]
 
 
@@ -117,9 +117,9 @@ def test_jogs_that_follow_each_other_are_one_step_with_how_far_they_came(story):
     story.did("up", pose=(0.15, 0.40, 0.075, 0.0))
     story.did("jog", {"dx": 0.0, "dy": -1.0})
     jogs, up, last = story.steps()
-    assert (jogs.words, jogs.count) == ("Jog, 301 times: 15 cm right, 2 cm down in all", 301)
-    assert jogs.outcome == "Settled 300, Cancelled 1: Stopped."
-    assert (up.words, last.words) == ("Raise the camera", "Jog: down")
+    assert (jogs.words, jogs.count) == ("Small steps, 301 times: 15 cm right, 2 cm down in all", 301)
+    assert jogs.outcome == "Done 300, Cancelled 1: Stopped."
+    assert (up.words, last.words) == ("Raise the camera", "Small steps: down")
     assert jogs.frame.command_id == jogs.last.pk
 
 

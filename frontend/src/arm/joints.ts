@@ -1,5 +1,6 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
 import { byId, make } from "../kit/dom.ts";
+import { plain, sayWord } from "../page/plain_words.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { Jog, named } from "../widgets/jog.ts";
@@ -33,8 +34,11 @@ export class Joints {
   private row({ name, low, high }: JointInfo): HTMLElement {
     const range = { min: Math.ceil(deg(low)), max: Math.floor(deg(high)), value: 0 };
     const slider = make("input", { ...range, type: "range", step: 0.5, id: `joint-${name}`, "aria-valuetext": "0 degrees" });
-    const label = `${name} in degrees, ${range.min} to ${range.max}`;
-    const number = make("input", { ...range, type: "number", step: "any", "aria-label": label });
+    const word = plain(name);
+    const spoken = `${word} in degrees, ${range.min} to ${range.max}`;
+    const number = make("input", { ...range, type: "number", step: "any", "aria-label": spoken });
+    const label = make("label", { for: slider.id });
+    sayWord(label, name);
     const mark = make("i", { "aria-hidden": "true" });
     const chosen = (value: string): void => {
       this.edited.note(this.page.lastSeq);
@@ -53,10 +57,10 @@ export class Joints {
     return make(
       "div",
       { class: "joint" },
-      make("label", { for: slider.id }, name),
-      jogButton(`${name},-1`, "−", `Turn ${name} back while held`),
+      label,
+      jogButton(`${name},-1`, "−", `${word}: turn back while held`),
       make("span", { class: "track" }, slider, mark),
-      jogButton(`${name},1`, "+", `Turn ${name} on while held`),
+      jogButton(`${name},1`, "+", `${word}: turn on while held`),
       number,
     );
   }

@@ -87,9 +87,11 @@ export function button(
   };
 }
 
+export type Cell = string | TemplateResult;
+
 /** Write rows of words into a table's body; the first cell of each row is its heading. */
-export function fill(body: HTMLTableSectionElement, rows: readonly (readonly string[])[]): void {
-  const cells = (texts: readonly string[]): TemplateResult[] => texts.map((text) => html`<td>${text}</td>`);
+export function fill(body: HTMLTableSectionElement, rows: readonly (readonly Cell[])[]): void {
+  const cells = (texts: readonly Cell[]): TemplateResult[] => texts.map((text) => html`<td>${text}</td>`);
   const content = rows.map(([first = "", ...rest]) => html`<tr><th scope="row">${first}</th>${cells(rest)}</tr>`);
   draw(body, content);
 }

@@ -1,11 +1,12 @@
 /** A robot's console: what it consists of, and defaults for the parts that it lacks. */
-import { byId, say } from "../kit/dom.ts";
+import { byId } from "../kit/dom.ts";
 import { CameraView } from "../media/camera_view.ts";
 import type { ShownPicture } from "../media/pictures.ts";
 import type { CommandInfo, Still } from "../socket/messages.ts";
 import type { PathPacket, PicturePacket, StatePacket, StreamPacket } from "../socket/packets.ts";
 import { blocked, type Facts } from "./controls.ts";
 import { configKinds } from "./facts.ts";
+import { sayWord } from "./plain_words.ts";
 
 /** The part that differs between robots: the middle of the page. */
 export interface Console {
@@ -59,7 +60,7 @@ export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
 
   state(packet: StatePacket): void {
     const mode = document.getElementById("mode");
-    if (mode) say(mode, packet.mode);
+    if (mode) sayWord(mode, packet.mode);
   }
 
   still(still: Still): void {

@@ -8,6 +8,7 @@ import type { ArmFacts } from "../motion/facts.ts";
 import type { Console } from "../page/console.ts";
 import { blocked, type Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
+import { sayWord } from "../page/plain_words.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Judgement } from "./judge.ts";
 import { SceneObjects } from "./objects.ts";
@@ -209,7 +210,7 @@ export class ArmConsole implements Console, Judge {
     this.joints.show(packet);
     for (const mode of Object.values(this.modes)) mode.state?.(packet);
     this.pick?.state(packet);
-    say(byId("mode"), packet.mode);
+    sayWord(byId("mode"), packet.mode);
     showReadings(this.axes, packet, this.parts.gripper(packet));
     if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();

@@ -173,6 +173,8 @@ export interface RobotFacts {
   packed?: CommandLayout;
   commands: CommandSpec[];
   labels: Record<string, string>;
+  /** Plain words for the robot's own, as names of joints and modes; a portal of before does not say. */
+  words?: Record<string, string>;
   settings: string[];
   /** The settings of staff that consoles may see. */
   set: Record<string, unknown>;

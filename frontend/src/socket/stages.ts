@@ -7,7 +7,7 @@ export const STAGES: Record<string, string> = {
   accepted: "Accepted",
   sent: "Sent to the robot",
   acknowledged: "Moving",
-  completed: "Settled",
+  completed: "Done",
   rejected: "Refused",
   failed: "Failed",
   expired: "Too late",
@@ -20,7 +20,6 @@ export const SETTING_KINDS = new Set<string>();
 /** Return the stage of a command in words. */
 export function stageOf(kind: string, state: string): string {
   if (SETTING_KINDS.has(kind) && state === "acknowledged") return "Under way";
-  if (SETTING_KINDS.has(kind) && state === "completed") return "Done";
   return STAGES[state] ?? state;
 }
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

@@ -1,9 +1,10 @@
 /** The console of a robot that brings none: its controls are made from its spec. */
 import { byId } from "../kit/dom.ts";
-import { fill } from "../kit/render.ts";
+import { type Cell, fill } from "../kit/render.ts";
 import { Basics } from "../page/console.ts";
 import type { Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
+import { worded } from "../page/plain_words.ts";
 import { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { CommandForm } from "./command_form.ts";
@@ -23,9 +24,9 @@ class PlainConsole extends Basics<RobotPage> {
 
   override state(packet: StatePacket): void {
     super.state(packet);
-    const row = (name: string, unit: string): string[] => {
+    const row = (name: string, unit: string): Cell[] => {
       const value = this.page.value(name);
-      return [name, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
+      return [worded(name), value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
     };
     const joints = facts.names.map((name) => row(name, ""));
     const others = [...facts.pose, ...facts.channels].map(({ name, unit }) => row(name, ` ${unit}`));

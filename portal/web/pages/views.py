@@ -114,6 +114,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "video": description.coding(described),
+        "words": described.get("words", {}),
         "labels": {c.kind: c.label for c in (*spec.commands, *offered_procedures(robot.driver))},
         "set": {s.name: robot.settings[s.name] for s in spec.settings() if s.shown and s.name in robot.settings},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],

@@ -40,8 +40,8 @@ def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, 
         target("pose", "Move tool", (*there, share)),
         target("line", "Move tool straight", (*there, share)),
         CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
-        CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
-        CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
+        CommandKind("jog_joints", "Turn a joint while held", jog, limit_s=JOG_LONGEST_S, held=True),
+        CommandKind("jog_tool", "Move tool while held", tool, limit_s=JOG_LONGEST_S, held=True),
         CommandKind(
             "follow", "Follow the hand", (*HAND, GRIP), level=2, limit_s=FOLLOW_LONGEST_S, held=True, steered=True
         ),

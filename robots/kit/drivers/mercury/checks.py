@@ -30,9 +30,9 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
         z = state.pose[2] if state else float(arm["arm"]["up"])
         check_target(arm, number(args, "x"), number(args, "y"), z)
     if kind == "jog" and hypot(args["dx"], args["dy"]) < 0.1:
-        raise BadRequest("A jog needs a direction.")
+        raise BadRequest("A small step needs a direction.")
     if kind == "air" and state is not None and state.pose[2] > DOWN_M:
-        raise BadRequest("Air works only at Z = 0: press Down first.")
+        raise BadRequest("Air works only while the arm is down: press Down first.")
 
 
 def check_target(description: dict[str, Any], x: float, y: float, z: float) -> tuple[float, float, float, float]:

@@ -63,7 +63,7 @@ def spec() -> Spec:
             CommandKind("up", "Up", limit_s=limit, says="Raise the camera"),
             CommandKind("down", "Down", limit_s=limit, says="Lower the nozzle to the sand"),
             CommandKind("air", "Air", (burst,), limit_s=6.0, says="Blow air[ for {seconds}]"),
-            CommandKind("jog", "Jog", direction, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("jog", "Small steps", direction, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("home", "Home", limit_s=limit, asked_by=BY_STAFF),
             CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),
             CommandKind(

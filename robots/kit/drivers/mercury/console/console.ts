@@ -9,8 +9,8 @@ import {
   facts,
   type Facts,
   Jog,
+  make,
   RobotPage,
-  say,
   type StatePacket,
   stick,
   type Still,
@@ -150,7 +150,7 @@ class SandConsole extends Basics<RobotPage> {
   override draw(f: Facts): void {
     const judged = this.judged(f);
     const z = f.state?.joints[2];
-    say(byId("height"), z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);
+    sayHeight(byId("height"), z);
     byId("jog").hidden = !page.operating;
     this.jog.enable(whyNot("jog", judged));
     for (const name of ["go", "up", "down", "air"]) {
@@ -183,6 +183,15 @@ class SandConsole extends Basics<RobotPage> {
     byId<HTMLImageElement>("after-picture").src = still.url;
     this.airStill = -still.id;
   }
+}
+
+/** Say how high the camera is: down, or so far above that. The paper's name of it stands beside, small. */
+function sayHeight(badge: HTMLElement, z: number | undefined): void {
+  const up = z === undefined ? 0 : Math.round(z * 1000);
+  const words = z === undefined ? "" : z < 0.001 ? "Down" : `${up} mm up`;
+  if (badge.dataset["words"] === words) return;
+  badge.dataset["words"] = words;
+  badge.replaceChildren(...(words ? [`${words} `, make("small", {}, `Z = ${up}`)] : []));
 }
 
 function mapFor(still: Still): Map2 | null {

@@ -14,7 +14,7 @@ export function whyNot(kind: string, f: SandFacts): string {
   if (f.blocked) return f.blocked;
   if (f.busy) return "One command at a time: the arm is still busy.";
   const z = f.state?.joints[2] ?? 0;
-  if (kind === "air" && z > DOWN_M) return "Air works only at Z = 0: press Down first.";
+  if (kind === "air" && z > DOWN_M) return "Air works only while the arm is down: press Down first.";
   if (kind === "down" && z <= DOWN_M) return "The arm is down already.";
   if (kind === "up" && z >= 0.0745) return "The arm is up already.";
   if (kind === "go" && f.aim === "none") return "Click in the camera image or in the map to choose where to go.";

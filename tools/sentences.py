@@ -9,7 +9,13 @@ import ast
 import re
 import tomllib
 from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
 from pathlib import Path
+
+from robots.kit.contract.channels import Scalar
+from robots.kit.contract.find import spec_of
+from robots.kit.contract.procedures import offered_procedures
+from robots.kit.contract.spec import Argument
 
 ROOMS = ("robots/kit", "robots/services", "robots/grants.py", "robots/states.py", "workers", "queueing", "portal/live")
 # for integrators and server operators
@@ -21,6 +27,23 @@ TWO_WORDS = re.compile(r"[^\W\d_]{2,}[,:]? [^\W\d_]{2,}")
 PRINTF = re.compile(r"%[-+0-9.]*[sdgfr]")
 FORMAT = re.compile(r"\{[\w.]*(?:![rs])?(?::[^{}]*)?\}")
 WORDS = "words"  # the table of plain words for a robot's own
+OPTIONAL = re.compile(r"\[([^\[\]]*)\]")  # part of what a command does, see robots/kit/contract/words.py
+CODE = re.compile(r"^[a-z]+_\w+$|^d[xyz]$|^r[xyz]$")  # no word
+SPOKEN = (
+    "label",
+    "help",
+    "says",
+    "nothing",
+    "text",
+    "language",
+    "modes",
+    "ends",
+    "job",
+    "done",
+    "once",
+    "often",
+    "name",
+)
 LABELS = ("name", "tagline", "label", "title", "help", "says", "reason", "unit_label", "hint", "text")
 
 
@@ -34,6 +57,8 @@ def sentences(root: Path) -> list[str]:
                 texts.update(of_source(path.read_text()))
     for path in sorted(root.glob("robots/kit/drivers/*/robot.toml")):
         texts.update(of_table(tomllib.loads(path.read_text())))
+        driver = path.parent.name
+        texts.update(of_spec((spec_of(driver), offered_procedures(driver))))
     return sorted(texts)
 
 
@@ -46,6 +71,7 @@ def of_source(source: str) -> Iterator[str]:
             text = _template(node)
             if text and TWO_WORDS.search(FORMAT.sub("", text)):
                 yield text
+    yield from _of_choices(tree)
 
 
 def of_table(table: object, key: str = "") -> Iterator[str]:
@@ -58,6 +84,39 @@ def of_table(table: object, key: str = "") -> Iterator[str]:
             yield from of_table(value, key)
     elif isinstance(table, str) and key in (*LABELS, WORDS) and re.search("[a-z]{2}", table):
         yield table
+
+
+def of_spec(part: object, key: str = "") -> Iterator[str]:
+    """Yield the labels of a robot's spec: of commands, values, settings and so on, and its words for what it does."""
+    if isinstance(part, Argument):
+        yield from of_spec((part.title, part.help), SPOKEN[0])
+        yield from of_spec(part.directions, SPOKEN[0])
+    elif is_dataclass(part):
+        for field in fields(part):
+            if field.name != "name" or isinstance(part, Scalar):
+                yield from of_spec(getattr(part, field.name), field.name)
+    elif isinstance(part, tuple | list):
+        for one in part:
+            yield from of_spec(one, key)
+    elif (
+        isinstance(part, str)
+        and key in SPOKEN
+        and re.search("[A-Za-z]{2}", part)
+        and not (CODE.search(part) or part.isupper())
+    ):
+        yield OPTIONAL.sub("", part)
+        yield OPTIONAL.sub(r"\1", part)
+
+
+def _of_choices(tree: ast.AST) -> Iterator[str]:
+    """Yield the labels of choices, also those of one word."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef) and any(ast.unparse(base).endswith("Choices") for base in node.bases):
+            for value in (one.value for one in node.body if isinstance(one, ast.Assign)):
+                label = value.elts[-1] if isinstance(value, ast.Tuple) else None
+                label = label.args[0] if isinstance(label, ast.Call) else label  # marked
+                if isinstance(label, ast.Constant) and isinstance(label.value, str):
+                    yield label.value
 
 
 def _not_for_people(tree: ast.AST) -> Iterator[int]:

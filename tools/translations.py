@@ -10,6 +10,7 @@ translate: the texts of the scripts, and the sentences and labels of workers and
 """
 
 import io
+import json
 import re
 import sys
 import tomllib
@@ -17,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from babel.messages import Catalog, Message
-from babel.messages.extract import extract_javascript, extract_python
+from babel.messages.extract import extract_python
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
 from django.utils.translation.template import templatize
@@ -36,6 +37,9 @@ KEYWORDS: dict[str, tuple[object, ...] | None] = {
 }  # fmt: skip
 COMMENTS = ["Translators:"]
 WORDS = re.compile(r"\{\w*\}|%\(\w+\)[sd]|%[sd%]|<[^<>]*>|&\w+;|[^\W\d_]+")
+LITERAL = r"""(?:"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')"""
+TEXT = rf"({LITERAL}(?:\s*\+\s*{LITERAL})*)\s*(?=[,)])"
+CALL = re.compile(rf"(?<![\w.#])(n?gettext)\(\s*{TEXT}(?:,\s*{TEXT})?")
 Found = tuple[str, str | tuple[str, ...], list[str]]  # keyword, texts, comments
 
 
@@ -137,7 +141,7 @@ def unmarked() -> Catalog:
     """Return the texts that scripts mark, and the sentences and labels of workers and robots."""
     catalogue = Catalog(project="Farhand", fuzzy=False)
     for path in [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/kit/drivers").glob("*/console/**/*.ts")]:
-        add(catalogue, extract(io.BytesIO(path.read_bytes()), extract_javascript))
+        add(catalogue, of_script(path.read_text()))
     for text in sentences(ROOT):
         catalogue.add(text)
     return catalogue
@@ -148,6 +152,28 @@ def extract(file: io.BytesIO, method: object) -> Iterator[Found]:
     for _, name, texts, comments in method(file, list(KEYWORDS), COMMENTS, {}):  # type: ignore[operator]
         if name:
             yield name, texts, comments
+
+
+def of_script(source: str) -> Iterator[Found]:
+    """Yield the calls of `gettext` and `ngettext` in TypeScript whose texts are literals, also within templates.
+
+    Babel's own reader takes a `<` of TypeScript for markup, and does not look into templates.
+    """
+    for call in CALL.finditer(source):
+        texts = tuple(_joined(literals) for literals in call.groups()[1:] if literals)
+        yield call[1], texts if len(texts) > 1 else texts[0], []
+
+
+def _joined(literals: str) -> str:
+    """Return the text of literals with + between them."""
+    return "".join(_unquoted(literal[0]) for literal in re.finditer(LITERAL, literals))
+
+
+def _unquoted(literal: str) -> str:
+    inner = literal[1:-1]
+    return str(
+        json.loads(f'"{inner}"' if literal[0] == '"' else '"' + inner.replace("\\'", "'").replace('"', '\\"') + '"')
+    )
 
 
 def add(catalogue: Catalog, found: Iterator[Found]) -> None:

@@ -10,8 +10,9 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.kit.contract.spec import Argument, CommandKind, Spec
 from robots.kit.sentences import PLACE, Sentences, fit
-from tools.sentences import of_source, of_table
+from tools.sentences import of_source, of_spec, of_table
 
 FILE = Path(__file__).resolve().parents[1] / "vectors" / "sentences.json"
 CATALOGUE = {
@@ -105,3 +106,20 @@ def test_every_placeholder_of_a_translation_is_in_its_english():
 
 if __name__ == "__main__":
     FILE.write_text(json.dumps(vectors(), ensure_ascii=False, indent=1) + "\n")
+
+
+def test_the_labels_of_a_spec_are_found_also_those_of_one_word_and_no_names():
+    burst = Argument("seconds", "s", 0.0, 1.0, required=False)
+    commands = (
+        CommandKind("air", "Air", (burst,), says="Blow air[ for {seconds}]"),
+        CommandKind("go_there", "Go", (Argument("long_way", "m", 0.0, 1.0, directions=("right", "left")),)),
+    )
+    spec = Spec("Somebody", commands, modes=("idle", "NO CTRL"))
+    assert set(of_spec(spec)) == {
+        "Air", "Blow air", "Blow air for {seconds}", "seconds", "Go", "long way", "right", "left", "idle",
+    }  # fmt: skip
+
+
+def test_the_labels_of_choices_are_found_marked_or_not():
+    source = 'class State(models.TextChoices):\n    A = "a", "Ready"\n    B = "b", gettext_lazy("Moving")\n    C = "c"'
+    assert set(of_source(source)) == {"Ready", "Moving"}

@@ -107,6 +107,7 @@ shots: setup-test
 	PYTHONPATH=. $(PY) -m tests.e2e.shots docs/images
 	PYTHONPATH=. $(PY) -m tests.e2e.moments docs/images
 	PYTHONPATH=. $(PY) -m tests.e2e.orientation_pictures
+	PYTHONPATH=. $(PY) -m tests.e2e.page_shots docs/images/pages
 
 lock:
 	.venv/bin/uv pip compile -q --universal --python-version 3.11 --no-deps --generate-hashes --no-emit-index-url \

@@ -57,6 +57,7 @@ os.environ.update(
     DJANGO_ALLOW_ASYNC_UNSAFE="1",
     EMAIL_URL=f"filemail:///{VAR / 'mail'}",
     LOG_LEVEL="WARNING",
+    FARHAND_PSEUDO="1",
 )
 
 

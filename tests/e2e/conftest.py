@@ -138,7 +138,7 @@ class Visitor:
         self.portal = portal
         self._scripts = options.get("java_script_enabled", True)
         self.context = browser.new_context(
-            base_url=portal.url, locale="en-US", **{"viewport": {"width": 1280, "height": 860}, **options}
+            base_url=portal.url, **{"locale": "en-US", "viewport": {"width": 1280, "height": 860}, **options}
         )
         if waiting.shortest_s:
             self.context.set_default_timeout(1000 * waiting.shortest_s)

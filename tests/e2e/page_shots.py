@@ -1,0 +1,142 @@
+"""Screenshots of every page in both languages, wide and narrow, light and dark: part of `make shots`.
+
+A demo with all its robots is started; a person drives, writes in the log and leaves, so that there is something to see.
+"""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import product
+from pathlib import Path
+
+from PIL import Image
+
+PORT = 8791
+WEBP = {"format": "WEBP", "quality": 45, "method": 6}
+LANGUAGES = {"en": "en-GB", "de": "de-DE"}
+SIZES = {"wide": (1440, 900), "narrow": (390, 844)}
+SCHEMES = ("light", "dark")
+PUBLIC = {
+    "landing": "/", "story": "/story/", "status": "/status/", "statistics": "/statistics/", "log": "/log/",
+    "movie-of-the-day": "/movie-of-the-day/", "mercury": "/robots/mercury/", "museum-arm": "/robots/museum-arm/",
+    "irat": "/robots/irat/", "rover": "/robots/rover/", "puma": "/robots/puma/", "orientation": "/robots/mercury/orientation/",
+    "finds": "/robots/mercury/finds/", "jobs": "/robots/irat/jobs/", "statistics-of-jobs": "/robots/irat/statistics/",
+    "recordings": "/robots/irat/recordings/", "classic": "/classic/mercury/", "sign-in": "/accounts/login/",
+    "sign-up": "/accounts/signup/", "reset": "/accounts/password/reset/", "nothing": "/nothing/",
+}  # fmt: skip
+OWN = {"me": "/me/", "clearance": "/robots/puma/clearance/", "email": "/accounts/email/"}
+STAFF = {"admin": "/admin/", "admin-live": "/admin/live/", "admin-robot": "/admin/robots/robot/1/change/", "survey": "/survey/results/"}  # fmt: skip
+PEOPLE = """
+from allauth.account.models import EmailAddress
+from accounts.models import Clearance, OrientationRead, User
+from benchmarks.command_round_trip import cookie
+from robots.kit.clock import SYSTEM
+from robots.models import Robot
+for name in ("ada", "staff"):
+    user = User.objects.create_user(name, f"{name}@example.org", "correct horse 42")
+    EmailAddress.objects.create(user=user, email=user.email, verified=True, primary=True)
+    for robot in Robot.objects.exclude(slug="puma"):
+        Clearance.objects.create(user=user, robot=robot, granted_at=SYSTEM.now())
+    OrientationRead.objects.create(user=user, robot=Robot.objects.get(slug="puma"), at=SYSTEM.now())
+User.objects.filter(username="staff").update(is_staff=True, is_superuser=True)
+print("people", *(cookie(User.objects.get(username=name)) for name in ("ada", "staff")))
+"""
+
+
+def main() -> None:
+    """Take the pictures whose names are given, or all; the first argument is the folder."""
+    from playwright.sync_api import sync_playwright
+
+    folder, only = Path(sys.argv[1]), set(sys.argv[2:])
+    with demo() as (url, person, staff), sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=["--no-sandbox"])
+        context = browser.new_context(base_url=url, locale="en-GB")
+        context.add_cookies([{"name": "sessionid", "value": person, "url": url}])
+        turn = driven(context.new_page())
+        context.close()
+        groups = ((PUBLIC | {"turn": turn}, ""), (OWN, person), (STAFF, staff))
+        for (code, locale), (size, (width, height)), (pages, session) in product(
+            LANGUAGES.items(), SIZES.items(), groups
+        ):
+            context = browser.new_context(base_url=url, locale=locale, viewport={"width": width, "height": height})
+            if session:
+                context.add_cookies([{"name": "sessionid", "value": session, "url": url}])
+            page = context.new_page()
+            for name, address in pages.items():
+                if not only or name in only:
+                    page.goto(address)
+                    page.wait_for_timeout(2500 if "/robots/" in address or address == "/" else 400)
+                    take(page, folder / code, f"{name}-{size}")
+            context.close()
+        browser.close()
+
+
+def take(page, folder: Path, name: str) -> None:
+    """Write a page's pictures in both colour schemes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for scheme in SCHEMES:
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        page.wait_for_timeout(200)
+        Image.open(io.BytesIO(page.screenshot())).convert("RGB").save(folder / f"{name}-{scheme}.webp", **WEBP)
+
+
+def driven(page) -> str:
+    """Drive Mercury for some commands, leave, and write in the log; return the address of the turn's page."""
+    page.goto("/robots/mercury/")
+    for _ in range(60):  # the robots start, on a busy machine for minutes
+        button = page.locator("#place :is([data-do=take], [data-do=join], [data-do=accept])").first
+        if button.count() and button.get_attribute("aria-disabled") != "true":
+            button.click()
+        page.wait_for_timeout(3000)
+        if page.locator(".operating").count():
+            break
+    for name in ("down", "air", "air", "up"):
+        page.locator(f"[data-command={name}][aria-disabled=false]").first.click(timeout=60_000)
+        page.wait_for_timeout(2500)
+    for _ in range(2):  # the first press asks
+        page.locator("#place [data-do=leave]").press("Enter")
+        page.wait_for_timeout(500)
+    link = page.locator("a[href^='/turns/']").first
+    link.wait_for(timeout=60_000)
+    address = link.get_attribute("href")
+    page.goto(address)
+    page.fill("textarea[name=text]", "Four bursts in the corner, and there it was: a small round thing with a lid.")
+    page.locator("main form.form button").first.click()
+    page.wait_for_timeout(1000)
+    return address
+
+
+@contextmanager
+def demo() -> Iterator[tuple[str, str, str]]:
+    """Give the address of a demo, and the sessions of a person and of staff."""
+    with tempfile.TemporaryDirectory() as var:
+        env = {**os.environ, "FARHAND_VAR": var, "PYTHONPATH": "."}
+        child = subprocess.Popen(
+            [sys.executable, "manage.py", "demo", "--port", str(PORT)], env=env, stdout=subprocess.PIPE, text=True
+        )
+        try:
+            assert child.stdout is not None
+            for line in child.stdout:
+                if "ready in" in line:
+                    break
+            made = subprocess.run(
+                [sys.executable, "manage.py", "shell", "-c", PEOPLE],
+                env=env,
+                check=True,
+                capture_output=True,
+                text=True,
+            ).stdout
+            sessions = made.partition("people ")[2].split()
+            yield (f"http://localhost:{PORT}", *(one.partition("=")[2] for one in sessions))
+        finally:
+            child.send_signal(signal.SIGTERM)
+            child.wait(60)
+
+
+if __name__ == "__main__":
+    main()

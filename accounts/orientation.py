@@ -21,6 +21,7 @@ from robots.kit import description
 
 CONTROL = "control:"
 LOOKS = ("wide-light", "wide-dark", "narrow-light", "narrow-dark")
+LOOK = re.compile(rf"(?:([a-z]{{2,3}})-)?({'|'.join(LOOKS)})")
 FOLDER, PLACES = "orientation", "places.json"
 ENGLISH = "en"
 
@@ -123,23 +124,31 @@ class Place:
 
 @dataclass(frozen=True)
 class Shape:
-    """The pictures of one width of the page, light and dark, with their size (px) and the controls in them."""
+    """The pictures of one width of the page, light and dark, with their size (px) and the controls in them.
+
+    `look` is the beginning of their names in addresses: the width, after the language if that is not English.
+    """
 
     name: str
+    look: str
     width: int
     height: int
     places: tuple[Place, ...]
 
 
 @cache
-def shapes(driver: str, controls: tuple[str, ...]) -> tuple[Shape, ...]:
-    """Return the pictures of a robot's orientation, for wide and for narrow pages; none if its package has none."""
+def shapes(driver: str, controls: tuple[str, ...], language: str = ENGLISH) -> tuple[Shape, ...]:
+    """Return the pictures of a robot's orientation, for wide and for narrow pages; none if its package has none.
+
+    They show the page in the language, or in English where the package has no pictures in it.
+    """
     try:
-        found: dict[str, Any] = json.loads(description.text_of(driver, f"{FOLDER}/{PLACES}"))
+        found: dict[str, Any] = json.loads(description.text_of(driver, f"{folder_of(language)}/{PLACES}"))
     except (OSError, ImportError):
-        return ()
+        return () if language == ENGLISH else shapes(driver, controls)
+    before = "" if language == ENGLISH else f"{language}-"
     return tuple(
-        Shape(name, one["size"][0], one["size"][1], tuple(
+        Shape(name, f"{before}{name}", one["size"][0], one["size"][1], tuple(
             Place(number, *one["places"][control])
             for number, control in enumerate(controls, 1) if control in one["places"]
         ))
@@ -149,6 +158,12 @@ def shapes(driver: str, controls: tuple[str, ...]) -> tuple[Shape, ...]:
 
 def picture(driver: str, look: str) -> bytes:
     """Return a picture (WebP) of a robot's orientation. Raises LookupError, OSError or ImportError."""
-    if look not in LOOKS:
+    parts = LOOK.fullmatch(look)
+    if parts is None:
         raise LookupError(look)
-    return description.folder(driver).joinpath(FOLDER, f"{look}.webp").read_bytes()
+    return description.folder(driver).joinpath(folder_of(parts[1] or ENGLISH), f"{parts[2]}.webp").read_bytes()
+
+
+def folder_of(language: str) -> str:
+    """Return the folder of the pictures in a language, beside the texts."""
+    return FOLDER if language == ENGLISH else f"{FOLDER}.{language}"

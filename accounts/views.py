@@ -27,7 +27,8 @@ def orientation(request: HttpRequest, slug: str) -> HttpResponse:
         return redirect(f"/robots/{slug}/clearance/")
     rendered = orientation_in(robot.driver, get_language() or ENGLISH)
     context = {
-        "robot": robot, "shapes": shapes(robot.driver, rendered.controls), "language": rendered.language,
+        "robot": robot, "language": rendered.language,
+        "shapes": shapes(robot.driver, rendered.controls, rendered.language),
         "text": mark_safe(rendered.html),  # noqa: S308 - the driver's own text, HTML in it is escaped
         "cleared": services.cleared(request.user, robot), "twin": robot.twin,
     }  # fmt: skip

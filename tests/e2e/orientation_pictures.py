@@ -1,6 +1,6 @@
 """Take the pictures of the orientations from running robots, and note where each control is that a text names.
 
-They go into the folder `orientation` beside each robot's text. Part of `make shots`.
+They go into a folder beside each robot's text, `orientation` or `orientation.<language>`. Part of `make shots`.
 """
 
 import io
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from accounts.orientation import FOLDER, PLACES, render
+from accounts.orientation import PLACES, folder_of, orientation
 from benchmarks.stage import database, set_up
 from tests.e2e.shots import _cleared, _looks
 
@@ -30,18 +30,20 @@ RECTANGLE = """(name) => {
 def main() -> None:
     set_up()
     for driver in sys.argv[1:] or SHIPPED:
-        with database():
-            _take(driver)
+        for language in ("en", "de"):
+            if orientation(driver, language).language == language:
+                with database():
+                    _take(driver, language)
 
 
-def _take(driver: str) -> None:
+def _take(driver: str, language: str) -> None:
     robot, person = _cleared(driver)
     beside = Path("robots/kit/drivers") / driver
-    controls = render((beside / "orientation.md").read_text()).controls
-    folder = beside / FOLDER
+    controls = orientation(driver, language).controls
+    folder = beside / folder_of(language)
     folder.mkdir(exist_ok=True)
     places = {}
-    for width, page in _looks(robot, person, 900, ("wide", "", "narrow")):
+    for width, page in _looks(robot, person, 900, ("wide", "", "narrow"), language):
         if not width:
             continue
         page.wait_for_timeout(3000)

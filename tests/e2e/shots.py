@@ -252,7 +252,9 @@ def _options(height: int) -> tuple[dict[str, object], ...]:
     return {"viewport": large}, {"viewport": large, "color_scheme": "dark"}, {"viewport": PHONE}
 
 
-def _looks(robot, person, height: int, names: tuple[str, str, str]) -> Iterator[tuple[str, object]]:
+def _looks(
+    robot, person, height: int, names: tuple[str, str, str], locale: str = "en-US"
+) -> Iterator[tuple[str, object]]:
     """Give the operator's page in the light, in the dark and on a phone."""
     from playwright.sync_api import sync_playwright
 
@@ -265,7 +267,7 @@ def _looks(robot, person, height: int, names: tuple[str, str, str]) -> Iterator[
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=CHROMIUM)
             for name, options in zip(names, _options(height), strict=True):
-                context = browser.new_context(base_url=web.url, locale="en-US", **options)
+                context = browser.new_context(base_url=web.url, locale=locale, **options)
                 context.add_cookies([session])
                 page = context.new_page()
                 page.goto(robot.get_absolute_url())

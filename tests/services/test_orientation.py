@@ -2,11 +2,12 @@
 
 import io
 import re
+from itertools import product
 
 import pytest
 from PIL import Image
 
-from accounts.orientation import LOOKS, render, shapes
+from accounts.orientation import render, shapes
 from portal.keep.seeding import SHIPPED
 from robots.kit import description
 from robots.models import Robot
@@ -14,15 +15,16 @@ from robots.models import Robot
 pytestmark = pytest.mark.django_db
 
 
-@pytest.fixture(params=SHIPPED)
+@pytest.fixture(params=product(SHIPPED, ("en", "de")), ids="-".join)
 def shown(request, db):
     """A robot, and what its orientation names and shows."""
-    driver = request.param
+    driver, language = request.param
+    request.getfixturevalue("client").cookies["django_language"] = language
     robot, _ = Robot.objects.get_or_create(
         driver=driver, defaults={"slug": driver, "name": driver, "address": f"sim:{driver}", "enabled": True}
     )
     controls = render(description.text_of(driver, "orientation.md")).controls
-    return robot, controls, shapes(driver, controls)
+    return robot, controls, shapes(driver, controls, language)
 
 
 def test_each_control_that_the_text_names_is_on_the_robots_page_and_in_the_picture(shown, client):
@@ -38,10 +40,9 @@ def test_each_control_that_the_text_names_is_on_the_robots_page_and_in_the_pictu
 
 def test_the_places_lie_in_the_pictures_which_are_as_large_as_is_said(shown, client):
     robot, _, found = shown
-    for look in LOOKS:
-        answer = client.get(f"{robot.get_absolute_url()}orientation/{look}.webp")
+    for shape, scheme in product(found, ("light", "dark")):
+        answer = client.get(f"{robot.get_absolute_url()}orientation/{shape.look}-{scheme}.webp")
         assert answer["Content-Type"] == "image/webp"
-        shape = next(one for one in found if one.name == look.split("-")[0])
         assert Image.open(io.BytesIO(answer.content)).size == (shape.width, shape.height)
         for place in shape.places:
             assert place.x >= 0
@@ -59,7 +60,9 @@ def test_the_page_has_the_same_numbers_in_picture_and_text(shown, client):
     assert set(re.findall(r'<g data-number="(\d+)"', wide)) == numbers
 
 
-@pytest.mark.parametrize("look", ["wide", "wide-light.webp", "places", "..", "narrow-sepia"])
+@pytest.mark.parametrize(
+    "look", ["wide", "wide-light.webp", "places", "..", "narrow-sepia", "xx-wide-light", "de-wide", "..-wide-light"]
+)
 def test_only_pictures_are_served(robot, client, look):
     assert client.get(f"/robots/mercury/orientation/{look}.webp").status_code == 404
 

@@ -28,7 +28,7 @@ def wait_words(wait: tuple[int, int] | None) -> str:
 def wait_said(wait: tuple[int, int] | None) -> str:
     """Return the same as a sentence."""
     words = wait_words(wait)
-    return f"{words[:1].upper()}{words[1:]}{'; your place is kept' if wait is None else ''}."
+    return "The wait is not known now; your place is kept." if wait is None else f"{words[:1].upper()}{words[1:]}."
 
 
 def join_said(state: str, free: bool, wait: tuple[int, int] | None) -> str:

@@ -1,50 +1,57 @@
 """Find the sentences of workers and the labels of robots, which are translated where they are read.
 
-Nothing marks them: a worker knows no reader, and most have names and numbers in them. What counts is their form: a
-constant or f-string with two words or more, in the rooms below, that is no docstring and not written to a log.
-Those that only integrators, operators of servers and other processes read stay English, as the documentation is.
+Nothing marks them: a worker knows no reader, and most have names and numbers in them. What counts is their form, in the
+rooms below: a constant or f-string with two words or more, an f-string that begins with a word, the labels of choices,
+and what specs and robot.toml call things. Docstrings, logs and texts that are marked already are left out. So is what
+only integrators, operators of servers and other processes read: that stays English, as the documentation is.
 """
 
 import ast
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from pathlib import Path
+from typing import Any
 
-from robots.kit.contract.channels import Scalar
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.procedures import offered_procedures
-from robots.kit.contract.spec import Argument
+from robots.kit.contract.spec import Argument, Spec
 
 ROOMS = ("robots/kit", "robots/services", "robots/grants.py", "robots/states.py", "workers", "queueing", "portal/live")
-# for integrators and server operators
-ENGLISH = ("conformance", "migrations", "admin", "prepare", "process", "simulated", "ros")
-LOGS = re.compile(
-    r"^(_?log|security|logging|parser|re|say|warnings|np|cv2)\.|^(Path|getattr|open|field|Meta|n?gettext(_lazy|_noop)?|pgettext(_lazy)?)$"
+ENGLISH = (  # folders and modules of which no page shows a text
+    "conformance", "prepare", "ros",  # for integrators
+    "migrations", "admin", "process", "simulated",  # for operators of servers
+    "rosbridge", "container",  # answers to other programs, descriptions in files for them
+    "goals", "objects", "described", "slam", "gridmap",  # checks of robot.toml and of a program's own numbers
+    "apps", "captions",  # names for the admin; lines in the pictures of movies, which nobody can translate
+    "spec",  # `of_spec` has their labels; of the contract: what is wrong with a spec
+)  # fmt: skip
+# Errors of packages, packets and other programs; the modules whose errors of these kinds are answers to people.
+INTERNAL = re.compile(
+    "ValueError|TypeError|LookupError|BadDescription|BadMap|FormError|FrameError|NumberError|Malformed|OutOfBounds"
 )
-TWO_WORDS = re.compile(r"[^\W\d_]{2,}[,:]? [^\W\d_]{2,}")
+PROTOCOLS = ("irat/protocol.py", "srv1/protocol.py")  # no line of these is written by people
+ANSWERS = (
+    "pa10/protocol.py", "srv1/missions.py", "rovers/fuzzy.py", "rovers/fuzzy_check.py", "rovers/fuzzy_text.py",
+    "contract/command_packet.py",
+)  # fmt: skip
+LOGS = re.compile(
+    r"(_?log|security|logging|parser|re|say|warnings|np|cv2|models|sys\.stderr)\..*"
+    r"|Path|getattr|cast|open|field|Meta|n?gettext(_lazy|_noop)?|pgettext(_lazy)?"
+)
+TWO_WORDS = re.compile(r"([^\W\d_]{2,}|\b[aA])[,:]? (\d+ )?[^\W\d_]{2,}")
+ONE_WORD = re.compile(r"(?!(?:cm|mm|min) *\b)\b[^\W\d_]{2,}:? | (?!(?:cm|mm|min)\b)[a-z]{2,}\b")  # "Line {n}: {error}."
+CODE = re.compile(r"^(SELECT|PRAGMA|INSERT|UPDATE|DELETE) |^(Basic|Digest) |#\{|\\|\(\?")  # queries, headers, patterns
 PRINTF = re.compile(r"%[-+0-9.]*[sdgfr]")
 FORMAT = re.compile(r"\{[\w.]*(?:![rs])?(?::[^{}]*)?\}")
+LABELS = ("name", "tagline", "label", "title", "help", "reason", "unit_label", "hint", "nothing", "language",
+          "once", "often", "modes", "ends", "directions", "job", "done", "against", "over_time", "joints", "coordinates", "words")  # fmt: skip
 WORDS = "words"  # the table of plain words for a robot's own
-OPTIONAL = re.compile(r"\[([^\[\]]*)\]")  # part of what a command does, see robots/kit/contract/words.py
-CODE = re.compile(r"^[a-z]+_\w+$|^d[xyz]$|^r[xyz]$")  # no word
-SPOKEN = (
-    "label",
-    "help",
-    "says",
-    "nothing",
-    "text",
-    "language",
-    "modes",
-    "ends",
-    "job",
-    "done",
-    "once",
-    "often",
-    "name",
-)
-LABELS = ("name", "tagline", "label", "title", "help", "says", "reason", "unit_label", "hint", "text")
+TOLD = ("Observation", "Progress")  # their texts have one word at times
+WRITTEN = ("object", "goal", "node", "feature")  # tables of robot.toml whose names people write in tasks and missions
+WORD, NAME = re.compile("[A-Za-z][a-z]"), re.compile("[a-z]{3}")
+OPTIONAL = re.compile(r"\[([^\[\]]*)\]")  # a part of `CommandKind.says`
 
 
 def sentences(root: Path) -> list[str]:
@@ -53,82 +60,130 @@ def sentences(root: Path) -> list[str]:
     for room in ROOMS:
         top = root / room
         for path in sorted(top.rglob("*.py")) if top.is_dir() else [top]:
-            if not any(part in ENGLISH for part in (*path.relative_to(root).parts[:-1], path.stem)):
-                texts.update(of_source(path.read_text()))
+            folders = path.relative_to(root).parts[:-1]
+            if not {*folders, path.stem} & {*ENGLISH} and not str(path).endswith(PROTOCOLS):
+                texts.update(of_source(path.read_text(), str(path).endswith(ANSWERS)))
     for path in sorted(root.glob("robots/kit/drivers/*/robot.toml")):
         texts.update(of_table(tomllib.loads(path.read_text())))
-        driver = path.parent.name
-        texts.update(of_spec((spec_of(driver), offered_procedures(driver))))
+        texts.update(of_spec(spec_of(path.parent.name)))
+        texts.update(procedure.label for procedure in offered_procedures(path.parent.name))
     return sorted(texts)
 
 
-def of_source(source: str) -> Iterator[str]:
-    """Yield the sentences of a module, with a placeholder for each value."""
+def of_source(source: str, answers: bool = False) -> Iterator[str]:
+    """Yield the sentences of a module, with a placeholder for each value. `answers`: its ValueErrors are for people."""
     tree = ast.parse(source)
-    silent = set(_not_for_people(tree))
+    silent = set(_not_for_people(tree, answers))
     for node in ast.walk(tree):
         if id(node) not in silent and isinstance(node, ast.Constant | ast.JoinedStr):
-            text = _template(node)
-            if text and TWO_WORDS.search(FORMAT.sub("", text)):
+            text = _template(node).strip()
+            few = ONE_WORD if isinstance(node, ast.JoinedStr) else TWO_WORDS
+            if few.search(FORMAT.sub("0", text)) and not CODE.search(text):
                 yield text
-    yield from _of_choices(tree)
+        elif id(node) not in silent and isinstance(node, ast.FormattedValue | ast.Call):
+            yield from filter(WORD.search, _chosen(node))
+        elif isinstance(node, ast.ClassDef) and any("Choices" in ast.unparse(base) for base in node.bases):
+            yield from _of_choices(node)
 
 
 def of_table(table: object, key: str = "") -> Iterator[str]:
     """Yield the labels of a table of a robot's package."""
     if isinstance(table, dict):
         for name, value in table.items():
-            yield from of_table(value, WORDS if key == WORDS else name)
+            written = name == "name" and key in WRITTEN
+            yield from () if written else of_table(value, WORDS if key == WORDS else name)
     elif isinstance(table, list):
         for value in table:
             yield from of_table(value, key)
-    elif isinstance(table, str) and key in (*LABELS, WORDS) and re.search("[a-z]{2}", table):
+    elif isinstance(table, str) and key in LABELS and WORD.search(table) and "_" not in table:
         yield table
 
 
-def of_spec(part: object, key: str = "") -> Iterator[str]:
-    """Yield the labels of a robot's spec: of commands, values, settings and so on, and its words for what it does."""
-    if isinstance(part, Argument):
-        yield from of_spec((part.title, part.help), SPOKEN[0])
-        yield from of_spec(part.directions, SPOKEN[0])
-    elif is_dataclass(part):
-        for field in fields(part):
-            if field.name != "name" or isinstance(part, Scalar):
-                yield from of_spec(getattr(part, field.name), field.name)
-    elif isinstance(part, tuple | list):
-        for one in part:
-            yield from of_spec(one, key)
-    elif (
-        isinstance(part, str)
-        and key in SPOKEN
-        and re.search("[A-Za-z]{2}", part)
-        and not (CODE.search(part) or part.isupper())
-    ):
-        yield OPTIONAL.sub("", part)
-        yield OPTIONAL.sub(r"\1", part)
+def of_spec(spec: Spec) -> Iterator[str]:
+    """Yield the labels of a spec, and what `contract/words.py` makes of its commands."""
+    yield from of_table(_labels(spec))
+    yield from (name for name in spec.names() if NAME.search(name))
+    coordinates = spec.pose.coordinates if spec.pose else ()
+    for command in spec.commands:
+        if command.says:
+            yield from (OPTIONAL.sub("", command.says), OPTIONAL.sub(r"\1", command.says))
+        if any(argument.directions and argument.name in coordinates for argument in command.arguments):
+            yield f"{command.label} to {{words}}"
+        for argument in command.arguments:
+            yield from () if argument.text else _of_argument(argument)
+            yield from [argument.title] if NAME.search(argument.title) else []
 
 
-def _of_choices(tree: ast.AST) -> Iterator[str]:
-    """Yield the labels of choices, also those of one word."""
+def _of_argument(argument: Argument) -> Iterator[str]:
+    """Yield an argument with its value in words."""
+    if argument.directions and not argument.unit:
+        yield from argument.directions
+        return
+    for unit in {"m": (" cm", " m"), "rad": ("°",)}.get(argument.unit, (f" {argument.unit}".rstrip(),)):
+        if argument.directions:
+            yield from (f"{{value}}{unit} {direction}" for direction in argument.directions)
+        elif argument.label and argument.unit:
+            yield f"{{value}}{unit} {argument.label}"
+        elif NAME.search(argument.title):
+            yield f"{argument.title} {{value}}{unit}"
+
+
+def _labels(part: Any) -> Any:
+    """Return the fields of dataclasses as tables, without the words of the wire."""
+    if is_dataclass(part):
+        shown = {f.name: getattr(part, f.name) for f in fields(part) if f.name not in ("name", "pick", "put")}
+        return {"label" if name == "text" else name: _labels(value) for name, value in shown.items()}
+    if isinstance(part, tuple | list):
+        return [_labels(one) for one in part]
+    return part
+
+
+def _chosen(node: ast.FormattedValue | ast.Call) -> Iterator[str]:
+    """Yield words that stand in a text of their own: one of several in an f-string, or what a robot tells a page."""
+    if isinstance(node, ast.Call):
+        parts = node.args[:1] if ast.unparse(node.func) in TOLD else []
+        options = [*parts, *(one for part in parts if isinstance(part, ast.IfExp) for one in (part.body, part.orelse))]
+    else:
+        options = [one for part in ast.walk(node.value) for one in _options(part)]
+    yield from (one.value for one in options if isinstance(one, ast.Constant) and isinstance(one.value, str))
+
+
+def _options(node: ast.AST) -> list[ast.expr]:
+    if isinstance(node, ast.IfExp):
+        return [node.body, node.orelse]
+    return node.values if isinstance(node, ast.BoolOp) else node.elts if isinstance(node, ast.Tuple) else []
+
+
+def _of_choices(node: ast.ClassDef) -> Iterator[str]:
+    """Yield the labels of choices, marked or not."""
+    for value in (one.value for one in node.body if isinstance(one, ast.Assign)):
+        label = value.elts[-1] if isinstance(value, ast.Tuple) else None
+        label = label.args[0] if isinstance(label, ast.Call) else label
+        if isinstance(label, ast.Constant):
+            yield str(label.value)
+
+
+def _not_for_people(tree: ast.AST, answers: bool) -> Iterator[int]:
     for node in ast.walk(tree):
-        if isinstance(node, ast.ClassDef) and any(ast.unparse(base).endswith("Choices") for base in node.bases):
-            for value in (one.value for one in node.body if isinstance(one, ast.Assign)):
-                label = value.elts[-1] if isinstance(value, ast.Tuple) else None
-                label = label.args[0] if isinstance(label, ast.Call) else label  # marked
-                if isinstance(label, ast.Constant) and isinstance(label.value, str):
-                    yield label.value
-
-
-def _not_for_people(tree: ast.AST) -> Iterator[int]:
-    for node in ast.walk(tree):
+        parts: Iterable[ast.AST] = ()
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            yield id(node.value)
+            parts = [node.value]
         elif isinstance(node, ast.JoinedStr):
-            yield from (id(part) for part in node.values)
+            parts = [part for part in node.values if isinstance(part, ast.Constant)]
         elif isinstance(node, ast.FormattedValue) and node.format_spec:
-            yield from map(id, ast.walk(node.format_spec))
-        elif isinstance(node, ast.Call) and LOGS.match(ast.unparse(node.func)):
-            yield from (id(part) for argument in node.args for part in ast.walk(argument))
+            parts = ast.walk(node.format_spec)
+        elif isinstance(node, ast.Call):
+            called = ast.unparse(node.func)
+            if LOGS.fullmatch(called) or (INTERNAL.fullmatch(called) and not answers):
+                parts = [part for given in (*node.args, *node.keywords) for part in ast.walk(given)]
+        elif isinstance(node, ast.ClassDef) and "models.Model" in map(ast.unparse, node.bases):
+            named = [one for one in node.body if getattr(one, "name", "") in ("Meta", "__str__")]
+            parts = (part for one in named for part in ast.walk(one))  # the admin's
+        elif isinstance(node, ast.AnnAssign | ast.arg) and node.annotation:
+            parts = ast.walk(node.annotation)
+        elif isinstance(node, ast.keyword) and node.arg == "dispatch_uid":
+            parts = ast.walk(node.value)
+        yield from map(id, parts)
 
 
 def _template(node: ast.Constant | ast.JoinedStr) -> str:
@@ -142,7 +197,7 @@ def _template(node: ast.Constant | ast.JoinedStr) -> str:
     for part in node.values:
         if isinstance(part, ast.Constant):
             text += str(part.value)
-        elif isinstance(part, ast.FormattedValue):
+        elif isinstance(part, ast.FormattedValue) and not text.endswith("}"):  # values side by side are one
             name = _name(part.value)
             name = next(n for n in (name, *(f"{name}{i}" for i in range(2, 100))) if n not in used)
             used.add(name)

@@ -11,8 +11,11 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
 PLACE = re.compile(r"\{(\w+)\}")
-END = re.compile(r"(?<=[.!?:;,]) ")  # the parts of a text for which there is no entry
-LONGEST, DEEPEST = 1000, 4  # characters; placeholders within placeholders
+ENDS = (re.compile(r"(?<=[.!?]) "), re.compile(r"(?<=[:;,]) "))  # the parts of a text for which there is no entry
+SENTENCES = re.compile(r"[.!?] .*[^.!?]$", re.DOTALL)  # a whole sentence and a part of another
+NUMBER, LETTER, WORD = re.compile(r"[-+]?[0-9]"), re.compile("[A-Za-z]"), re.compile(r"[^\W\d_]")
+FEW = 6  # letters; an entry with fewer that begins with a placeholder, as "{low} to {high}", fits numbers only
+LONGEST, DEEPEST = 1000, 6  # characters; placeholders within placeholders
 _Entry = tuple[list[str], list[str], str]  # words around the placeholders, names of these, the translation
 
 
@@ -29,20 +32,46 @@ class Sentences:
 
     def _translate(self, text: str, depth: int = 0) -> str:
         """Return the text in this language; in English where the catalogue has nothing that fits."""
-        if text in self._whole:
-            return self._whole[text]
         if len(text) > LONGEST or depth > DEEPEST:
             return text
-        for words, names, other in self._candidates(text):
-            values = fit(words, text)
-            if values is not None:
-                known = {name: self._translate(value, depth + 1) for name, value in zip(names, values, strict=True)}
-                return PLACE.sub(lambda place, known=known: known.get(place[1], place[0]), other)  # type: ignore[misc]
-        parts = END.split(text)
-        if len(parts) > 1:
-            return " ".join(self._translate(part, depth + 1) for part in parts)
+        known = self._either(text, depth)
+        if known is not None:
+            return known
+        for end in ENDS:
+            first, *rest = end.split(text, 1)
+            if rest:
+                return " ".join(self._parts(first, rest[0], end, depth + 1))
         bare = text.rstrip(".,:;")
         return self._translate(bare, depth + 1) + text[len(bare) :] if bare != text else text
+
+    def _parts(self, first: str, text: str, end: re.Pattern[str], depth: int) -> Iterator[str]:
+        """Yield the translations of the parts of a text: what follows a part may fit an entry as a whole."""
+        while True:
+            yield self._translate(first, depth)
+            first, *rest = end.split(text, 1) if self._either(text, depth) is None else [text]
+            if not rest:
+                yield self._translate(first, depth)
+                return
+            text = rest[0]
+
+    def _either(self, text: str, depth: int) -> str | None:
+        """Return `_known`, also with the first letter in the other case: a sentence may stand in another."""
+        known = self._known(text, depth)
+        if known is None and LETTER.match(text):
+            known = self._known(text[0].swapcase() + text[1:], depth)
+            return known[:1].upper() + known[1:] if known and text[0].isupper() else known
+        return known
+
+    def _known(self, text: str, depth: int) -> str | None:
+        """Return the translation of an entry that fits the whole text."""
+        if text in self._whole:
+            return self._whole[text]
+        for words, names, other in self._candidates(text):
+            values = fit(words, text)
+            if values is not None and not any(map(SENTENCES.search, values)):
+                known = {name: self._translate(value, depth + 1) for name, value in zip(names, values, strict=True)}
+                return PLACE.sub(lambda place, known=known: known.get(place[1], place[0]), other)  # type: ignore[misc]
+        return None
 
     def _candidates(self, text: str) -> Iterator[_Entry]:
         yield from self._by_word.get(text.split(" ", 1)[0], ())
@@ -52,6 +81,7 @@ class Sentences:
 def fit(words: list[str], text: str) -> list[str] | None:
     """Return what stands between the words, at least one character each; None if the text has other words."""
     first, *middle, last = words
+    numbers = not first and len(WORD.findall(" ".join(words))) < FEW
     if not text.startswith(first) or not text.endswith(last) or len(text) < len(first) + len(last):
         return None
     values, at, end = [], len(first), len(text) - len(last)
@@ -61,7 +91,8 @@ def fit(words: list[str], text: str) -> list[str] | None:
             return None
         values.append(text[at:found])
         at = found + len(word)
-    return [*values, text[at:end]] if at < end else None
+    values.append(text[at:end])
+    return values if at < end and (not numbers or all(map(NUMBER.match, values))) else None
 
 
 def _entry(text: str, other: str) -> _Entry:

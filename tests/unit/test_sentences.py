@@ -3,13 +3,13 @@
 `PYTHONPATH=. .venv/bin/python -m tests.unit.test_sentences` writes the vectors anew.
 """
 
-import ast
 import json
 from pathlib import Path
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import Argument, CommandKind, Spec
 from robots.kit.sentences import PLACE, Sentences, fit
 from tools.sentences import of_source, of_spec, of_table
@@ -28,15 +28,23 @@ CATALOGUE = {
     "Stop": "Halt",
     "Release": "",
     "Twice {a} and {b}": "Zweimal {b} und {a}",
+    "{low} to {high}": "{low} bis {high}",
+    "{error} The arm was held.": "{error} Der Arm wurde angehalten.",
+    "The gripper is empty: {what}": "Der Greifer ist leer: {what}",
+    "nothing was there": "nichts war da",
 }
 TEXTS = (
     "The arm is off.", "The lamp is off.", "The arm cannot go there: the red block is in the gripper.",
     "The arm cannot go there: joint 3 would be at 200°, outside -90° to 90°.", "The arm is off. The lamp is off.",
     "3 cm right, 4 cm up", "Stop", "Stop.", "Release", "something else", "", "2 of 9", "Twice one and two and three",
     "The  is off.", "x" * 2000 + " is in the gripper", "The {name} is off.", "Stop: the red block",
-    "The red block. The arm is off. Nobody knows that.",
+    "The red block. The arm is off. Nobody knows that.", "0.5 to 3 m", "Go to bed", "-1 to 1",
+    "The lamp is off. The arm is off. The arm was held.", "The gripper is empty: nothing was there.",
+    "The red block: the gripper is empty: nothing was there. The arm was held.", "Nothing was there",
+    "ähnlich", "The arm is off. The lamp", "The arm is off, the red block. Stop",
 )  # fmt: skip
 WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)
+LONG = "abcdef"  # letters enough for an entry that begins with a placeholder
 
 
 def vectors():
@@ -58,9 +66,30 @@ def test_values_are_translated_too_and_the_sentence_with_most_words_wins():
     assert translate("3 cm right, 4 cm up") == "3 cm rechts, 4 cm hoch"
 
 
+def test_a_sentence_is_no_value_of_the_sentence_before_it():
+    translate = Sentences(CATALOGUE).translate
+    assert translate("The arm is off. The lamp is off.") == "Der Arm ist aus. lamp ist aus."
+    assert translate("The arm is off. The arm was held.") == "Der Arm ist aus. Der Arm wurde angehalten."
+
+
+def test_a_sentence_in_another_may_begin_with_a_small_letter():
+    translate = Sentences(CATALOGUE).translate
+    assert translate("Nobody knows: the gripper is empty: nothing was there.") == (
+        "Nobody knows: Der Greifer ist leer: nichts war da."
+    )
+    assert translate("Nothing was there.") == "Nichts war da."
+
+
+def test_an_entry_of_few_letters_fits_numbers_only():
+    translate = Sentences(CATALOGUE).translate
+    assert translate("0.5 to 3 m") == "0.5 bis 3 m"
+    assert translate("go to bed") == "go to bed"
+
+
 @given(st.lists(WORD, min_size=2, max_size=4), st.data())
 def test_a_text_made_of_a_sentence_fits_it(words, data):
     values = [data.draw(WORD) for _ in words[1:]]
+    words[-1] += LONG
     text = words[0] + "".join(value + word for value, word in zip(values, words[1:], strict=True))
     found = fit(words, text)
     assert found is not None
@@ -82,13 +111,42 @@ def f(x, name):
     log.warning("written to a log")
     word, key = "one", "a_key"
     one = gettext("marked already here")
-    return f"The {name} is at {x:.1f} mm", "Nothing was done.", "Step %s of many" % x, f"{x} mm"
+    return f"The {name} is at {x:.1f} mm", "Nothing was done.", "Step %s of many" % x, f"{x} mm", f"Line {x}: {name}."
+    on_stage(Progress("docking"))
+    return f"it holds {name or 'nothing'}{x}", f"{x} to {name}", f"{x}/key", "SELECT a row"
+class State(TextChoices):
+    OPEN = "open", "Open"
 '''
-    ast.parse(source)
-    assert set(of_source(source)) == {"The {name} is at {x} mm", "Nothing was done.", "Step {1} of many"}
-    assert set(of_table({"tagline": "An arm", "box": [{"name": "the table", "low": [1]}], "path": "a b"})) == {
-        "An arm", "the table",
+    assert set(of_source(source)) == {
+        "The {name} is at {x} mm", "Nothing was done.", "Step {1} of many", "Line {x}: {name}.", "docking",
+        "it holds {value}", "nothing", "{x} to {name}", "Open",
     }  # fmt: skip
+
+
+def test_errors_between_programs_are_left_out_where_they_are_no_answers():
+    source = 'raise ValueError("the bits are none")\nraise BadRequest("That is no number.")'
+    assert list(of_source(source)) == ["That is no number."]
+    assert set(of_source(source, answers=True)) == {"the bits are none", "That is no number."}
+
+
+def test_labels_of_packages_are_read_and_names_that_people_write_in_tasks_are_not():
+    table = {"tagline": "An arm", "box": [{"name": "the table", "low": [1]}], "path": "a b"}
+    assert set(of_table(table)) == {"An arm", "the table"}
+    assert set(of_table({"goal": [{"name": "figure", "title": "The figure"}]})) == {"The figure"}
+
+
+def test_a_spec_gives_the_words_of_its_commands():
+    found = set(of_spec(spec_of("mercury")))
+    assert {
+        "Move",
+        "Move to {words}",
+        "{value} cm right",
+        "{value} m down",
+        "Blow air",
+        "Blow air for {seconds}",
+    } <= found
+    assert {"left", "speed {value} m/s", "Raise the camera", "bursts", "theta"} <= found
+    assert not {"move", "air", "q1", "x"} & found
 
 
 def test_every_placeholder_of_a_translation_is_in_its_english():
@@ -104,22 +162,23 @@ def test_every_placeholder_of_a_translation_is_in_its_english():
                 assert set(PLACE.findall(text)) <= set(PLACE.findall(ids[-1])), message.id
 
 
-if __name__ == "__main__":
-    FILE.write_text(json.dumps(vectors(), ensure_ascii=False, indent=1) + "\n")
-
-
 def test_the_labels_of_a_spec_are_found_also_those_of_one_word_and_no_names():
     burst = Argument("seconds", "s", 0.0, 1.0, required=False)
     commands = (
         CommandKind("air", "Air", (burst,), says="Blow air[ for {seconds}]"),
         CommandKind("go_there", "Go", (Argument("long_way", "m", 0.0, 1.0, directions=("right", "left")),)),
     )
-    spec = Spec("Somebody", commands, modes=("idle", "NO CTRL"))
+    spec = Spec("Some", commands, modes=("idle", "NO CTRL"))
     assert set(of_spec(spec)) == {
-        "Air", "Blow air", "Blow air for {seconds}", "seconds", "Go", "long way", "right", "left", "idle",
+        "Air", "Blow air", "Blow air for {seconds}", "seconds", "seconds {value} s", "Go", "long way", "idle",
+        "right", "left", "{value} cm right", "{value} m right", "{value} cm left", "{value} m left",
     }  # fmt: skip
 
 
 def test_the_labels_of_choices_are_found_marked_or_not():
     source = 'class State(models.TextChoices):\n    A = "a", "Ready"\n    B = "b", gettext_lazy("Moving")\n    C = "c"'
     assert set(of_source(source)) == {"Ready", "Moving"}
+
+
+if __name__ == "__main__":
+    FILE.write_text(json.dumps(vectors(), ensure_ascii=False, indent=1) + "\n")

@@ -11,6 +11,8 @@ from workers.media.pictures import Pictures
 from workers.robot.look import look
 from workers.robot.owned import OwnedRobot
 
+RESET = "The robot is being reset.", "The reset failed"
+CONNECTION = "The robot is being connected anew.", "The new connection failed"
 MENDED, ANEW = "Reset by its driver.", "Connected anew by its driver."
 
 
@@ -53,14 +55,14 @@ class Recovery:
             remedy(f"Not tried: {error}")
             return False
         resets = self._resets
-        doing, failed = ("being reset", "reset") if resets else ("being connected anew", "new connection")
-        bus.publish(slug, Notice(f"{cause} The robot is {doing}.", "warning"))
+        doing, failed = RESET if resets else CONNECTION
+        bus.publish(slug, Notice(f"{cause} {doing}", "warning"))
         try:
             self.moves()
             state = owned.driver.recover(permit)
         except RobotError as error:
-            remedy(f"The {failed} failed: {error}")
-            bus.publish(slug, Notice(f"The {failed} failed: {error}", "error"))
+            remedy(f"{failed}: {error}")
+            bus.publish(slug, Notice(f"{failed}: {error}", "error"))
             return False
         remedy(MENDED if resets else ANEW)
         look(owned, self._pictures, state, command)

@@ -13,8 +13,13 @@ interface Catalogue {
 
 const catalogue = (globalThis as { django?: Catalogue }).django;
 const PLACE = /\{(\w+)\}/;
-const LONGEST = 1000,
-  DEEPEST = 4;
+const ENDS = [/(?<=[.!?]) /, /(?<=[:;,]) /],
+  SENTENCES = /[.!?] .*[^.!?]$/s,
+  NUMBER = /^[-+]?[0-9]/,
+  WORD = /\p{L}/gu;
+const FEW = 6,
+  LONGEST = 1000,
+  DEEPEST = 6;
 
 /** Return a text of ours, with the values in its placeholders. */
 export function gettext(text: string, values: Values = {}): string {
@@ -73,18 +78,48 @@ export class Sentences {
 
   /** Return the text in this language; in English where the catalogue has nothing that fits. */
   translate(text: string, depth = 0): string {
-    const whole = this.#whole.get(text);
-    if (whole !== undefined) return whole;
     if (text.length > LONGEST || depth > DEEPEST) return text;
-    for (const entry of this.#candidates(text)) {
-      const values = fit(entry.words, text);
-      if (values)
-        return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.translate(values[i] ?? "", depth + 1)])));
+    const known = this.#either(text, depth);
+    if (known !== undefined) return known;
+    for (const end of ENDS) {
+      const cut = text.search(end);
+      if (cut >= 0) return this.#parts(text.slice(0, cut), text.slice(cut + 1), end, depth + 1).join(" ");
     }
-    const parts = text.split(/(?<=[.!?:;,]) /);
-    if (parts.length > 1) return parts.map((part) => this.translate(part, depth + 1)).join(" ");
     const bare = text.replace(/[.,:;]+$/, "");
     return bare === text ? text : this.translate(bare, depth + 1) + text.slice(bare.length);
+  }
+
+  /** Return the translation of an entry that fits the whole text. */
+  #known(text: string, depth: number): string | undefined {
+    const whole = this.#whole.get(text);
+    if (whole !== undefined) return whole;
+    for (const entry of this.#candidates(text)) {
+      const values = fit(entry.words, text);
+      if (values && !values.some((value) => SENTENCES.test(value)))
+        return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.translate(values[i] ?? "", depth + 1)])));
+    }
+    return undefined;
+  }
+
+  /** Return the translations of the parts of a text: what follows a part may fit an entry as a whole. */
+  #parts(first: string, text: string, end: RegExp, depth: number): string[] {
+    const done = [this.translate(first, depth)];
+    for (let rest = text; ;) {
+      const cut = this.#either(rest, depth) === undefined ? rest.search(end) : -1;
+      done.push(this.translate(cut < 0 ? rest : rest.slice(0, cut), depth));
+      if (cut < 0) return done;
+      rest = rest.slice(cut + 1);
+    }
+  }
+
+  /** Return `#known`, also with the first letter in the other case: a sentence may stand in another. */
+  #either(text: string, depth: number): string | undefined {
+    const known = this.#known(text, depth);
+    const first = text.slice(0, 1);
+    if (known !== undefined || !/[A-Za-z]/.test(first)) return known;
+    const small = first === first.toLowerCase();
+    const other = this.#known((small ? first.toUpperCase() : first.toLowerCase()) + text.slice(1), depth);
+    return small || !other ? other : other.slice(0, 1).toUpperCase() + other.slice(1);
   }
 
   #candidates(text: string): Entry[] {
@@ -95,7 +130,8 @@ export class Sentences {
 /** Return what stands between the words, at least one character each; undefined if the text has other words. */
 export function fit(words: readonly string[], text: string): string[] | undefined {
   const first = words[0] ?? "",
-    last = words.at(-1) ?? "";
+    last = words.at(-1) ?? "",
+    numbers = !first && (words.join(" ").match(WORD) ?? []).length < FEW;
   if (!text.startsWith(first) || !text.endsWith(last) || text.length < first.length + last.length) return undefined;
   const values: string[] = [],
     end = text.length - last.length;
@@ -106,7 +142,8 @@ export function fit(words: readonly string[], text: string): string[] | undefine
     values.push(text.slice(at, found));
     at = found + word.length;
   }
-  return at < end ? [...values, text.slice(at, end)] : undefined;
+  values.push(text.slice(at, end));
+  return at < end && (!numbers || values.every((value) => NUMBER.test(value))) ? values : undefined;
 }
 
 function firstWord(start: string): string {

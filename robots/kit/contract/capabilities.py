@@ -103,7 +103,8 @@ class Judgement:
     def sentence(self) -> str:
         """Return it with its time, as pages show it."""
         minutes, seconds = divmod(round(self.at_s), 60)
-        return f"{'Will not run' if self.refuses else 'Note'}, after {minutes}:{seconds:02d} min: {self.text}"
+        at = f"{minutes}:{seconds:02d}"
+        return f"Will not run, after {at} min: {self.text}" if self.refuses else f"Note, after {at} min: {self.text}"
 
 
 @dataclass(frozen=True)

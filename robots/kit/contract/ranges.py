@@ -21,4 +21,5 @@ def readable(number: float) -> str:
 
 def from_to(low: float, high: float, unit: str = "") -> str:
     """Return an inclusive range with its unit, as "0.5 to 3 m"."""
-    return f"{plain(low)} to {plain(high)} {unit}".rstrip()
+    numbers = f"{plain(low)} to {plain(high)}"
+    return f"{numbers} {unit}".rstrip()

@@ -51,7 +51,7 @@ def text(args: dict[str, Any], argument: Argument) -> str:
     value = args.get(argument.name)
     if not isinstance(value, str) or not argument.low <= len(value) <= argument.high:
         raise BadRequest(
-            f"The value {argument.name} must be a text of {from_to(argument.low, argument.high, 'characters')}."
+            f"The value {argument.name} must be a text of {from_to(argument.low, argument.high)} characters."
         )
     if not storable(value):
         raise BadRequest(f"The value {argument.name} contains characters that cannot be stored; use plain text.")
@@ -114,7 +114,7 @@ def within(command: CommandKind, args: dict[str, Any]) -> None:
         if argument.text:
             continue
         if argument.name in args and not argument.low <= number(args, argument.name) <= argument.high:
-            bounds = f"between {plain(argument.low)} and {plain(argument.high)} {argument.unit}".rstrip()
-            raise BadRequest(f"{argument.name} must lie {bounds}.")
+            low, high = plain(argument.low), f"{plain(argument.high)} {argument.unit}".rstrip()
+            raise BadRequest(f"{argument.name} must lie between {low} and {high}.")
         if argument.whole and argument.name in args and number(args, argument.name) % 1:
             raise BadRequest(f"{argument.name} must be a whole number.")

@@ -88,13 +88,13 @@ def check_put(name: str, sight: Sight, wanted: Matrix, on_other: bool) -> None:
     up, beside = float(pose[2, 3] - wanted[2, 3]), float(np.hypot(*(pose[:2, 3] - wanted[:2, 3])))
     off = []
     if abs(up) > (ON_STUDS_M if on_other else FLAT_M) + more_m:
-        off.append(f"{1000 * abs(up):.0f} mm too {'high' if up > 0 else 'low'}")
+        off.append(f"{1000 * up:.0f} mm too high" if up > 0 else f"{-1000 * up:.0f} mm too low")
     if beside > BESIDE_M + more_m:
         off.append(f"{1000 * beside:.0f} mm beside its place")
     if turned(pose, wanted) > TURNED_RAD + more_rad:
         off.append(f"turned by {np.degrees(turned(pose, wanted)):.0f} degrees")
     if off:
-        raise NotPossible(f"{name} does not lie as it was put: the picture shows it {' and '.join(off)}")
+        raise NotPossible(f"{name} does not lie as it was put: the picture shows it {', '.join(off)}")
 
 
 def place(pose: Matrix) -> str:

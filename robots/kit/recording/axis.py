@@ -2,7 +2,11 @@
 
 LONGEST_NS = 3600 * 10**9  # a recorded robot is never silent for longer: then the time of day was set ahead
 LATE_NS = 15 * 10**9  # a message may be so much older than the one before; more: the time of day was set back
-SET = "The time of day was set {} by {} here."
+AHEAD, BACK = "The time of day was set ahead by {} here.", "The time of day was set back by {} here."
+LENGTHS = (
+    (86_400, "about 1 day", "about {} days"), (3600, "about 1 hour", "about {} hours"),
+    (60, "about 1 minute", "about {} minutes"), (1, "about 1 second", "about {} seconds"),
+)  # fmt: skip
 
 
 class Axis:
@@ -26,8 +30,9 @@ class Axis:
 def words_of(set_ns: int) -> str:
     """Return a sentence that says by how much the time of day was set."""
     seconds = round(abs(set_ns) / 10**9)
-    for unit, length in (("day", 86_400), ("hour", 3600), ("minute", 60), ("second", 1)):
+    said = AHEAD if set_ns > 0 else BACK
+    for length, one, many in LENGTHS:
         if seconds >= length:
             count = round(seconds / length)
-            return SET.format("ahead" if set_ns > 0 else "back", f"about {count} {unit}{'s' if count != 1 else ''}")
-    return SET.format("ahead" if set_ns > 0 else "back", "less than a second")
+            return said.format(one if count == 1 else many.format(count))
+    return said.format("less than a second")

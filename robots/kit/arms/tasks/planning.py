@@ -281,7 +281,7 @@ def check_expected(action: steps.Action, arrangement: Arrangement) -> None:
                 arrangement.described(on)
             beneath = arrangement.beneath(name)
             if on not in beneath:
-                raise NotPossible(f"{name} lies on {' and '.join(beneath) or 'nothing'}")
+                raise NotPossible(f"{name} lies on {', '.join(beneath) or 'nothing'}")
         case steps.ExpectHeld(None):
             if arrangement.held is not None:
                 raise NotPossible(f"the gripper holds {arrangement.held}")

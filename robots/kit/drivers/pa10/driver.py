@@ -143,7 +143,7 @@ class Driver(Session):
         def tell(arm: ArmState) -> None:
             if arm.program and arm.step:
                 share = (arm.step - 1) / steps if steps else None
-                on_stage(Progress(f"step {arm.step}{f' of {steps}' if steps else ''}", share))
+                on_stage(Progress(f"step {arm.step} of {steps}" if steps else f"step {arm.step}", share))
 
         free = until_held(permit, lambda: self._holds)
         before = self.line.state()

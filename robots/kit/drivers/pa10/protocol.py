@@ -119,8 +119,10 @@ def _number(letter: str, value: Value, text: str) -> float:
         raise Malformed(f"{letter}: {text[:20]!r} is not a number")
     if not value.low <= found <= value.high or (value.whole and found != int(found)):
         unit = f" {value.unit}" if value.unit else ""
-        bounds = f"{'a whole number ' if value.whole else ''}from {value.low:g} to {_shown(value.high)}{unit}"
-        raise OutOfBounds(f"{letter}: {value.name} is {text[:20]}{unit}; it must be {bounds}")
+        given, low, high = f"{text[:20]}{unit}", f"{value.low:g}", f"{_shown(value.high)}{unit}"
+        if value.whole:
+            raise OutOfBounds(f"{letter}: {value.name} is {given}; it must be a whole number from {low} to {high}")
+        raise OutOfBounds(f"{letter}: {value.name} is {given}; it must be from {low} to {high}")
     return found + 0.0
 
 

@@ -19,6 +19,15 @@ COVER = """(element) => {
   const at = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
   return at && element.contains(at) ? "" : `${at ? at.outerHTML.slice(0, 120) : "off the screen"} at ${box.x},${box.y}`;
 }"""
+# the texts of the card of keys that its button to close it covers
+BESIDE_CLOSE = """(card) => {
+  const close = card.querySelector("button").getBoundingClientRect();
+  return [...card.querySelectorAll("h2, p, dt, dd")].filter((text) => {
+    const range = document.createRange();
+    range.selectNodeContents(text);
+    return [...range.getClientRects()].some((box) => box.left < close.right && box.right > close.left && box.top < close.bottom && box.bottom > close.top);
+  }).map((text) => text.textContent);
+}"""
 # where the buttons stand with each of the hints, all looked at within one task of the page
 PLACES = """(hints) => hints.map((words) => {
   scrollTo({top: 0, behavior: "instant"});
@@ -80,6 +89,7 @@ def test_stop_is_in_reach_and_works_beside_the_card_of_keys(driving, portal, rob
         assert page.evaluate("() => document.querySelectorAll(':modal').length") == 0
         for share in scrolled(page):
             assert stop.evaluate(COVER) == "", (wide, high, share)
+        assert card.evaluate(BESIDE_CLOSE) == [], (wide, high)
         card.locator("button").focus()
         page.keyboard.press("Escape")
         expect(card).to_be_hidden()

@@ -81,7 +81,11 @@ def test_nothing_sticks_out_of_a_page_for_all(portal, visitor, recording):
 def test_nothing_sticks_out_of_a_page_of_staff(portal, visitor):
     portal.entry(portal.person("cy", "mercury"), "mercury")
     root = portal.person("root", is_staff=True, is_superuser=True)
-    fits(session(visitor(), root), FOR_STAFF)
+    one = session(visitor(), root)
+    fits(one, FOR_STAFF)
+    one.page.goto(f"/admin/robots/robot/{portal.robots['pa10'].pk}/change/")
+    for field in ("#id_address", "#id_camera", ".boxes-editor + textarea"):
+        assert one.page.locator(field).evaluate("(field) => getComputedStyle(field).direction") == "ltr", field
 
 
 @pytest.mark.parametrize("robot", ["mercury", "srv1"])

@@ -1,6 +1,6 @@
 """The reader's language and time zone in templates."""
 
-from datetime import datetime
+from datetime import date, datetime
 
 from django import template
 from django.conf import settings
@@ -25,6 +25,12 @@ def texts() -> str:
     if language == settings.LANGUAGE_CODE:
         return SafeString()
     return format_html('<script src="{}"></script>', reverse("texts", args=(language, version_of(language))))
+
+
+@register.filter
+def day(on: date) -> str:
+    """Return a day of the calendar, such as one of UTC, in words."""
+    return date_format(on, _format("day"))
 
 
 @register.filter

@@ -74,7 +74,7 @@ def test_the_names_of_this_portal_are_served(robot):
     (403, lambda request: errors.forbidden(request, PermissionDenied())),
     (403, lambda request: errors.csrf_failure(request, "none")),
     (404, lambda request: errors.not_found(request, Http404())),
-    (405, lambda request: errors.not_allowed(["GET"])),
+    (405, lambda request: errors.not_allowed(request, ["GET"])),
     (429, errors.too_many),
     (500, errors.server_error),
     (503, lambda request: errors.software_missing(request, "Mercury")),

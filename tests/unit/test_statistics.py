@@ -149,7 +149,7 @@ def test_a_bad_date_is_refused_in_words(text):
 @given(asks, st.lists(st.tuples(st.floats(0, 24), st.floats()), max_size=20))
 def test_nothing_is_drawn_outside_a_plot(found, points):
     drawn = [
-        plots.hours(by_hour(found, START), START, "goal", "reached"),
+        plots.hours(by_hour(found, START), START, "goal", "goals", "reached"),
         plots.success(success(found, 0.0, 1e4), "reached"),
         plots.line(points, 6.4, 8.4, START),
     ]

@@ -12,9 +12,13 @@ from allauth.account.models import EmailAddress
 from django.conf import settings
 from django.core.mail import EmailMessage, get_connection
 from django.db.models import F
+from django.utils import translation
+from django.utils.formats import date_format
+from django.utils.translation import gettext, pgettext
 
 from portal.web.alerts import webhook
 from portal.web.alerts.models import UNSENT, AlertMessage, MessageState
+from robots.sentences import translate
 
 log = logging.getLogger(__name__)
 FIRST_PAUSE = timedelta(minutes=1)  # it doubles
@@ -77,28 +81,36 @@ def _send(message: AlertMessage, now: datetime) -> bool:
     return True
 
 
+def _written(message: AlertMessage) -> tuple[str, str]:
+    """Return the subject and the text of a mail, in the language that is active."""
+    alert, site, name = message.alert, settings.SITE_ADDRESS, message.alert.robot.full_name
+    subject = gettext("{name} no longer needs staff") if message.over else gettext("{name} needs staff")
+    lines = [
+        f"{translate(alert.get_kind_display())}: {translate(alert.text)}",
+        gettext("Since {time} UTC.").format(time=_at(alert.seen_at)),
+        gettext("Over since {time} UTC.").format(time=_at(alert.clear_since or alert.ended_at)) if message.over else "",
+        f"{site}/admin/robots/robot/{alert.robot_id}/change/",
+        gettext("You can switch these mails off: {address}").format(address=f"{site}/me/"),
+    ]
+    return subject.format(name=name), "\n\n".join(line for line in lines if line) + "\n"
+
+
+def _at(time: datetime | None) -> str:
+    return date_format(time, pgettext("format of a date", "j F Y, H:i")) if time is not None else ""
+
+
 def _mail(message: AlertMessage) -> None:
     address = EmailAddress.objects.filter(user=message.user_id, verified=True, primary=True).first()
     if address is None:
         raise NotSent("The person has no confirmed address now.")
-    alert, site = message.alert, settings.SITE_ADDRESS
-    name = alert.robot.full_name
-    subject = f"{name} no longer needs staff" if message.over else f"{name} needs staff"
-    lines = [
-        f"{alert.get_kind_display()}: {alert.text}",
-        f"Since {alert.seen_at:%-d %B %Y, %H:%M} UTC.",
-        f"Over since {alert.clear_since or alert.ended_at:%-d %B %Y, %H:%M} UTC." if message.over else "",
-        f"{site}/admin/robots/robot/{alert.robot_id}/change/",
-        f"You can switch these mails off: {site}/me/",
-    ]
+    with translation.override(getattr(message.user, "language", "") or settings.LANGUAGE_CODE):
+        subject, text = _written(message)
     connection = get_connection()
     try:
         connection.open()
     except (OSError, smtplib.SMTPException) as error:
         raise NotSent(f"The mail server cannot be reached: {error}") from error
-    mail = EmailMessage(
-        subject, "\n\n".join(line for line in lines if line) + "\n", to=[address.email], connection=connection
-    )
+    mail = EmailMessage(subject, text, to=[address.email], connection=connection)
     mail.extra_headers["Message-ID"] = f"<{message.delivery}@farhand.invalid>"
     try:
         mail.send()

@@ -4,6 +4,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
 
+from django.utils.formats import number_format
+from django.utils.translation import gettext_lazy
+
 STEPS = tuple(factor * 10**power for power in range(2, 13) for factor in (1, 5))
 
 
@@ -28,22 +31,77 @@ class Figure:
 
 
 FIGURES = (
-    Figure("hits", "Page views", "Pages that people's browsers were shown; programs that say what they are, such as "
-           "search engines, and checks of the server are left out.", "First page view", "{} page views"),
-    Figure("addresses", "Unique addresses", "Different network addresses from which these pages were asked for, about "
-           "1 % off. No address is stored; somebody who comes on two days counts on both.",
-           "First visitor", "{} visitors, each counted once a day"),
-    Figure("turns", "Turns", "Turns that began.", "First turn", "{} turns"),
-    Figure("commands", "Commands", "Commands of turns and jobs that a robot took.", "First command", "{} commands"),
-    Figure("entries", "Log entries", "Entries that operators wrote in the log.", "First log entry", "{} log entries"),
-    Figure("finds", "Finds", "Finds that operators reported on that day and a moderator confirmed.", "First find",
-           "{} finds"),
-    Figure("watching", "Most watching at once", "The most people who watched at the same time.", adds_up=False),
-    Figure("online_s", "Hours online", "Hours in which a robot was reachable; of the portal, all robots together.",
-           "", "{} hours online", 3600.0),
-    Figure("sent_bytes", "Sent live (GB)", "Pictures, states and sound sent to people who watched, in GB.",
-           "", "{} GB sent", 1e9),
-)  # fmt: skip
+    Figure(
+        "hits",
+        gettext_lazy("Page views"),
+        gettext_lazy(
+            "Pages that people's browsers were shown; programs that say what they are, such as search engines, "
+            "and checks of the server are left out."
+        ),
+        gettext_lazy("First page view"),
+        gettext_lazy("{} page views"),
+    ),
+    Figure(
+        "addresses",
+        gettext_lazy("Unique addresses"),
+        gettext_lazy(
+            "Different network addresses from which these pages were asked for, about 1 % off. No address is "
+            "stored; somebody who comes on two days counts on both."
+        ),
+        gettext_lazy("First visitor"),
+        gettext_lazy("{} visitors, each counted once a day"),
+    ),
+    Figure(
+        "turns",
+        gettext_lazy("Turns"),
+        gettext_lazy("Turns that began."),
+        gettext_lazy("First turn"),
+        gettext_lazy("{} turns"),
+    ),
+    Figure(
+        "commands",
+        gettext_lazy("Commands"),
+        gettext_lazy("Commands of turns and jobs that a robot took."),
+        gettext_lazy("First command"),
+        gettext_lazy("{} commands"),
+    ),
+    Figure(
+        "entries",
+        gettext_lazy("Log entries"),
+        gettext_lazy("Entries that operators wrote in the log."),
+        gettext_lazy("First log entry"),
+        gettext_lazy("{} log entries"),
+    ),
+    Figure(
+        "finds",
+        gettext_lazy("Finds"),
+        gettext_lazy("Finds that operators reported on that day and a moderator confirmed."),
+        gettext_lazy("First find"),
+        gettext_lazy("{} finds"),
+    ),
+    Figure(
+        "watching",
+        gettext_lazy("Most watching at once"),
+        gettext_lazy("The most people who watched at the same time."),
+        adds_up=False,
+    ),
+    Figure(
+        "online_s",
+        gettext_lazy("Hours online"),
+        gettext_lazy("Hours in which a robot was reachable; of the portal, all robots together."),
+        "",
+        gettext_lazy("{} hours online"),
+        3600.0,
+    ),
+    Figure(
+        "sent_bytes",
+        gettext_lazy("Sent live (GB)"),
+        gettext_lazy("Pictures, states and sound sent to people who watched, in GB."),
+        "",
+        gettext_lazy("{} GB sent"),
+        1e9,
+    ),
+)
 BY_NAME = {figure.name: figure for figure in FIGURES}
 
 
@@ -87,10 +145,11 @@ def milestones(days: Iterable[Day]) -> list[Milestone]:
             figure, before = BY_NAME[name], sums[name]
             sums[name] = after = before + figure.in_unit(max(0.0, one.values.get(name) or 0.0))
             if before == 0.0 < after and figure.first:
-                found.append(Milestone(one.day, name, 1, figure.first))
+                found.append(Milestone(one.day, name, 1, str(figure.first)))
             passed = [step for step in STEPS if before < step <= after]
             if passed:
-                found.append(Milestone(one.day, name, passed[-1], figure.nth.format(f"{passed[-1]:,}")))
+                number = number_format(passed[-1], force_grouping=True)
+                found.append(Milestone(one.day, name, passed[-1], figure.nth.format(number)))
     return found
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from datetime import date, timedelta
 
 from django.http import Http404, QueryDict
+from django.utils.translation import gettext
 
 from portal.web.daily.milestones import FIGURES, Day
 from portal.web.daily.models import DailyFigures
@@ -36,20 +37,20 @@ class Selection:
     @property
     def name(self) -> str:
         """Return the name of what the figures are of."""
-        return self.robot.full_name if self.robot else "the whole portal"
+        return self.robot.full_name if self.robot else gettext("the whole portal")
 
 
 def selection_of(query: QueryDict, today: date) -> Selection:
     """Return what the query of an address asks for. Raises BadSpan; Http404 for a robot that there is not."""
     days, until, slug = query.get("days", ""), query.get("until", ""), query.get("robot", "")
     if days not in ("", *map(str, SPANS)):
-        raise BadSpan("Choose 30, 90 or 365 days.")
+        raise BadSpan(gettext("Choose 30, 90 or 365 days."))
     try:
         last = date.fromisoformat(until) if until else today
     except ValueError as error:
-        raise BadSpan("The last day is no date: write it as 2026-03-31.") from error
+        raise BadSpan(gettext("The last day is no date: write it as 2026-03-31.")) from error
     if not date(2000, 1, 1) <= last <= today:
-        raise BadSpan("The last day has to be today or earlier, and after the year 1999.")
+        raise BadSpan(gettext("The last day has to be today or earlier, and after the year 1999."))
     robot = Robot.objects.filter(slug=slug).first() if slug else None
     if slug and robot is None:
         raise Http404("There is no such robot.")

@@ -9,7 +9,9 @@ from typing import Any
 
 from django.http import HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import render
+from django.utils.formats import number_format
 from django.utils.http import urlencode
+from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
@@ -19,12 +21,11 @@ from portal.web.daily import reading
 from portal.web.daily.milestones import FIGURES, Day, Figure, Milestone, milestones, totals
 from portal.web.daily.reading import A_DAY, SPANS, BadSpan, Selection, days_of, selection_of
 from portal.web.statistics import plots
+from portal.web.translation.english import in_english
 from queueing.services import job_kinds
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 
-TOO_OFTEN = "Your network asks for statistics too often; ask again in a minute."
-UNKNOWN = "not known"
 FOR_A_MINUTE = {"Cache-Control": "public, max-age=60"}
 
 
@@ -36,7 +37,7 @@ class _Refused(Exception):
 
 def _asked(request: HttpRequest, today: date) -> Selection:
     if not within_limit(request, "statistics"):
-        raise _Refused(TOO_OFTEN, 429)
+        raise _Refused(gettext("Your network asks for statistics too often; ask again in a minute."), 429)
     try:
         return selection_of(request.GET, today)
     except BadSpan as error:
@@ -105,12 +106,14 @@ def _section(figure: Figure, days: Sequence[Day], found: Sequence[Milestone]) ->
 def number(value: float | None, whole: bool = True) -> str:
     """Return a figure in words; one that is not whole is a lower bound."""
     if value is None:
-        return UNKNOWN
-    text = f"{value:,.0f}" if value >= 100 or value == int(value) else f"{value:,.2f}"
-    return text if whole else f"at least {text}"
+        return gettext("not known")
+    digits = 0 if value >= 100 or value == int(value) else 2
+    text = str(number_format(f"{value:.{digits}f}", digits, force_grouping=True))
+    return text if whole else gettext("at least {number}").format(number=text)
 
 
 @require_safe
+@in_english
 def statistics_json(request: HttpRequest) -> JsonResponse:
     """Return the same for programs; null is what is not known. Shared caches keep it, but never a refusal."""
     try:
@@ -137,6 +140,7 @@ def _told(day: Day) -> dict[str, Any]:
 
 
 @require_safe
+@in_english
 def statistics_csv(request: HttpRequest) -> HttpResponse:
     """Return the days as CSV; an empty field is what is not known."""
     try:

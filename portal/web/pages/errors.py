@@ -4,14 +4,29 @@ Each is also rendered where no middleware has run, then without the menu and wit
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import Any
 
 from django.db import Error
 from django.http import HttpRequest, HttpResponse, HttpResponseNotAllowed
 from django.shortcuts import render
 from django.template.loader import render_to_string
+from django.utils.translation import get_language_from_request, gettext, override
 
 from portal.stores import down_text
+from robots.sentences import translate
+
+
+def _in_their_language(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
+    """Answer in the language of the request, which the middleware of languages may not have seen yet."""
+
+    @wraps(view)
+    def answer(request: HttpRequest, *args: Any, **kwargs: Any) -> HttpResponse:
+        with override(get_language_from_request(request)):
+            return view(request, *args, **kwargs)
+
+    return answer
 
 
 def _bare(heading: str, text: str, ours: bool = True) -> str:
@@ -25,72 +40,87 @@ def _page(request: HttpRequest, status: int, heading: str, text: str) -> HttpRes
     return render(request, "error.html", {"heading": heading, "text": text}, status=status)
 
 
+@_in_their_language
 def not_found(request: HttpRequest, exception: Exception) -> HttpResponse:
     """Answer 404."""
-    return _page(request, 404, "There is nothing here", "The address may be wrong, or the page no longer exists.")
+    text = gettext("The address may be wrong, or the page no longer exists.")
+    return _page(request, 404, gettext("There is nothing here"), text)
 
 
+@_in_their_language
 def forbidden(request: HttpRequest, exception: Exception) -> HttpResponse:
     """Answer 403."""
-    return _page(
-        request, 403, "Not for you", "Your account may not see this page. Sign in with another one, or ask staff."
-    )
+    text = gettext("Your account may not see this page. Sign in with another one, or ask staff.")
+    return _page(request, 403, gettext("Not for you"), text)
 
 
+@_in_their_language
 def bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
     """Answer 400."""
-    return _page(request, 400, "That request could not be understood", "Go back, reload the page, and try once more.")
+    text = gettext("Go back, reload the page, and try once more.")
+    return _page(request, 400, gettext("That request could not be understood"), text)
 
 
-def unknown_host() -> HttpResponse:
+@_in_their_language
+def unknown_host(request: HttpRequest) -> HttpResponse:
     """Answer 400 for a Host header that is missing, doubled, or not a name of this portal."""
-    text = (
+    text = gettext(
         "The Host header of the request is no name of this site. Open the site by the address that you were given. "
         "Staff: ALLOWED_HOSTS lists the names."
     )
-    return HttpResponse(_bare("No site of that name is here", text, ours=False), status=400)
+    return HttpResponse(_bare(gettext("No site of that name is here"), text, ours=False), status=400)
 
 
-def not_allowed(methods: Sequence[str]) -> HttpResponse:
+@_in_their_language
+def not_allowed(request: HttpRequest, methods: Sequence[str]) -> HttpResponse:
     """Answer 405. `methods`: those that the address takes."""
-    text = f"This address takes no such request, only {' or '.join(methods)}. Go back and use the links of the page."
-    return HttpResponseNotAllowed(methods, _bare("That cannot be done here", text))
+    text = gettext("This address takes no such request, only {methods}. Go back and use the links of the page.")
+    text = text.format(methods=gettext(" or ").join(methods))
+    return HttpResponseNotAllowed(methods, _bare(gettext("That cannot be done here"), text))
 
 
+@_in_their_language
 def too_many(request: HttpRequest) -> HttpResponse:
     """Answer 429 for attempts that are counted (`ACCOUNT_RATE_LIMITS`)."""
     return _page(
-        request, 429, "That was too often",
-        "Nothing was done. There is a limit on how often your account or your network address may try this; "
-        "wait some minutes, then try once more.",
+        request, 429, gettext("That was too often"),
+        gettext(
+            "Nothing was done. There is a limit on how often your account or your network address may try this; "
+            "wait some minutes, then try once more."
+        ),
     )  # fmt: skip
 
 
+@_in_their_language
 def server_error(request: HttpRequest) -> HttpResponse:
     """Answer 500, or 503 while a store is away; drawn without using a store."""
     error = sys.exc_info()[1]
     down = isinstance(error, Error)
-    heading = "A part of this site does not answer" if down else "Something broke on our side"
-    told = down_text(error) if error is not None and down else "It was noted."
-    text = f"{told} Nothing that was confirmed is lost. Try again in a minute."
+    heading = gettext("A part of this site does not answer") if down else gettext("Something broke on our side")
+    told = translate(down_text(error)) if error is not None and down else gettext("It was noted.")
+    text = f"{told} {gettext('Nothing that was confirmed is lost. Try again in a minute.')}"
     response = HttpResponse(_bare(heading, text), status=503 if down else 500)
     if down:
         response["Retry-After"] = "10"
     return response
 
 
+@_in_their_language
 def software_missing(request: HttpRequest, robot: str) -> HttpResponse:
     """Answer 503 for a robot whose package is not installed."""
     return _page(
-        request, 503, f"{robot} cannot be shown now",
-        "The software for this robot is not installed on this portal. Staff have to install its package. "
-        "The other robots work as before.",
+        request, 503, gettext("{robot} cannot be shown now").format(robot=robot),
+        gettext(
+            "The software for this robot is not installed on this portal. Staff have to install its package. "
+            "The other robots work as before."
+        ),
     )  # fmt: skip
 
 
+@_in_their_language
 def csrf_failure(request: HttpRequest, reason: str = "") -> HttpResponse:
     """Answer 403 for a form that is too old or comes from another site."""
     return _page(
-        request, 403, "This form is out of date",
-        "Nothing was done. Go back, reload the page and send the form again. Your browser must allow cookies.",
+        request, 403, gettext("This form is out of date"),
+        gettext("Nothing was done. Go back, reload the page and send the form again. Your browser must allow cookies."),
     )  # fmt: skip

@@ -47,7 +47,7 @@ class KnownHost:
         except DisallowedHost:
             host = str(request.META.get("HTTP_HOST", ""))[:SHOWN]
             security.warning("refused with 400: Host %r from %s", host, address_of(request))
-            return unknown_host()
+            return unknown_host(request)
         return self._get_response(request)
 
 
@@ -73,10 +73,10 @@ class KnownMethods:
     def __call__(self, request: HttpRequest) -> HttpResponse:
         """Pass on known methods."""
         if request.method not in METHODS:
-            return not_allowed(METHODS)
+            return not_allowed(request, METHODS)
         answer = self._get_response(request)
         if answer.status_code == 405 and answer.has_header("Allow") and not answer.streaming and not answer.content:
-            return not_allowed(answer["Allow"].split(", "))
+            return not_allowed(request, answer["Allow"].split(", "))
         return answer
 
 

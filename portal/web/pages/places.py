@@ -12,6 +12,7 @@ from portal.live.standing import act, places
 from queueing.services import note_waiting, standings
 from robots.kit.clock import SYSTEM
 from robots.kit.plain import whole
+from robots.sentences import translate
 
 
 @never_cache
@@ -28,7 +29,7 @@ def my_places(request: HttpRequest) -> HttpResponseBase:
         return JsonResponse(_places(request))
     wanted, robot = request.POST.get("do", ""), request.POST.get("robot", "")
     number = whole(request.POST.get("ticket", "")) or 0
-    wrong = act(request.user, wanted, robot, number, now, request.session.session_key or "")
+    wrong = translate(act(request.user, wanted, robot, number, now, request.session.session_key or ""))
     if request.accepts("text/html"):
         return _go_on(request, wanted, robot, wrong)
     return JsonResponse({**_places(request), "ok": not wrong, "text": wrong})

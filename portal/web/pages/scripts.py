@@ -5,6 +5,7 @@ from typing import Any
 
 from django.http import HttpRequest, JsonResponse, RawPostDataException
 from django.shortcuts import get_object_or_404
+from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_POST
 from redis.exceptions import RedisError
@@ -15,11 +16,10 @@ from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import BadRequest, GrantOver, NotPermitted, RobotError
 from robots.kit.plain import one_line
 from robots.models import Program, Robot
+from robots.sentences import translate
 from robots.services import programs
 
 LARGEST = 80_000  # bytes: the longest program and name, whose characters take twelve bytes each at most in JSON
-TOO_OFTEN = "This page asks for too many codes; wait a minute."
-AWAY = "No code can be kept now; the page goes on without."
 
 
 def _shown(program: Program, user: Any) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def programs_of(request: HttpRequest, slug: str) -> JsonResponse:
         found = programs.visible(robot, request.user, request.GET.get("kind", ""))[:200]
     except RobotError as error:
         status = 403 if isinstance(error, NotPermitted) else 400
-        return JsonResponse({"error": str(error)}, status=status)
+        return JsonResponse({"error": translate(error)}, status=status)
     return JsonResponse({"programs": [_shown(p, request.user) for p in found]})
 
 
@@ -62,9 +62,9 @@ def _said(request: HttpRequest) -> dict[str, Any]:
     try:
         said = json.loads(request.body[: LARGEST + 1])
     except (ValueError, RecursionError, RawPostDataException) as error:
-        raise BadRequest("The request is not JSON.") from error
+        raise BadRequest(gettext("The request is not JSON.")) from error
     if not isinstance(said, dict):
-        raise BadRequest("The request is not a JSON object.")
+        raise BadRequest(gettext("The request is not a JSON object."))
     return said
 
 
@@ -80,10 +80,14 @@ def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
     try:
         codes.grant_driven(robot, request.user, now)
         if not within(request, "code"):
-            return JsonResponse({"text": TOO_OFTEN}, status=429, headers={"Retry-After": "60"})
+            return JsonResponse(
+                {"text": gettext("This page asks for too many codes; wait a minute.")},
+                status=429,
+                headers={"Retry-After": "60"},
+            )
         code = codes.give(robot, request.user, now)
     except GrantOver as error:
-        return JsonResponse({"code": "", "text": str(error)})
+        return JsonResponse({"code": "", "text": translate(error)})
     except (RedisError, OSError):
-        return JsonResponse({"text": AWAY}, status=503)
+        return JsonResponse({"text": gettext("No code can be kept now; the page goes on without.")}, status=503)
     return JsonResponse({"code": code, "seconds": codes.CODE_S})

@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -10,13 +10,18 @@ from typing import Any
 from django.core.handlers.asgi import ASGIRequest
 from django.http import Http404, HttpResponse, HttpResponseBase, StreamingHttpResponse
 from django.http.request import HttpRequest
+from django.utils.translation import gettext
 
 from portal.edge.attempts import within
 
 PIECE = 65_536  # bytes
-TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
 RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})\Z")
 View = Callable[..., HttpResponseBase]
+
+
+def plain(text: str, status: int, headers: Mapping[str, str]) -> HttpResponse:
+    """Return an answer in plain text."""
+    return HttpResponse(text, status=status, content_type="text/plain; charset=utf-8", headers=dict(headers))
 
 
 def limit_rate(action: str = "replay") -> Callable[[View], View]:
@@ -27,7 +32,8 @@ def limit_rate(action: str = "replay") -> Callable[[View], View]:
         def answer(request: HttpRequest, *args: Any, **kwargs: Any) -> HttpResponseBase:
             if within(request, action):
                 return view(request, *args, **kwargs)
-            return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+            text = gettext("Too much is asked for from your network; try again in a minute.")
+            return plain(f"{text}\n", 429, {"Retry-After": "60"})
 
         return answer
 
@@ -43,9 +49,8 @@ def file_response(request: HttpRequest, path: Path, media: str, name: str) -> Ht
     wanted = RANGE.match(request.headers.get("Range", ""))
     first, last = _span(wanted, size) if wanted else (0, size - 1)
     if first > last or first >= size:
-        refused = HttpResponse("There is no such part of the file.\n", status=416, content_type="text/plain")
-        refused["Content-Range"] = f"bytes */{size}"
-        return refused
+        text = gettext("There is no such part of the file.")
+        return plain(f"{text}\n", 416, {"Content-Range": f"bytes */{size}"})
     pieces = _pieces(path, first, last)
     content = read_in_threads(pieces) if isinstance(request, ASGIRequest) else pieces
     answer = StreamingHttpResponse(content, status=206 if wanted else 200, content_type=media)

@@ -1,13 +1,13 @@
 """The 24 hours of which somebody asks for statistics."""
 
 from dataclasses import dataclass
-from datetime import UTC, datetime, time, timedelta
+from datetime import UTC, datetime, time, timedelta, tzinfo
 
 from django.utils.dateparse import parse_date, parse_datetime
+from django.utils.translation import gettext
 
 DAY = timedelta(hours=24)
 EARLIEST = datetime(2000, 1, 1, tzinfo=UTC)
-NOT_A_DATE = "This is no date and time: write it as 2026-03-31 or 2026-03-31T18:30, in UTC."
 
 
 class BadDate(ValueError):
@@ -28,28 +28,34 @@ class Span:
         return max(0.0, (self.until - self.start).total_seconds())
 
 
-def span_of(text: str, now: datetime) -> Span:
+def span_of(text: str, now: datetime, zone: tzinfo = UTC) -> Span:
     """Return the 24 hours from that date or date and time; those before `now` for an empty text.
+
+    `zone`: that of a time that names none.
 
     Raises:
         BadDate: no date, or one outside the years that can have statistics.
     """
-    start = _start(text.strip()) if text.strip() else now - DAY
+    start = _start(text.strip(), zone) if text.strip() else now - DAY
     if start < EARLIEST:
-        raise BadDate("There was no robot on this portal at that time; choose a later one.")
+        raise BadDate(gettext("There was no robot on this portal at that time; choose a later one."))
     if start > now:
-        raise BadDate("This time has not come yet; choose an earlier one.")
+        raise BadDate(gettext("This time has not come yet; choose an earlier one."))
     return Span(start, start + DAY, min(start + DAY, now))
 
 
-def _start(text: str) -> datetime:
+def _start(text: str, zone: tzinfo) -> datetime:
     try:
         found = parse_datetime(text)
         if found is None:
             day = parse_date(text)
             found = datetime.combine(day, time()) if day is not None else None
         if found is None:
-            raise BadDate(NOT_A_DATE)
-        return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
+            raise _no_date()
+        return (found.replace(tzinfo=zone) if found.tzinfo is None else found).astimezone(UTC)
     except (ValueError, OverflowError) as error:
-        raise BadDate(NOT_A_DATE) from error
+        raise _no_date() from error
+
+
+def _no_date() -> BadDate:
+    return BadDate(gettext("This is no date and time: write it as 2026-03-31 or 2026-03-31T18:30Z, which is in UTC."))

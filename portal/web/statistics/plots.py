@@ -3,7 +3,12 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
+from decimal import Decimal
 from math import floor, isfinite, log10
+
+from django.utils.formats import date_format, number_format
+from django.utils.timezone import localtime
+from django.utils.translation import gettext, pgettext
 
 from portal.web.statistics.counting import Bin, round_step
 
@@ -50,16 +55,21 @@ def short(value: float) -> str:
     """Return a number as short as beside an axis: 7.9, 250, 2.5k, 10M."""
     for size, unit in ((1e6, "M"), (1e3, "k")):
         if abs(value) >= size:
-            return f"{value / size:.3g}{unit}"
-    return f"{value:.3g}"
+            return f"{_digits(value / size)}{unit}"
+    return _digits(value)
+
+
+def _digits(value: float, form: str = ".3g") -> str:
+    """Return a number as the reader's language has it."""
+    return str(number_format(Decimal(f"{value:{form}}")))
 
 
 def clock_of(start: datetime, hour: int) -> str:
-    """Return the time of day so many hours after `start`."""
-    return f"{start + timedelta(hours=hour):%H:%M}"
+    """Return the time of day so many hours after `start`, in the reader's zone."""
+    return f"{localtime(start + timedelta(hours=hour)):%H:%M}"
 
 
-def hours(counts: list[tuple[int, int]], start: datetime, job: str, done: str) -> Plot:
+def hours(counts: list[tuple[int, int]], start: datetime, job: str, jobs: str, done: str) -> Plot:
     """Return jobs asked for in each hour from `start`, with those done in front."""
     most = max([asked for asked, _ in counts] + [1])
     step = max(1.0, round_step(0.0, most * 2.4))
@@ -69,7 +79,9 @@ def hours(counts: list[tuple[int, int]], start: datetime, job: str, done: str) -
     for n, (asked, reached) in enumerate(counts):
         for count, css in ((asked, "asked"), (reached, "done")):
             high = (BOTTOM - TOP) * count / top
-            words = f"from {clock_of(start, n)}: {asked} {job}{'s' * (asked != 1)}, {reached} {done}"
+            words = gettext("from {time}: {asked} {jobs}, {reached} {done}").format(
+                time=clock_of(start, n), asked=asked, jobs=job if asked == 1 else jobs, reached=reached, done=done
+            )
             bars.append(Bar(LEFT + n * wide + 2, BOTTOM - high, wide - 4, high, css, words))
         if n % 4 == 0:
             across.append(Mark(LEFT + (n + 0.5) * wide, BOTTOM + BELOW, clock_of(start, n)))
@@ -83,7 +95,9 @@ def success(bins: list[Bin], done: str) -> Plot:
     for n, one in enumerate(bins):
         share = one.done / one.attempted if one.attempted else 0.0
         high, x = (BOTTOM - TOP) * share, LEFT + n * wide
-        words = f"{one.low:g} to {one.high:g}: {one.done} of {one.attempted} {done}"
+        words = gettext("{low} to {high}: {reached} of {attempted} {done}").format(
+            low=_digits(one.low, "g"), high=_digits(one.high, "g"), reached=one.done, attempted=one.attempted, done=done
+        )
         bars.append(Bar(x + 3, BOTTOM - high, wide - 6, high, "done", words))
         if one.attempted:
             tops.append(Mark(x + wide / 2, BOTTOM - high - 6, f"{100 * share:.0f}"))
@@ -115,10 +129,17 @@ def days(values: Sequence[tuple[date, float | None, str]], marked: Collection[da
         x, high = LEFT + n * wide, (BOTTOM - TOP) * (value or 0.0) / top
         y, css = (BOTTOM - high, "done") if value is not None else (BOTTOM, "unknown")
         bars.append(
-            Bar(x + 0.1 * wide, y, 0.8 * wide, high if value is not None else UNKNOWN, css, f"{day:%-d %b %Y}: {words}")
+            Bar(
+                x + 0.1 * wide,
+                y,
+                0.8 * wide,
+                high if value is not None else UNKNOWN,
+                css,
+                f"{date_format(day, pgettext('format of a date', 'j M Y'))}: {words}",
+            )
         )
         if n % every == 0:
-            across.append(Mark(x + wide / 2, BOTTOM + BELOW, f"{day:%-d %b}"))
+            across.append(Mark(x + wide / 2, BOTTOM + BELOW, date_format(day, pgettext("format of a date", "j M"))))
         if day in marked:
             flags.append(Mark(x + wide / 2, TOP - 8, str(len(flags) + 1)))
     return Plot(tuple(bars), "", tuple(across), _up(0.0, top, step), flags=tuple(flags))

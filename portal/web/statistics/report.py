@@ -4,6 +4,10 @@ from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from typing import Any
 
+from django.utils.formats import number_format
+from django.utils.text import capfirst
+from django.utils.translation import gettext
+
 from portal.web.statistics.counting import (
     CANCELLED,
     FAULT,
@@ -26,6 +30,7 @@ from portal.web.statistics.day import Span
 from portal.web.statistics.reading import DayRecord, Use
 from robots.kit.contract.capabilities import Share, Statistics, Times, Total
 from robots.kit.contract.spec import Spec
+from robots.sentences import translate
 from robots.states import CommandState
 
 
@@ -41,7 +46,23 @@ class Row:
     @property
     def text(self) -> str:
         """Return the value as people read it."""
-        return "not known" if self.value is None else f"{self.value:,.{self.digits}f} {self.unit}".strip()
+        if self.value is None:
+            return gettext("not known")
+        return f"{number_format(f'{self.value:.{self.digits}f}', self.digits, force_grouping=True)} {self.unit}".strip()
+
+
+@dataclass(frozen=True)
+class JobWords:
+    """What the robot calls one job, several of them, and one that is done, in the reader's language."""
+
+    job: str
+    jobs: str
+    done: str
+
+
+def words_of(declared: Statistics) -> JobWords:
+    """Return the words for a robot's jobs."""
+    return JobWords(translate(declared.job), translate(f"{declared.job}s"), translate(declared.done))
 
 
 @dataclass(frozen=True)
@@ -93,22 +114,23 @@ def report_of(history: DayRecord, spec: Spec, declared: Statistics, span: Span) 
 
 
 def _jobs(found: DayRecord, declared: Statistics) -> list[Row]:
-    counts, many = outcomes(found.asks), f"{declared.job}s".capitalize()
+    counts, words = outcomes(found.asks), words_of(declared)
+    many, done = capfirst(words.jobs), words.done
     tried = attempted(counts)
     share = 100.0 * counts[REACHED] / tried if tried else None
     return [
-        Row(f"{many} asked for", len(found.asks)),
-        Row("People and guests who asked", len({ask.asker for ask in found.asks})),
-        Row(f"{many} attempted", tried),
-        Row(f"{many} {declared.done}", counts[REACHED]),
-        Row(f"{declared.done.capitalize()}, of those attempted", share, "%", 1),
-        Row("Given up by the robot", counts[GAVE_UP]),
-        Row("Ended by faults of the robot", counts[FAULT]),
-        Row("Cut off; how they ended is not known", counts[UNKNOWN]),
-        *(Row(label, counts[code]) for code, label in declared.ends),
-        Row("Refused by the robot", counts[REFUSED]),
-        Row("Cancelled or stopped by people", counts[CANCELLED]),
-        Row("Still waiting or under way", counts[OPEN]),
+        Row(gettext("{jobs} asked for").format(jobs=many), len(found.asks)),
+        Row(gettext("People and guests who asked"), len({ask.asker for ask in found.asks})),
+        Row(gettext("{jobs} attempted").format(jobs=many), tried),
+        Row(gettext("{jobs} {done}").format(jobs=many, done=done), counts[REACHED]),
+        Row(gettext("{done}, of those attempted").format(done=capfirst(done)), share, "%", 1),
+        Row(gettext("Given up by the robot"), counts[GAVE_UP]),
+        Row(gettext("Ended by faults of the robot"), counts[FAULT]),
+        Row(gettext("Cut off; how they ended is not known"), counts[UNKNOWN]),
+        *(Row(translate(label), counts[code]) for code, label in declared.ends),
+        Row(gettext("Refused by the robot"), counts[REFUSED]),
+        Row(gettext("Cancelled or stopped by people"), counts[CANCELLED]),
+        Row(gettext("Still waiting or under way"), counts[OPEN]),
     ]
 
 
@@ -118,23 +140,24 @@ def _use(use: Use, span: Span) -> list[Row]:
     sent = None if use.sent_bytes is None else use.sent_bytes / 1e6
     rate = None if sent is None or not span.seconds else 8000 * sent / span.seconds
     return [
-        Row("Time online", share, "%", 1),
-        Row("Most visitors at once", use.watching),
-        Row("Sent to visitors, live", sent, "MB", 1),
-        Row("Sent to visitors, live, on average", rate, "kbit/s", 1),
+        Row(gettext("Time online"), share, "%", 1),
+        Row(gettext("Most visitors at once"), use.watching),
+        Row(gettext("Sent to visitors, live"), sent, "MB", 1),
+        Row(gettext("Sent to visitors, live, on average"), rate, "kbit/s", 1),
     ]
 
 
 def _own(row: Total | Times | Share, found: DayRecord, spec: Spec, span: Span) -> Row:
     """Return a row that the robot adds."""
+    label = translate(row.label)
     if isinstance(row, Times):
         ends = (CommandState.FAILED, CommandState.REJECTED) if row.failed else (CommandState.COMPLETED,)
         within = (m for m in found.motions if m.kind == row.kind and m.state in ends and m.ended_at < span.end)
-        return Row(row.label, sum(1 for _ in within))
+        return Row(label, sum(1 for _ in within))
     if isinstance(row, Share):
         busy = seconds_of(found.motions, row.kinds, span.start, span.until)
-        return Row(row.label, 100.0 * busy / span.seconds if span.seconds else None, "%", 1)
+        return Row(label, 100.0 * busy / span.seconds if span.seconds else None, "%", 1)
     earlier = readings(reversed(found.before), row.channel)
     grown = growth(readings(found.motions, row.channel), earlier[-1] if earlier else None)
     unit = next((c.unit for c in spec.channels if c.name == row.channel), "")
-    return Row(row.label, grown, unit, 1 if unit else 0)
+    return Row(label, grown, unit, 1 if unit else 0)

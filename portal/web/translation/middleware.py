@@ -33,9 +33,13 @@ class ReaderZone:
 
     def __call__(self, request: HttpRequest) -> HttpResponse:
         """Answer with that zone active."""
-        name = request.COOKIES.get(ZONE_COOKIE, "")
-        with timezone.override(ZoneInfo(name) if name in _zones() else None):
+        with timezone.override(zone_of(request.COOKIES.get(ZONE_COOKIE, ""))):
             return self._get_response(request)
+
+
+def zone_of(name: str) -> ZoneInfo | None:
+    """Return the time zone of that name; None if there is none."""
+    return ZoneInfo(name) if name in _zones() else None
 
 
 @cache

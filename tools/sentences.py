@@ -14,11 +14,15 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from robots.kit.contract.capabilities import Statistics
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import Argument, Spec
 
-ROOMS = ("robots/kit", "robots/services", "robots/grants.py", "robots/states.py", "workers", "queueing", "portal/live")
+ROOMS = (
+    "robots/kit", "robots/services", "robots/grants.py", "robots/states.py", "workers", "queueing", "portal/live",
+    "portal/stores.py", "portal/web/alerts/needs.py",
+)  # fmt: skip
 ENGLISH = (  # folders and modules of which no page shows a text
     "conformance", "prepare", "ros",  # for integrators
     "migrations", "admin", "process", "simulated",  # for operators of servers
@@ -65,7 +69,8 @@ def sentences(root: Path) -> list[str]:
                 texts.update(of_source(path.read_text(), str(path).endswith(ANSWERS)))
     for path in sorted(root.glob("robots/kit/drivers/*/robot.toml")):
         texts.update(of_table(tomllib.loads(path.read_text())))
-        texts.update(of_spec(spec_of(path.parent.name)))
+        spec = spec_of(path.parent.name)
+        texts.update((*of_spec(spec), *of_jobs(spec.capability(Statistics) or Statistics())))
         texts.update(procedure.label for procedure in offered_procedures(path.parent.name))
     return sorted(texts)
 
@@ -112,6 +117,11 @@ def of_spec(spec: Spec) -> Iterator[str]:
         for argument in command.arguments:
             yield from () if argument.text else _of_argument(argument)
             yield from [argument.title] if NAME.search(argument.title) else []
+
+
+def of_jobs(declared: Statistics) -> Iterator[str]:
+    """Yield what a page of statistics calls one job, several, and one that is done."""
+    yield from (declared.job, f"{declared.job}s", declared.done)
 
 
 def _of_argument(argument: Argument) -> Iterator[str]:

@@ -3,9 +3,15 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
+from typing import TYPE_CHECKING
 
 from django.utils.formats import number_format
 from django.utils.translation import gettext_lazy
+
+if TYPE_CHECKING:
+    from django.utils.functional import _StrPromise
+
+    Text = str | _StrPromise
 
 STEPS = tuple(factor * 10**power for power in range(2, 13) for factor in (1, 5))
 
@@ -18,10 +24,10 @@ class Figure:
     """
 
     name: str
-    title: str
-    means: str
-    first: str = ""
-    nth: str = ""
+    title: "Text"
+    means: "Text"
+    first: "Text" = ""
+    nth: "Text" = ""
     size: float = 1.0
     adds_up: bool = True
 

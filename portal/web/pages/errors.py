@@ -98,7 +98,7 @@ def server_error(request: HttpRequest) -> HttpResponse:
     down = isinstance(error, Error)
     heading = gettext("A part of this site does not answer") if down else gettext("Something broke on our side")
     told = translate(down_text(error)) if error is not None and down else gettext("It was noted.")
-    text = f"{told} {gettext('Nothing that was confirmed is lost. Try again in a minute.')}"
+    text = " ".join((told, gettext("Nothing that was confirmed is lost. Try again in a minute.")))
     response = HttpResponse(_bare(heading, text), status=503 if down else 500)
     if down:
         response["Retry-After"] = "10"

@@ -125,6 +125,7 @@ def days(values: Sequence[tuple[date, float | None, str]], marked: Collection[da
     top, wide, every = 4 * step, (RIGHT - LEFT) / len(values), -(-len(values) // DATES)
     bars, across = [], []
     flags: list[Mark] = []
+    form = pgettext("format of a date", "j M Y")
     for n, (day, value, words) in enumerate(values):
         x, high = LEFT + n * wide, (BOTTOM - TOP) * (value or 0.0) / top
         y, css = (BOTTOM - high, "done") if value is not None else (BOTTOM, "unknown")
@@ -135,7 +136,7 @@ def days(values: Sequence[tuple[date, float | None, str]], marked: Collection[da
                 0.8 * wide,
                 high if value is not None else UNKNOWN,
                 css,
-                f"{date_format(day, pgettext('format of a date', 'j M Y'))}: {words}",
+                f"{date_format(day, form)}: {words}",
             )
         )
         if n % every == 0:

@@ -261,6 +261,11 @@ def told_result(command: Command) -> dict[str, Any]:
     return {**told, "sent": rounded_without_texts(told["sent"])} if "sent" in told else told
 
 
+def told_target(command: Command) -> dict[str, Any]:
+    """Return where a running command takes the robot (see `target_of`); empty once it has ended."""
+    return {} if command.final else command.target
+
+
 def rounded_without_texts(value: Any) -> Any:
     """Return a JSON value without texts, its numbers rounded to `DIGITS` decimals."""
     if isinstance(value, dict):
@@ -275,7 +280,7 @@ def stage_event(command: Command) -> CommandStage:
     return CommandStage(
         id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
         state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000),
-        result=told_result(command), progress=command.progress,
+        result=told_result(command), progress=command.progress, target=told_target(command),
     )  # fmt: skip
 
 

@@ -28,7 +28,7 @@ from queueing.services import (
     waiting,
     waits_for_staff,
 )
-from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result
+from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result, told_target
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
@@ -110,6 +110,7 @@ def command_info(command: Command) -> dict[str, Any]:
         "state": command.state, "reason": command.reason, "result": told_result(command), "progress": command.progress,
         "at_ms": ms_of(command.reached_at), "seen_ms": ms_of(command.seen_picture_at),
         "newest_ms": ms_of(command.newest_picture_at), "clamping": command.clamping,
+        "target": told_target(command),
         "by": holder.username if holder else "",
     }  # fmt: skip
 

@@ -30,6 +30,7 @@ class CommandStage(_Message, frozen=True, tag="command"):
     at_ms: int = 0
     result: dict[str, Any] = msgspec.field(default_factory=dict)
     progress: dict[str, Any] = msgspec.field(default_factory=dict)
+    target: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
 class Changed(_Message, frozen=True, tag="changed"):

@@ -296,6 +296,7 @@ class Command(models.Model):
     seen_picture_at = models.DateTimeField(null=True, blank=True)
     newest_picture_at = models.DateTimeField(null=True, blank=True)
     clamping = models.JSONField(default=dict, db_default={}, blank=True)  # name: asked, sent, where they differ
+    target = models.JSONField(default=dict, db_default={}, blank=True)  # words, place: see `target_of`
 
     class Meta:
         ordering = ("-id",)

@@ -32,10 +32,12 @@ STAMPS = {
 }
 ROBOT, ID, NOW = Slot("robot", BigAutoField()), Slot("id", BigAutoField()), Slot("now", DateTimeField())
 EPOCH, PICTURE = Slot("epoch", BigIntegerField()), Slot("picture", DateTimeField())
-RESULT, CLAMPING = Slot("result", JSONField()), Slot("clamping", JSONField())
+RESULT, CLAMPING, TARGET = (Slot(name, JSONField()) for name in ("result", "clamping", "target"))
 STATE, WAS, REASON = Slot("state", CharField()), Slot("was", CharField()), Slot("reason", CharField())
 _ADVANCE = {
-    state: PreparedUpdate(lambda: Command.objects.filter(pk=ID, state=WAS), **{"state": state, stamp: NOW})
+    state: PreparedUpdate(
+        lambda: Command.objects.filter(pk=ID, state=WAS), **{"state": state, stamp: NOW, "target": TARGET}
+    )
     for state, stamp in STAMPS.items()
 }
 _FINISH = PreparedUpdate(
@@ -100,7 +102,7 @@ def advance(command: Command, state: CommandState, now: datetime) -> None:
         return
     stamp = STAMPS[state]
     with without_waiting():
-        done = _ADVANCE[state](id=command.pk, was=command.state, now=now)
+        done = _ADVANCE[state](id=command.pk, was=command.state, now=now, target=command.target)
     if done:
         command.state = state
         setattr(command, stamp, now)

@@ -24,6 +24,8 @@ from robots.kit.contract.errors import (
 from robots.kit.contract.procedures import CALIBRATE, RESET, procedure
 from robots.kit.contract.session import Moves, Observation, Permit, Progress, Report
 from robots.kit.contract.spec import CommandKind
+from robots.kit.contract.target import target_of
+from robots.kit.contract.words import is_number
 from robots.models import Command
 from robots.states import CommandState
 from workers.authority.lane import MOTION, Lane
@@ -181,6 +183,8 @@ class Runner:
         self._said, now = command.pk, self._owned.now()
         if stage == "acknowledged":
             self._lane.gate.note_begun()
+        if not command.target:  # not earlier: nothing that is only told delays the first byte
+            command.target = _target(self._owned, command)
         try:
             rows.advance(command, STAGES[stage], now)
         except Error as error:
@@ -246,6 +250,13 @@ class Runner:
             return look(owned, pictures, owned.driver.recover(permit), command)
         found = {"calibration": calibrate_and_keep(owned, pictures, permit)} if wanted.kind == CALIBRATE else {}
         return {**found, **look(owned, pictures, owned.driver.state(), command)}
+
+
+def _target(owned: OwnedRobot, command: Command) -> dict[str, Any]:
+    """Return where a command takes the robot from where it is."""
+    known = owned.known_state()
+    before = {name: value for name, value in known.values.items() if is_number(value)} if known else None
+    return target_of(owned.robot.spec(), command.kind, command.args, before)
 
 
 class Commands:

@@ -90,3 +90,9 @@ export class TargetEdit {
     this.after = -1;
   }
 }
+/** What the server says of a target, which `key` names: whether it can be reached, and why not. */
+export interface Plan {
+  key: string;
+  ok: boolean;
+  text: string;
+}

@@ -50,6 +50,8 @@ export class ArmView extends View3D {
   protected readonly arm: URDFRobot;
   protected readonly ghost: URDFRobot;
   private expected: URDFRobot;
+  private watched: URDFRobot; // where who drives has sent the arm, for who watches
+  private watchedWay = new Line(new BufferGeometry(), new LineBasicMaterial({ color: TARGET }));
   private prediction: { readonly runs: boolean; readonly joints: Predicted | null } = { runs: false, joints: null };
   private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0x0c8a9a }));
   private from: number[] = [];
@@ -73,10 +75,12 @@ export class ArmView extends View3D {
     this.arm = new URDFLoader().parse(urdf);
     this.ghost = new URDFLoader().parse(urdf);
     this.expected = new URDFLoader().parse(urdf);
+    this.watched = new URDFLoader().parse(urdf);
     paint(this.ghost, TARGET);
     paint(this.expected, EXPECTED);
-    this.ghost.visible = this.expected.visible = false;
-    this.world.add(this.arm, this.ghost, this.expected, this.path, this.forbidden);
+    paint(this.watched, TARGET);
+    this.ghost.visible = this.expected.visible = this.watched.visible = this.watchedWay.visible = false;
+    this.world.add(this.arm, this.ghost, this.expected, this.watched, this.path, this.watchedWay, this.forbidden);
     this.boxes(boxes);
     const { grid } = this;
     grid.material.transparent = true;
@@ -135,6 +139,15 @@ export class ArmView extends View3D {
     this.path.visible = q !== null && path.length > 1;
     const points = path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z));
     setPoints(this.path, points);
+    this.ask();
+  }
+
+  /** Show to people who watch where the arm goes (rad, m), and the path of its tool (m); null hides both. */
+  goesTo(q: readonly number[] | null, path: readonly number[][] = []): void {
+    this.watched.visible = this.watchedWay.visible = q !== null;
+    this.holder.toggleAttribute("data-goes", q !== null);
+    if (q) this.pose(this.watched, q);
+    setPoints(this.watchedWay, path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z))); // prettier-ignore
     this.ask();
   }
 

@@ -1,8 +1,9 @@
 /** The page of every robot: it owns the connection, the newest snapshot and state, and the parts that show them. */
-import { byId } from "../kit/dom.ts";
+import { byId, say } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { refusal } from "../kit/refusal.ts";
 import { focusStage } from "../kit/stage_focus.ts";
+import { translate } from "../kit/text.ts";
 import { ScreenWakeLock } from "../kit/wake_lock.ts";
 import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
@@ -28,6 +29,7 @@ import { RobotState } from "./robot_state.ts";
 import { Stage } from "./stage.ts";
 import { Status } from "./status.ts";
 import { StopButton } from "./stop_button.ts";
+import { targetOf } from "./target.ts";
 import { WireTrace } from "./wire_trace.ts";
 
 const AWAY_MS = 20_000; // a turn is kept for so long without a connection
@@ -157,6 +159,13 @@ export class RobotPage {
 
   get operating(): boolean {
     return this.snapshot?.me.can.drive ?? false;
+  }
+
+  /** Where the command that runs takes the robot, for people who watch it live or recorded; null for who drives. */
+  get target(): ReturnType<typeof targetOf> {
+    const s = this.snapshot,
+      known = s !== null && s.link && s.robot.state !== "offline" && !this.live.lost;
+    return known && !this.operating ? targetOf(s.commands) : null;
   }
 
   /** The number of the newest command of this grant; 0 if there is none. */
@@ -316,6 +325,7 @@ export class RobotPage {
     this.wakeLock.keep(this.operating && !isReplay() && this.live.lostMs < AWAY_MS);
     this.commands.draw();
     if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
+    say(byId("target"), translate(this.target?.words ?? ""));
     if (!s) return;
     this.turnPanel.draw(s, f.now, f.lineUp);
     this.suspension.draw(s, f.lineUp);

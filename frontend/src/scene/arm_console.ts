@@ -24,14 +24,9 @@ import { Prediction } from "../arm/prediction.ts";
 import { Tasks } from "../arm/tasks.ts";
 import { Pick, type PickFacts } from "./pick.ts";
 import { showReadings } from "../arm/readings.ts";
-import { type ArmDescription, type ArmMode, type ArmParts, type Judge, type Target } from "../arm/types.ts";
+import { type ArmDescription, type ArmMode, type ArmParts, type Judge, type Plan, type Target } from "../arm/types.ts";
 import type { ArmView, ForbiddenBox } from "../arm/view.ts";
-
-interface Plan {
-  key: string;
-  ok: boolean;
-  text: string;
-}
+import { WatchedGoal } from "./watched_goal.ts";
 
 const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFacts & PickFacts & { set: { boxes?: ForbiddenBox[] } };
 const boxes = description.set.boxes ?? []; // of staff
@@ -52,6 +47,7 @@ export class ArmConsole implements Console, Judge {
     () => this.page.live.now(),
     (q) => this.view?.toolAt(q) ?? null,
   );
+  private goal = new WatchedGoal(() => this.page);
   private plan: Plan | null = null;
   private planned = 0;
   private planTimer = 0;
@@ -192,6 +188,7 @@ export class ArmConsole implements Console, Judge {
   path(packet: PathPacket): void {
     this.prediction.begin(packet);
     this.view?.expect(this.prediction);
+    this.goal.begin(packet);
   }
 
   /** Expect a motion from rest that was just sent: it begins once the command has arrived. */
@@ -387,14 +384,12 @@ export class ArmConsole implements Console, Judge {
 
   draw(f: Facts): void {
     for (const c of f.snapshot?.commands ?? []) this.prediction.command(c);
+    this.goal.draw(this.view);
     byId("modes").hidden = !this.page.operating && !this.page.snapshot?.me.cleared;
     this.showScene();
-    for (const [name, kind] of Object.entries(BUTTONS)) {
+    for (const [name, kind] of Object.entries(BUTTONS))
       for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
-    }
     const why = this.whyNot("jog", f);
-    this.joints.enable(why);
-    this.position.enable(why);
-    this.scene?.enable(why);
+    for (const one of [this.joints, this.position, this.scene]) one?.enable(why);
   }
 }

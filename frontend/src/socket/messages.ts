@@ -17,6 +17,13 @@ export interface Still {
   /** The result of the robot's own calibration at that time; its console knows what it holds. */
   calibration: Record<string, unknown>;
 }
+/** Where a command takes the robot. */
+export interface Target {
+  /** What it does, as a sentence; a portal of before does not say. */
+  words?: string;
+  /** Coordinates of the robot's pose by the names of its spec (m, rad), if the command names a place. */
+  place?: Record<string, number>;
+}
 export interface CommandInfo {
   id: number;
   seq: number;
@@ -35,6 +42,8 @@ export interface CommandInfo {
   newest_ms?: number | null;
   /** The values that were limited, by name. */
   clamping?: Record<string, [asked: number, sent: number]>;
+  /** From when it is sent to the robot until it ends. */
+  target?: Target;
   result?: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo {

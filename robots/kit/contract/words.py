@@ -29,7 +29,7 @@ def command_words(spec: Spec, kind: str, args: Mapping[str, Any], before: Place 
         return _said(found, args)
     coordinates = spec.pose.coordinates if spec.pose else ()
     apart = [a for a in found.arguments if a.directions and a.name in coordinates and a.name in args]
-    if apart and all(_is_number(args[a.name]) and a.name in (before or {}) for a in apart):
+    if apart and all(is_number(args[a.name]) and a.name in (before or {}) for a in apart):
         moved = [_along(a.directions, args[a.name] - (before or {})[a.name], a.unit) for a in apart]
         others = [_one(a, args[a.name]) for a in found.arguments if a.name in args and a not in apart]
         words = ", ".join(part for part in (*moved, *others) if part)
@@ -58,7 +58,7 @@ def place_words(spec: Spec, place: Place) -> str:
 def place_of(spec: Spec, pose: Sequence[float] | None) -> dict[str, float]:
     """Return the coordinates of a stored pose by name; empty where it is not one of this robot."""
     names = spec.pose.coordinates if spec.pose else ()
-    fits = pose is not None and len(pose) == len(names) and all(map(_is_number, pose))
+    fits = pose is not None and len(pose) == len(names) and all(map(is_number, pose))
     return dict(zip(names, pose or (), strict=False)) if fits else {}
 
 
@@ -84,11 +84,11 @@ def _said(kind: CommandKind, args: Mapping[str, Any]) -> str:
 
 def _one(argument: Argument, value: Any) -> str:
     """Return one argument in words; empty if it says nothing, as a speed of zero in some direction."""
-    if argument.directions and not argument.unit and _is_number(value):
+    if argument.directions and not argument.unit and is_number(value):
         return "" if not value else argument.directions[value < 0]
-    if argument.directions and _is_number(value) and not argument.label:
+    if argument.directions and is_number(value) and not argument.label:
         return f"{argument.title} {quantity(value, argument.unit)}"
-    if argument.directions and _is_number(value):
+    if argument.directions and is_number(value):
         return _along(argument.directions, value, argument.unit)
     told = _value(argument, value)
     if argument.text:
@@ -104,7 +104,7 @@ def _along(directions: Sequence[str], value: float, unit: str) -> str:
 
 
 def _value(argument: Argument, value: Any) -> str:
-    if _is_number(value):
+    if is_number(value):
         return quantity(value, argument.unit)
     lines = [one_line(line) for line in str(value)[: 100 * LONGEST].splitlines() if line.strip()]
     first = lines[0] if lines else ""
@@ -112,5 +112,6 @@ def _value(argument: Argument, value: Any) -> str:
     return f"“{cut}” and {len(lines) - 1} more lines" if len(lines) > 1 else f"“{cut}”"
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Tell whether a value is a number that can be told; True and False are none."""
     return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)

@@ -50,7 +50,7 @@ _COMMAND = _object(
     "A stage of a command.",
     id={"type": "integer"}, seq={"type": "integer"}, grant={"type": "integer"}, kind={"type": "string"},
     state={"type": "string"}, reason={"type": "string"}, at_ms={"type": "integer"}, result={"type": "object"},
-    progress={"type": "object"}, args={"type": "object"},
+    progress={"type": "object"}, args={"type": "object"}, target={"type": "object"},
 )  # fmt: skip
 _EVENT = _object(
     "Something that was told, or that happened to the recording.",

@@ -17,7 +17,7 @@ import {
 } from "/static/farhand/v1/console.js";
 import "./console.css";
 import { type SandFacts, whyNot } from "./rules.ts";
-import { type Description, type Map2, nozzlePixel, onSand, target } from "./scara.ts";
+import { type Description, type Map2, nozzlePixel, onSand, pixel, target } from "./scara.ts";
 import { Schematic } from "./schematic.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
@@ -164,11 +164,16 @@ class SandConsole extends Basics<RobotPage> {
   private drawAim(f: SandFacts): void {
     const still = page.snapshot?.still ?? null;
     const map = still ? mapFor(still) : null;
-    this.schematic.aim(page.operating ? this.aimPoint() : null);
+    const watched = targetPlace();
+    this.schematic.aim(page.operating ? this.aimPoint() : watched);
     // the camera is on the arm, so cross and nozzle belong to the picture for which they were computed
     const shown = this.camera.stillId;
-    const from = still?.id === shown && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
-    this.camera.aim(this.aim?.by === "camera" && this.aim.still === shown && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);
+    const fits = still?.id === shown && map ? map : null;
+    const from = still && fits && (page.operating || watched) ? nozzlePixel(fits, still.width, still.height) : null;
+    const own: [number, number] | null =
+      this.aim?.by === "camera" && this.aim.still === shown && f.aim !== "old" ? [this.aim.u, this.aim.v] : null;
+    const theirs = still && fits && watched ? pixel(fits, still.pose, watched, still.width, still.height) : null;
+    this.camera.aim(own ?? theirs, from);
     byId("screen").classList.toggle("refused", f.aim === "refused");
   }
 
@@ -192,6 +197,12 @@ function sayHeight(badge: HTMLElement, z: number | undefined): void {
   if (badge.dataset["words"] === words) return;
   badge.dataset["words"] = words;
   badge.replaceChildren(...(words ? [`${words} `, make("small", {}, `Z = ${up}`)] : []));
+}
+
+/** Return the place (m) to which the driver has sent the arm, for who watches. */
+function targetPlace(): [number, number] | null {
+  const { x, y } = page.target?.place ?? {};
+  return x === undefined || y === undefined ? null : [x, y];
 }
 
 function mapFor(still: Still): Map2 | null {

@@ -46,10 +46,19 @@ export function target(map: Map2, pose: number[], u: number, v: number, w: numbe
   return [(pose[0] ?? 0) + Math.cos(turn) * dx - Math.sin(turn) * dy, (pose[1] ?? 0) + Math.sin(turn) * dx + Math.cos(turn) * dy];
 }
 
-/** Return the pixel that is under the nozzle: where the map sends no motion. */
-export function nozzlePixel(map: Map2, w: number, h: number): [number, number] {
+/** Return the pixel of a tool target (m) in a picture that was taken at `pose`: the inverse of `target`. */
+export function pixel(map: Map2, pose: number[], to: readonly [number, number], w: number, h: number): [number, number] {
   const [[a = 1, b = 0, c = 0] = [], [d = 0, e = 1, f = 0] = []] = map.matrix;
   const det = a * e - b * d;
   if (Math.abs(det) < 1e-12) return [(w - 1) / 2, (h - 1) / 2];
-  return [(w - 1) / 2 + (-c * e + b * f) / det, (h - 1) / 2 + (-a * f + c * d) / det];
+  const turn = (pose[3] ?? 0) - map.theta;
+  const [x, y] = [to[0] - (pose[0] ?? 0), to[1] - (pose[1] ?? 0)];
+  const dx = Math.cos(turn) * x + Math.sin(turn) * y - c,
+    dy = Math.cos(turn) * y - Math.sin(turn) * x - f;
+  return [(w - 1) / 2 + (e * dx - b * dy) / det, (h - 1) / 2 + (a * dy - d * dx) / det];
+}
+
+/** Return the pixel that is under the nozzle: where the map sends no motion. */
+export function nozzlePixel(map: Map2, w: number, h: number): [number, number] {
+  return pixel(map, [], [0, 0], w, h);
 }

@@ -131,12 +131,14 @@ class HallConsole extends Basics<RobotPage> {
   /** Mark the place to which the rover drives. */
   private mark(): void {
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
-    const args = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
-    this.map.mark(this.sent ?? (args ? [Number(args["x"]), Number(args["y"])] : null));
+    const job = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
+    const to = page.target?.place ?? job; // of who drives, or of a job
+    this.map.mark(this.sent ?? (to ? [Number(to["x"]), Number(to["y"])] : null));
   }
 
   override draw(f: Facts): void {
     this.jobs.draw();
+    this.mark();
     this.rules.draw();
     const why = this.whyNotSend();
     for (const button of this.places) allow(button, why);

@@ -101,7 +101,7 @@ def of_table(table: object, key: str = "") -> Iterator[str]:
         for value in table:
             yield from of_table(value, key)
     elif isinstance(table, str) and key in LABELS and WORD.search(table) and "_" not in table:
-        yield table
+        yield str(table)
 
 
 def of_spec(spec: Spec) -> Iterator[str]:

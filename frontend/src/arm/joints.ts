@@ -1,5 +1,6 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
 import { byId, make } from "../kit/dom.ts";
+import { gettext } from "../kit/text.ts";
 import { plain, sayWord } from "../page/plain_words.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { StatePacket } from "../socket/packets.ts";
@@ -33,9 +34,9 @@ export class Joints {
 
   private row({ name, low, high }: JointInfo): HTMLElement {
     const range = { min: Math.ceil(deg(low)), max: Math.floor(deg(high)), value: 0 };
-    const slider = make("input", { ...range, type: "range", step: 0.5, id: `joint-${name}`, "aria-valuetext": "0 degrees" });
+    const slider = make("input", { ...range, type: "range", step: 0.5, id: `joint-${name}`, "aria-valuetext": degrees("0") });
     const word = plain(name);
-    const spoken = `${word} in degrees, ${range.min} to ${range.max}`;
+    const spoken = gettext("{joint} in degrees, {low} to {high}", { joint: word, low: range.min, high: range.max });
     const number = make("input", { ...range, type: "number", step: "any", "aria-label": spoken });
     const label = make("label", { for: slider.id });
     sayWord(label, name);
@@ -47,7 +48,7 @@ export class Joints {
     };
     slider.addEventListener("input", () => {
       number.value = slider.value;
-      slider.setAttribute("aria-valuetext", `${slider.value} degrees`);
+      slider.setAttribute("aria-valuetext", degrees(slider.value));
       chosen(slider.value);
     });
     number.addEventListener("input", () => chosen(number.value));
@@ -58,9 +59,9 @@ export class Joints {
       "div",
       { class: "joint" },
       label,
-      jogButton(`${name},-1`, "−", `${word}: turn back while held`),
+      jogButton(`${name},-1`, "−", gettext("{joint}: turn back while held", { joint: word })),
       make("span", { class: "track" }, slider, mark),
-      jogButton(`${name},1`, "+", `${word}: turn on while held`),
+      jogButton(`${name},1`, "+", gettext("{joint}: turn on while held", { joint: word })),
       number,
     );
   }
@@ -92,7 +93,7 @@ export class Joints {
         number = this.numbers[i];
       if (!slider || !number || number.value === value) return;
       slider.value = number.value = value;
-      slider.setAttribute("aria-valuetext", `${value} degrees`);
+      slider.setAttribute("aria-valuetext", degrees(value));
     });
   }
 
@@ -108,6 +109,10 @@ export class Joints {
   enable(why: string): void {
     this.jog.enable(why);
   }
+}
+
+function degrees(value: string): string {
+  return gettext("{value} degrees", { value });
 }
 
 export function jogButton(jog: string, sign: string, label: string): HTMLButtonElement {

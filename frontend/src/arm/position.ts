@@ -1,5 +1,6 @@
 /** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
 import { byId, make } from "../kit/dom.ts";
+import { gettext } from "../kit/text.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { twist } from "../widgets/gamepad.ts";
@@ -8,26 +9,26 @@ import { jogButton } from "./joints.ts";
 import { deg, type Judge, rad, rangeError, type Target, TargetEdit } from "./types.ts";
 
 const PLACE = [
-  ["x", "mm", "forward"],
-  ["y", "mm", "to the left"],
-  ["z", "mm", "above the table"],
-  ["roll", "°", "about x"],
-  ["pitch", "°", "about y"],
-  ["yaw", "°", "about z"],
+  ["x", "mm", gettext("forward")],
+  ["y", "mm", gettext("to the left")],
+  ["z", "mm", gettext("above the table")],
+  ["roll", "°", gettext("about x")],
+  ["pitch", "°", gettext("about y")],
+  ["yaw", "°", gettext("about z")],
 ] as const;
 const ARROWS = [
-  ["x,1", "x +", "Move the tool away from the base"],
-  ["x,-1", "x −", "Move the tool towards the base"],
-  ["y,1", "y +", "Move the tool to the left"],
-  ["y,-1", "y −", "Move the tool to the right"],
-  ["z,1", "z +", "Move the tool up"],
-  ["z,-1", "z −", "Move the tool down"],
-  ["roll,1", "roll +", "Turn the tool about x"],
-  ["roll,-1", "roll −", "Turn the tool back about x"],
-  ["pitch,1", "pitch +", "Turn the tool about y"],
-  ["pitch,-1", "pitch −", "Turn the tool back about y"],
-  ["yaw,1", "yaw +", "Turn the tool about z"],
-  ["yaw,-1", "yaw −", "Turn the tool back about z"],
+  ["x,1", "x +", gettext("Move the tool away from the base")],
+  ["x,-1", "x −", gettext("Move the tool towards the base")],
+  ["y,1", "y +", gettext("Move the tool to the left")],
+  ["y,-1", "y −", gettext("Move the tool to the right")],
+  ["z,1", "z +", gettext("Move the tool up")],
+  ["z,-1", "z −", gettext("Move the tool down")],
+  ["roll,1", "roll +", gettext("Turn the tool about x")],
+  ["roll,-1", "roll −", gettext("Turn the tool back about x")],
+  ["pitch,1", "pitch +", gettext("Turn the tool about y")],
+  ["pitch,-1", "pitch −", gettext("Turn the tool back about y")],
+  ["yaw,1", "yaw +", gettext("Turn the tool about z")],
+  ["yaw,-1", "yaw −", gettext("Turn the tool back about z")],
 ] as const;
 const OVER_M = 0.15;
 

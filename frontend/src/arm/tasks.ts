@@ -4,6 +4,7 @@ import type { PlanAnswer } from "../socket/messages.ts";
 import { minutes, ProgramDesk } from "../widgets/program_desk.ts";
 import { parseTask, printTask, type TaskStep } from "../widgets/task_text.ts";
 import type { ArmMode, Judge, Target } from "./types.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 interface Arm extends Judge {
   refuse(why: string): void;
@@ -12,7 +13,7 @@ interface Arm extends Judge {
 
 export class Tasks implements ArmMode {
   readonly asked = "run-task";
-  readonly empty = "The task has no step.";
+  readonly empty = gettext("The task has no step.");
   private desk: ProgramDesk<TaskStep>;
 
   constructor(
@@ -28,10 +29,10 @@ export class Tasks implements ArmMode {
       changed: () => arm.ask(),
       refused: (why: string) => arm.refuse(why),
     };
-    this.desk = new ProgramDesk<TaskStep>(page, { parse: parseTask, print: printTask }, "task", use, "task");
+    this.desk = new ProgramDesk<TaskStep>(page, { parse: parseTask, print: printTask }, gettext("task"), use, "task");
     page.on("try-task", () => arm.ask());
     page.on("run-task", () => {
-      if (page.command("task", { text: this.text() }, "run-task")) this.desk.tell("The task runs; its present line is shown.", "");
+      if (page.command("task", { text: this.text() }, "run-task")) this.desk.tell(gettext("The task runs; its present line is shown."), "");
     });
   }
 
@@ -64,8 +65,9 @@ export class Tasks implements ArmMode {
   checked(answer: PlanAnswer): void {
     const said = answer.judgements ?? [];
     this.desk.judge(said);
-    if (answer.ok) this.desk.tell(`Checked with the objects as the arm knows them: ${minutes(answer.seconds ?? 0)}.`, "good");
-    else this.desk.tell(said.length ? "" : answer.text, "bad");
+    if (answer.ok)
+      this.desk.tell(gettext("Checked with the objects as the arm knows them: {time}.", { time: minutes(answer.seconds ?? 0) }), "good");
+    else this.desk.tell(said.length ? "" : translate(answer.text), "bad");
     if (answer.ok) this.arm.play(answer);
   }
 }

@@ -3,6 +3,7 @@ import type { Facts } from "../page/controls.ts";
 import type { PlanAnswer } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import type { ForbiddenBox } from "./view.ts";
+import { gettext } from "../kit/text.ts";
 
 export interface JointInfo {
   name: string;
@@ -65,7 +66,7 @@ export function rad(degrees: number): number {
 export function rangeError(name: string, value: number, unit: string, per: number, { low, high }: { low: number; high: number }): string {
   const bound = (told: number): string => String(Math.round(told * per * 10) / 10);
   const inside = value >= low * per && value <= high * per;
-  return inside ? "" : `${name} must lie between ${bound(low)} and ${bound(high)} ${unit}.`;
+  return inside ? "" : gettext("{name} must lie between {low} and {high} {unit}.", { name, low: bound(low), high: bound(high), unit });
 }
 
 /** Whether somebody has filled in a target: fields without one show where the arm is. */

@@ -2,6 +2,7 @@
 import type { KeepAlive } from "../socket/held_motion.ts";
 import { argumentsOf, isLost, Steering } from "./steering.ts";
 import { type Move, STILL } from "./source.ts";
+import { gettext } from "../kit/text.ts";
 
 const KEEP_MS = 60, // at least between two keep-alives; the loop comes every 40 ms
   AGAIN_MS = 480; // where the ghost rests it is told again so seldom, because the line may be thin
@@ -53,7 +54,7 @@ export class Follow {
   /** A hand has moved the ghost. Returns whether it is still the same hand; one that has jumped is lost. */
   moved(by: Move): boolean {
     if (!this.seq || !isLost(by)) return true;
-    this.end("The hand jumped, so the arm was held. Take the ghost again.");
+    this.end(gettext("The hand jumped, so the arm was held. Take the ghost again."));
     return false;
   }
 
@@ -64,7 +65,7 @@ export class Follow {
   /** Tell that the control is held; called often. */
   tick(): void {
     if (!this.seq) return;
-    if (this.use.ended(this.seq)) return this.end("The arm no longer follows. Let go, look, and hold again.");
+    if (this.use.ended(this.seq)) return this.end(gettext("The arm no longer follows. Let go, look, and hold again."));
     const now = this.now(),
       passed = now - this.keptAt;
     if (passed < KEEP_MS) return;
@@ -78,7 +79,7 @@ export class Follow {
   }
 
   /** The control was released, or is lost. */
-  end(why = "Let go: the arm holds."): void {
+  end(why = gettext("Let go: the arm holds.")): void {
     if (!this.seq) return;
     this.use.release(this.seq);
     this.seq = 0;

@@ -2,6 +2,7 @@
 import { capAfter, type Cap, FILTER, REST } from "./hid.ts";
 import { type Reading, type Source, STILL } from "./source.ts";
 import { pushed } from "./speeds.ts";
+import { gettext } from "../kit/text.ts";
 
 /** What is used of WebHID, which not every browser has. */
 interface HidReport extends Event {
@@ -45,17 +46,19 @@ export class SixAxis implements Source {
 
   /** Ask the person for a device. Returns what to say. */
   async connect(): Promise<string> {
-    if (!this.hid) return "This browser cannot use a 6D mouse (it has no WebHID). A gamepad and the keys do the same.";
+    if (!this.hid) return gettext("This browser cannot use a 6D mouse (it has no WebHID). A gamepad and the keys do the same.");
     try {
       const [device] = await this.hid.requestDevice({ filters: [FILTER] });
-      if (!device) return "No 6D mouse was chosen.";
+      if (!device) return gettext("No 6D mouse was chosen.");
       if (!device.opened) await device.open();
       if (device !== this.device) device.addEventListener("inputreport", (event) => this.hear(event));
       this.device = device;
       this.forget();
-      return `${device.productName || "The 6D mouse"} moves the ghost. Its first button holds, its second closes and opens the gripper.`;
+      return gettext("{device} moves the ghost. Its first button holds, its second closes and opens the gripper.", {
+        device: device.productName || gettext("The 6D mouse"),
+      });
     } catch {
-      return "The 6D mouse could not be opened; another program may use it.";
+      return gettext("The 6D mouse could not be opened; another program may use it.");
     }
   }
 

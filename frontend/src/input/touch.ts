@@ -6,6 +6,7 @@
 import { product, type Quaternion, type Rigid, turnedBy } from "../motion/rigid.ts";
 import { Clutch } from "./clutch.ts";
 import { moveOf, type Reading, type Source } from "./source.ts";
+import { gettext } from "../kit/text.ts";
 
 const M_PER_PX = 0.0005;
 const TILT_S = 0.06; // time constant of the filter: a hand trembles
@@ -70,11 +71,11 @@ export class Tilt {
     this.now = null;
     if (on === this.on) return "";
     if (!on) removeEventListener("deviceorientation", this.listen);
-    else if (!("DeviceOrientationEvent" in globalThis)) return "This device does not tell how it is turned.";
+    else if (!("DeviceOrientationEvent" in globalThis)) return gettext("This device does not tell how it is turned.");
     else {
       const asking = DeviceOrientationEvent as unknown as { requestPermission?: () => Promise<string> };
       const answer = await asking.requestPermission?.().catch(() => "denied");
-      if (answer !== undefined && answer !== "granted") return "The browser does not let this page feel how the phone is turned.";
+      if (answer !== undefined && answer !== "granted") return gettext("The browser does not let this page feel how the phone is turned.");
       addEventListener("deviceorientation", this.listen);
     }
     this.on = on;

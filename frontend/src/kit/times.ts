@@ -1,4 +1,5 @@
 /** Times in words. */
+import { language } from "./text.ts";
 
 /** Return a duration as minutes and seconds; never less than 0:00. */
 export function clock(seconds: number): string {
@@ -16,8 +17,11 @@ export function ago(ms: number): string {
 }
 
 /** Return a time (ms) by this browser's clock, with the day unless it is today. */
-export function timeOfDay(ms: number): string {
+export function timeOfDay(ms: number, seconds = false): string {
   const at = new Date(ms),
-    time = at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
-  return at.toDateString() === new Date().toDateString() ? time : `${at.toLocaleDateString()} ${time}`;
+    today = at.toDateString() === new Date().toDateString();
+  const options: Intl.DateTimeFormatOptions = { hour: "2-digit", minute: "2-digit", hourCycle: "h23" };
+  if (seconds) options.second = "2-digit";
+  if (!today) Object.assign(options, { day: "numeric", month: "long", year: "numeric" });
+  return new Intl.DateTimeFormat(language(), options).format(at);
 }

@@ -1,5 +1,6 @@
 /** Live pictures: which of a camera's is newer, how old one is in words, and which ones reduced motion skips. */
 import { ago } from "../kit/times.ts";
+import { gettext } from "../kit/text.ts";
 import type { PicturePacket } from "../socket/packets.ts";
 
 export const LIVE_MS = 5000; // an older picture does not show what is there now
@@ -13,10 +14,12 @@ export interface ShownPicture {
   stillId: number;
 }
 
-/** Return a picture's age in words, and its mark. `often`: how many come in a second, in words. */
+/** Return a picture's age in words, and its mark. `often`: how many come in a second; empty if that is not said. */
 export function pictureAge(ms: number, often = ""): [words: string, mark: "fresh" | "ageing" | "old"] {
-  if (ms < -AHEAD_MS) return ["Picture of unknown age", "old"];
-  return [`Picture ${ago(ms)} old${often}`, ms < 2000 ? "fresh" : ms < LIVE_MS ? "ageing" : "old"];
+  if (ms < -AHEAD_MS) return [gettext("Picture of unknown age"), "old"];
+  const age = ago(ms);
+  const words = often ? gettext("Picture {age} old, {often} a second", { age, often }) : gettext("Picture {age} old", { age });
+  return [words, ms < 2000 ? "fresh" : ms < LIVE_MS ? "ageing" : "old"];
 }
 
 /** Return whether a picture of that age shows what is there now; `lost`: the server is not reached. */

@@ -1,6 +1,7 @@
 /** The robot's sound: a button, the browser's decoder (WebCodecs), and what is heard now. Off until it is pressed. */
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { SoundPacket } from "../socket/packets.ts";
 import { PlayoutBuffer } from "./playout.ts";
 
@@ -10,9 +11,9 @@ const HIDDEN_MS = 5000; // a page that nobody sees for so long is silent
 const SILENT_MS = 4000; // after so long without a packet the page says that no sound comes
 const WAITING = 10; // with more pieces than this in it the decoder is reset
 const QUIET_DB = -60; // the lower end of the scale
-const CANNOT = "This browser cannot play the robot's sound.";
+const CANNOT = gettext("This browser cannot play the robot's sound.");
 const BEGINS_MS = 1000; // a browser that plays sound begins within this time
-const PAUSED = "Sound paused. Press to hear again.";
+const PAUSED = gettext("Sound paused. Press to hear again.");
 
 /** Everything that is open while somebody listens. */
 class Playing {
@@ -208,7 +209,7 @@ export class Sound {
 
   take(packet: SoundPacket): void {
     if (!this.playing) return;
-    this.said = packet.said;
+    this.said = translate(packet.said);
     this.heardAt = performance.now();
     if (packet.said) return;
     try {
@@ -234,7 +235,7 @@ export class Sound {
   }
 
   private silence(): string {
-    return performance.now() - this.heardAt > SILENT_MS ? "No sound comes now." : "";
+    return performance.now() - this.heardAt > SILENT_MS ? gettext("No sound comes now.") : "";
   }
 }
 

@@ -1,5 +1,6 @@
 /** What this page asks for: which cameras, and how much of them, as the person chose or as the line allows. */
 import { storage } from "../kit/storage.ts";
+import { gettext } from "../kit/text.ts";
 import type { Connection } from "../socket/connection.ts";
 import type { Coding } from "../socket/packets.ts";
 import { LineJudge, type Pace, PACES, isQuick } from "./pace.ts";
@@ -23,9 +24,9 @@ interface Picture {
 
 const SAID: Record<Pace, string> = {
   live: "",
-  coarse: "Slow connection: the pictures are coarse.",
-  stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
-  states: "Very slow connection: only measured values, no new pictures.",
+  coarse: gettext("Slow connection: the pictures are coarse."),
+  stills: gettext("Slow connection: a new picture every {seconds} seconds.", { seconds: STILLS_S }),
+  states: gettext("Very slow connection: only measured values, no new pictures."),
 };
 
 export class Subscription {
@@ -99,7 +100,7 @@ export class Subscription {
   /** Why no sound is sent to this page; empty if it may be. */
   get soundless(): string {
     if (this.whole) return "";
-    return this.chosen === null ? "No sound over so slow a connection." : "No sound while so little is asked for.";
+    return this.chosen === null ? gettext("No sound over so slow a connection.") : gettext("No sound while so little is asked for.");
   }
 
   /** Ask again, so that the video begins with the newest key picture. */

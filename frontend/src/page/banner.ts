@@ -1,5 +1,7 @@
 /** The text of the banner on a robot's page: the connection first, because without it nothing else is known. */
 import { byId, say } from "../kit/dom.ts";
+import { timeOfDay } from "../kit/times.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { Snapshot, StopShown } from "../socket/messages.ts";
 
 export interface BannerFacts {
@@ -23,27 +25,36 @@ const CONFIRMED_MS = 1000; // a missing confirmation is shown after this time
 /** Return the text for a stop that the robot has not confirmed; empty if there is none, or only for a short time. */
 export function unconfirmedStop(stop: StopShown | null, now: number): string {
   if (!stop || stop.confirmed || (stop.rests_by_ms === null && now - (stop.since_ms ?? 0) < CONFIRMED_MS)) return "";
-  const said = "Stop is pressed, but the robot has not confirmed that it rests.";
-  if (stop.rests_by_ms === null) return `${said} When it will is not known: do not rely on it.`;
-  const at = new Date(stop.rests_by_ms).toLocaleTimeString("en-GB");
-  if (now >= stop.rests_by_ms) return `${said} Without a connection it stops by itself, and should rest since ${at}. Look at the picture.`;
-  return `${said} Without a connection it stops by itself, at ${at} at the latest.`;
+  if (stop.rests_by_ms === null)
+    return gettext("Stop is pressed, but the robot has not confirmed that it rests. When it will is not known: do not rely on it.");
+  const at = timeOfDay(stop.rests_by_ms, true);
+  if (now >= stop.rests_by_ms)
+    return gettext(
+      "Stop is pressed, but the robot has not confirmed that it rests. Without a connection it stops by itself, and should rest since {at}. Look at the picture.",
+      { at },
+    );
+  return gettext(
+    "Stop is pressed, but the robot has not confirmed that it rests. Without a connection it stops by itself, at {at} at the latest.",
+    { at },
+  );
 }
 
 /** Return the text of the banner; empty if all is well. */
 export function bannerWords(k: BannerFacts): string {
   if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
-    const why = k.offline ? "this device is offline" : "the portal is not reached";
-    const turn = k.snapshot?.me.can.drive ? " Your turn is kept for 20 s." : "";
-    return `Connection lost: ${why}. ${k.stopPending || `The page connects again automatically.${turn}`}`;
+    const why = k.offline ? gettext("Connection lost: this device is offline.") : gettext("Connection lost: the portal is not reached.");
+    const then = k.snapshot?.me.can.drive
+      ? gettext("The page connects again automatically. Your turn is kept for 20 s.")
+      : gettext("The page connects again automatically.");
+    return `${why} ${k.stopPending || then}`;
   }
   if (k.lost) return "";
   if (k.stopPending) return k.stopPending;
   const still = unconfirmedStop(k.snapshot?.stop ?? null, k.now);
   if (still) return still;
-  if (k.snapshot && !k.snapshot.link) return "The live link to the robots is down. Pages work; nothing moves until it is back.";
-  if (k.storeDown) return k.storeDown;
-  return k.robotSilent ? "The robot does not answer. Its worker is restarted automatically. Turns and places are kept." : "";
+  if (k.snapshot && !k.snapshot.link) return gettext("The live link to the robots is down. Pages work; nothing moves until it is back.");
+  if (k.storeDown) return translate(k.storeDown);
+  return k.robotSilent ? gettext("The robot does not answer. Its worker is restarted automatically. Turns and places are kept.") : "";
 }
 
 /** Show the banner, or hide it for an empty text; `appears` is called before it is shown. */

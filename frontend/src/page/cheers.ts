@@ -2,17 +2,19 @@
 import { byId, say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import { storage } from "../kit/storage.ts";
+import { gettext, ngettext } from "../kit/text.ts";
 import type { CheerCount, Snapshot } from "../socket/messages.ts";
 
 const PAUSE_MS = 5000; // between two cheers of a page; the portal counts no more
 const HEARD_MS = 10_000; // between two times that a screen reader is told
 const MOST = 999; // so that the words stay short
-const AGAIN = "You have cheered. You can again in a few seconds.";
+const AGAIN = gettext("You have cheered. You can again in a few seconds.");
 const KEY = "cheers"; // in the browser's storage: "off" where a driver wants to see none
 
 /** Return how many have cheered, in words; empty for none. */
 export function cheerWords(count: number): string {
-  return count === 0 ? "" : count === 1 ? "1 cheer" : count > MOST ? `over ${MOST} cheers` : `${count} cheers`;
+  if (count === 0) return "";
+  return count > MOST ? gettext("over {most} cheers", { most: MOST }) : ngettext("{count} cheer", "{count} cheers", count);
 }
 
 /** The part of the page that `Cheers` needs. */
@@ -53,7 +55,7 @@ export class Cheers {
 
   /** Take the answer to a cheer. */
   answer(ok: boolean): void {
-    say(byId("cheer-said"), ok ? "You cheered." : "");
+    say(byId("cheer-said"), ok ? gettext("You cheered.") : "");
   }
 
   draw(s: Snapshot, lineUp: boolean): void {
@@ -85,7 +87,7 @@ export class Cheers {
 
 /** Return why nobody can be cheered now; empty if somebody can. */
 function whyNot(s: Snapshot, lineUp: boolean): string {
-  if (!lineUp) return "The connection is lost; a cheer would not arrive.";
-  if (!s.turn) return "Nobody drives now who could be cheered.";
-  return s.turn.cheers ? "" : "Staff have switched cheering off for this robot.";
+  if (!lineUp) return gettext("The connection is lost; a cheer would not arrive.");
+  if (!s.turn) return gettext("Nobody drives now who could be cheered.");
+  return s.turn.cheers ? "" : gettext("Staff have switched cheering off for this robot.");
 }

@@ -1,12 +1,13 @@
 /** The list of commands with their stages, newest first. */
 import { html, nothing, type TemplateResult } from "lit-html";
 import { draw, drawParts, type Part } from "../kit/render.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { CommandInfo } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, laterStage, SETTING_KINDS, stageOf } from "../socket/stages.ts";
 
 const LOST_MS = 3000; // for a command that the process behind an earlier socket still carries out
-const NOT_ARRIVED = "This did not arrive: the connection broke off. Try it again.";
-const GAVE_WAY = ["Replaced", "Interrupted"]; // to a newer target, to somebody else: no fault
+const NOT_ARRIVED = gettext("This did not arrive: the connection broke off. Try it again.");
+const GAVE_WAY = ["Replaced", "Interrupted"] as const; // to a newer target, to somebody else: no fault
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
 /** Return by what a command is known in the list. */
@@ -117,7 +118,8 @@ function saidOf(c: CommandInfo): Said {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
   const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state;
   const why = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
-  return { mark, chip: gaveWay ?? stageOf(c.kind, c.state), why };
+  const chip = gaveWay === "Replaced" ? gettext("Replaced") : gaveWay ? gettext("Interrupted") : stageOf(c.kind, c.state);
+  return { mark, chip, why: translate(why) };
 }
 
 function stepsOf(c: CommandInfo): TemplateResult {
@@ -146,13 +148,17 @@ function drawLast(box: HTMLElement, c: CommandInfo | undefined): void {
 /** The progress of a long command while it runs; an unknown share is a bar without a value. */
 function progress(c: CommandInfo): TemplateResult {
   const known = c.progress?.at_ms !== undefined && !FINAL.has(c.state);
-  const { share = null, text = "" } = c.progress ?? {};
-  return html`<div class="progress" ?hidden=${!known}><progress value=${share ?? nothing} aria-label=${text || "Progress"}></progress><span>${text}</span></div>`;
+  const { share = null, text: told = "" } = c.progress ?? {};
+  const text = translate(told);
+  return html`<div class="progress" ?hidden=${!known}><progress value=${share ?? nothing} aria-label=${text || gettext("Progress")}></progress><span>${text}</span></div>`;
 }
 
 function say(c: CommandInfo): string {
   const name = COMMAND_LABELS[c.kind] ?? c.kind;
-  if (c.state === "completed" && SETTING_KINDS.has(c.kind)) return `${name}: done.`;
-  if (c.state === "completed") return `${name}: done, the picture is ${c.result?.verdict ?? "there"}.`;
-  return c.reason.startsWith("Interrupted") ? `${name}: ${c.reason}` : `${name}: ${stageOf(c.kind, c.state)}. ${c.reason}`;
+  const verdict = c.result?.verdict,
+    reason = translate(c.reason);
+  if (c.state === "completed" && SETTING_KINDS.has(c.kind)) return gettext("{name}: done.", { name });
+  if (c.state === "completed" && !verdict) return gettext("{name}: done, the picture is there.", { name });
+  if (c.state === "completed") return gettext("{name}: done, the picture is {verdict}.", { name, verdict: translate(verdict ?? "") });
+  return c.reason.startsWith("Interrupted") ? `${name}: ${reason}` : `${name}: ${stageOf(c.kind, c.state)}. ${reason}`;
 }

@@ -1,5 +1,6 @@
 /** A robot's console: what it consists of, and defaults for the parts that it lacks. */
 import { byId } from "../kit/dom.ts";
+import { gettext } from "../kit/text.ts";
 import { CameraView } from "../media/camera_view.ts";
 import type { ShownPicture } from "../media/pictures.ts";
 import type { CommandInfo, Still } from "../socket/messages.ts";
@@ -74,7 +75,7 @@ export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
   draw(_: Facts): void {}
 
   advice(f: Facts): string {
-    return f.busy ? "The robot is busy." : "";
+    return f.busy ? gettext("The robot is busy.") : "";
   }
 
   shown(camera: number): CameraView | undefined {
@@ -86,7 +87,7 @@ export class Basics<Page extends ConsolePage = ConsolePage> implements Console {
   }
 
   whyNot(kind: string, f: Facts): string {
-    return blocked(f) || (f.busy && !configKinds.has(kind) ? "One command at a time: the robot is still busy." : "");
+    return blocked(f) || (f.busy && !configKinds.has(kind) ? gettext("One command at a time: the robot is still busy.") : "");
   }
 }
 

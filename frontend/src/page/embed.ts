@@ -1,6 +1,7 @@
 /** A page that another site shows in a frame: pictures of a recording, one a second, or a robot's newest picture. */
 import "../style/index.css";
 import "../style/embed.css";
+import { gettext } from "../kit/text.ts";
 
 const ROBOT_MS = 3000,
   STEP_MS = 1000;
@@ -38,7 +39,7 @@ function recorded(told: { pictures: string; length: number; at: number }): void 
     bar.setAttribute("aria-valuetext", words());
     await show(`${told.pictures}${bar.valueAsNumber}.jpg`);
   };
-  const say = (): void => void (play.textContent = playing ? "Pause" : "Play");
+  const say = (): void => void (play.textContent = playing ? gettext("Pause") : gettext("Play"));
   const step = async (): Promise<void> => {
     if (!playing) return;
     if (bar.valueAsNumber >= told.length) playing = false;

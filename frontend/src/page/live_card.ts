@@ -1,6 +1,7 @@
 /** A robot's card: its picture follows its newest one, and says when it is not live. */
 import { byId, make, say, set } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
+import { gettext, translate } from "../kit/text.ts";
 import { LIVE_MS, isLive } from "../media/pictures.ts";
 import { joinWait } from "../queue/waits.ts";
 import type { Message, Snapshot } from "../socket/messages.ts";
@@ -15,7 +16,7 @@ let paused = calm; // whether pictures change only when somebody asks
 
 export class LiveCard {
   private readonly picture: HTMLImageElement;
-  private readonly mark = make("span", { class: "not-live" }, "Not live");
+  private readonly mark = make("span", { class: "not-live" }, gettext("Not live"));
   private readonly name: string;
   private last = 0;
   private taken = 0; // when the last live picture was taken, by the server's clock (ms)
@@ -30,7 +31,7 @@ export class LiveCard {
     private loop: readonly string[] = [],
     private readonly changed: () => void = () => undefined,
   ) {
-    this.name = card.querySelector(".name")?.textContent ?? "the robot";
+    this.name = card.querySelector(".name")?.textContent ?? gettext("the robot");
     this.picture = card.querySelector("img") ?? new Image();
     this.live = new RobotSocket(
       card.dataset["live"] ?? "",
@@ -70,8 +71,8 @@ export class LiveCard {
     const { card } = this,
       { robot } = m;
     const words = {
-      pill: robot.label,
-      drives: m.operator ? `${m.operator} drives` : "",
+      pill: translate(robot.label),
+      drives: m.operator ? gettext("{name} drives", { name: m.operator }) : "",
       wait: robot.turns ? joinWait(robot.state, robot.free ?? false, m.join_wait_s ?? null) : "",
     };
     for (const [name, text] of Object.entries(words)) {
@@ -118,8 +119,13 @@ export class LiveCard {
     if (!picture.isConnected) return;
     const now = performance.now() - this.came < LIVE_MS && isLive(this.live.now() - this.taken, this.live.lost);
     this.card.dataset["picture"] = now ? "live" : "old";
-    const seen = this.loop.length ? "saw in the last turn" : now ? "sees now" : "saw last";
-    set(picture, { alt: `What ${this.name}'s camera ${seen}` });
+    const { name } = this;
+    const alt = this.loop.length
+      ? gettext("What {name}'s camera saw in the last turn", { name })
+      : now
+        ? gettext("What {name}'s camera sees now", { name })
+        : gettext("What {name}'s camera saw last", { name });
+    set(picture, { alt });
     if (now) this.mark.remove();
     else if (!this.mark.isConnected) this.card.querySelector(".thumb")?.append(this.mark);
   }

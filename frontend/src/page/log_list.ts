@@ -2,13 +2,19 @@
 import { html, nothing } from "lit-html";
 import { drawParts, type Part } from "../kit/render.ts";
 import { ago } from "../kit/times.ts";
+import { gettext } from "../kit/text.ts";
 import type { LogInfo } from "../socket/messages.ts";
 
 /** Show these entries; `now`: server time (ms). */
 export function drawLog(list: HTMLElement, entries: readonly LogInfo[], now: number): void {
   const parts = entries.map(({ id, author, at_ms, text, picture }): Part => {
-    const image = picture ? html`<img width="96" height="82" src=${picture} alt=${`Picture chosen by ${author}`}>` : nothing;
-    return { key: id, template: html`<li>${image}<b>${author}</b><time>${` ${ago(now - at_ms)} ago`}</time><p>${text}</p></li>` };
+    const image = picture
+      ? html`<img width="96" height="82" src=${picture} alt=${gettext("Picture chosen by {author}", { author })}>`
+      : nothing;
+    return {
+      key: id,
+      template: html`<li>${image}<b>${author}</b><time>${` ${gettext("{time} ago", { time: ago(now - at_ms) })}`}</time><p>${text}</p></li>`,
+    };
   });
   drawParts(list, parts);
 }

@@ -2,6 +2,7 @@
 import { every } from "../kit/page_clock.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import { clock } from "../kit/times.ts";
+import { gettext } from "../kit/text.ts";
 
 for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")) {
   const until = Date.now() + Number(link.dataset["pause"]) * 1000;
@@ -10,11 +11,11 @@ for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")
   const left = (): number => (until - Date.now()) / 1000;
   const draw = (): void => {
     const waits = left() > 0;
-    link.textContent = waits ? `${words} in ${clock(left())}` : words;
-    allow(link, waits ? "You can try again when the time is over." : "");
+    link.textContent = waits ? gettext("{action} in {time}", { action: words, time: clock(left()) }) : words;
+    allow(link, waits ? gettext("You can try again when the time is over.") : "");
     if (waits) return;
     end();
-    if (said) said.textContent = "You can try again now.";
+    if (said) said.textContent = gettext("You can try again now.");
   };
   link.addEventListener("click", (event) => refusal(link) && event.preventDefault());
   const end = every(500, draw);

@@ -5,6 +5,7 @@ import { refusal } from "../kit/refusal.ts";
 import { focusStage } from "../kit/stage_focus.ts";
 import { translate } from "../kit/text.ts";
 import { ScreenWakeLock } from "../kit/wake_lock.ts";
+import { gettext, translate } from "../kit/text.ts";
 import { guardTurn } from "../queue/leave_guard.ts";
 import { Suspension } from "../queue/suspension.ts";
 import { TurnPanel } from "../queue/turn_panel.ts";
@@ -259,7 +260,7 @@ export class RobotPage {
     if (m.t === "snapshot") this.gotSnapshot(m);
     else if (m.t === "command") this.gotCommand(m);
     else if (m.t === "answer") this.gotAnswer(m);
-    else if (m.t === "notice") this.notice(m.text, m.level);
+    else if (m.t === "notice") this.notice(translate(m.text), m.level);
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
@@ -277,8 +278,8 @@ export class RobotPage {
     if (m.ok && m.to !== "command") this.settle(); // a command has done so when it was sent
     const unchecked = m.to === "release" && !this.stop.looked;
     if (!m.text || late) return;
-    if (m.ok) this.notices.show(m.text, "info", m.to === "stop" ? () => byId("release").hidden === true : undefined);
-    else this.refuse(() => (unchecked && this.stop.looked ? "" : m.text));
+    if (m.ok) this.notices.show(translate(m.text), "info", m.to === "stop" ? () => byId("release").hidden === true : undefined);
+    else this.refuse(() => (unchecked && this.stop.looked ? "" : translate(m.text)));
   }
 
   private gotSnapshot(s: Snapshot): void {
@@ -293,7 +294,7 @@ export class RobotPage {
     if (s.still?.id !== hadStill) this.media.still();
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
-    if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
+    if (end) this.notice(gettext("Your turn is over. {why}", { why: translate(end.why) }), end.own ? "info" : "warning");
     if (!wasOperating && s.me.can.drive) focusStage();
     drawLog(byId("log"), s.log, this.live.now());
     this.stop.press.update(s); // last, because the result of a Stop matters most

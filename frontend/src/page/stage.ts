@@ -3,11 +3,12 @@ import { byId, say, set } from "../kit/dom.ts";
 import { refusal } from "../kit/refusal.ts";
 import { focusStage } from "../kit/stage_focus.ts";
 import { storage } from "../kit/storage.ts";
+import { gettext } from "../kit/text.ts";
 
 const VIEWS = ["both", "beside", "picture"] as const; // in the order in which the button goes through them
 type Shown = (typeof VIEWS)[number];
 /** What the button shows; its name says more, beginning with the same word. */
-const TEXTS: Record<Shown, string> = { both: "Both", beside: "Enlarge", picture: "Picture" };
+const TEXTS: Record<Shown, string> = { both: gettext("Both"), beside: gettext("Enlarge"), picture: gettext("Picture") };
 
 /** Return why the control of the stage that has the focus, or that the pointer is on, is off; empty if it is not. */
 export function pointedRefusal(): string {
@@ -27,7 +28,7 @@ export class Stage {
   constructor(slug: string) {
     this.stored = `views-${slug}`;
     const alone = document.querySelector<HTMLElement>(".stage-beside [data-alone]")?.dataset["alone"];
-    this.names = { both: "Both views", beside: alone ?? TEXTS.beside, picture: "Picture alone" };
+    this.names = { both: gettext("Both views"), beside: alone ?? TEXTS.beside, picture: gettext("Picture alone") };
     const { button } = this;
     if (button) {
       button.hidden = false;

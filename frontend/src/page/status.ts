@@ -1,5 +1,6 @@
 /** The words about a robot on its page: its state, who drives, who watches, and whether a stop holds it. */
 import { byId, say } from "../kit/dom.ts";
+import { gettext, ngettext, translate } from "../kit/text.ts";
 import { watcherWords } from "../queue/waits.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import { unconfirmedStop } from "./banner.ts";
@@ -15,22 +16,23 @@ export class Status {
   draw(s: Snapshot, f: Facts, advice: (f: Facts) => string): void {
     this.page.dataset["state"] = s.robot.state;
     this.page.classList.toggle("operating", s.me.can.drive);
-    say(byId("state"), s.robot.label);
-    say(byId("why-state"), s.robot.why);
+    say(byId("state"), translate(s.robot.label));
+    say(byId("why-state"), translate(s.robot.why));
     this.people(s);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
     byId("stop-place").hidden = !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
-    say(byId("stop-said"), unconfirmedStop(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
+    say(byId("stop-said"), unconfirmedStop(s.stop, f.now) ? gettext("Stop is pressed") : gettext("The robot is stopped"));
     const why = byId("why");
     say(why, blocked(f) || pointedRefusal() || advice(f));
     why.title = why.textContent;
   }
 
   private people(s: Snapshot): void {
-    const driven = s.operator ? `${s.operator} drives` : s.robot.turns ? "Nobody drives" : "";
+    const driven = s.operator ? gettext("{name} drives", { name: s.operator }) : s.robot.turns ? gettext("Nobody drives") : "";
     const watch = this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`;
-    const queue = s.queue === 0 ? (driven ? "nobody waits" : "Nobody waits") : `${s.queue} waiting`;
+    const nobody = driven ? gettext("nobody waits") : gettext("Nobody waits");
+    const queue = s.queue === 0 ? nobody : ngettext("{count} waiting", "{count} waiting", s.queue);
     const operator = byId("operator"),
       who = operator.parentElement as HTMLElement;
     say(operator, driven);

@@ -1,13 +1,15 @@
 /** A press of Stop, until it is known to have arrived at the portal, and the texts meanwhile. */
 import type { Snapshot } from "../socket/messages.ts";
 import type { RobotSocket } from "../socket/robot_socket.ts";
+import { gettext } from "../kit/text.ts";
 
 const ANSWER_MS = 1500;
 /** A Stop is sent at most so long after its press, and only into the turn that it was meant for. */
 const LATE_MS = 60_000;
-export const UNSENT =
+export const UNSENT = gettext(
   "Stop could not be sent; it is sent when the connection is back. What you hold down ends within half a second, " +
-  "a move that has begun goes on within its limits, and after 20 s the robot is held.";
+    "a move that has begun goes on within its limits, and after 20 s the robot is held.",
+);
 
 export class StopPress {
   private at = 0;
@@ -46,7 +48,11 @@ export class StopPress {
       return true;
     }
     const late = ok && this.at > 0 && performance.now() - this.at > ANSWER_MS;
-    if (late) this.notice(`The connection is back: the Stop that you pressed ${this.ago()} has been sent now.`, "warning");
+    if (late)
+      this.notice(
+        gettext("The connection is back: the Stop that you pressed {seconds} s ago has been sent now.", { seconds: this.ago() }),
+        "warning",
+      );
     this.at = 0;
     return late;
   }
@@ -60,13 +66,18 @@ export class StopPress {
       if (this.socket) this.again += 1;
       this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
     } else {
-      const why = "the turn that it was meant for is over";
-      this.notice(`The connection is back. The Stop that you pressed ${this.ago()} was not sent: ${why}.`, "warning");
+      const seconds = this.ago();
+      this.notice(
+        gettext("The connection is back. The Stop that you pressed {seconds} s ago was not sent: the turn that it was meant for is over.", {
+          seconds,
+        }),
+        "warning",
+      );
       this.at = 0;
     }
   }
 
-  private ago(): string {
-    return `${Math.round((performance.now() - this.at) / 1000)} s ago`;
+  private ago(): number {
+    return Math.round((performance.now() - this.at) / 1000);
   }
 }

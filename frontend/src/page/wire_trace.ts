@@ -1,6 +1,7 @@
 /** The live wire trace for staff. */
 import { make } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
+import { gettext } from "../kit/text.ts";
 import type { TraceLine } from "../socket/messages.ts";
 
 const KEEP = 200;
@@ -22,7 +23,7 @@ export class WireTrace {
   add(line: TraceLine): void {
     const out = line.direction === ">";
     const hex = written(line.hex) === line.words ? [] : [make("code", {}, line.hex)];
-    const direction = make("span", {}, out ? "host → robot" : "robot → host");
+    const direction = make("span", {}, out ? gettext("host → robot") : gettext("robot → host"));
     this.box.prepend(make("li", { class: out ? "out" : "in" }, direction, make("b", {}, line.words), ...hex));
     while (this.box.childElementCount > KEEP) this.box.lastElementChild?.remove();
     this.count += 1;
@@ -33,7 +34,15 @@ export class WireTrace {
 
   private tell(): void {
     const seconds = (performance.now() - this.since) / 1000;
-    this.rate.textContent = `${(this.count / seconds).toFixed(1)} frames/s, ${(this.bytes / seconds).toFixed(0)} bytes/s, ${this.resent} resent, ${this.broken} broken frames heard`;
+    const { resent, broken } = this,
+      frames = (this.count / seconds).toFixed(1),
+      bytes = (this.bytes / seconds).toFixed(0);
+    this.rate.textContent = gettext("{frames} frames/s, {bytes} bytes/s, {resent} resent, {broken} broken frames heard", {
+      frames,
+      bytes,
+      resent,
+      broken,
+    });
     if (seconds > 5) {
       this.since = performance.now();
       this.count = this.bytes = 0;

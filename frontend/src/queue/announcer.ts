@@ -1,6 +1,7 @@
 /** Messages for a person who looks elsewhere: title, icon, sound, vibration, notification, screen reader. */
 import { say } from "../kit/dom.ts";
 import { storage } from "../kit/storage.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { QueuePlace } from "./person_socket.ts";
 
 const MOMENTS_S = [60, 20, 10];
@@ -71,7 +72,7 @@ export class Announcer {
     if (!this.known.has(key)) {
       this.known.add(key);
       if (place.state === "offered") this.offer(place, key, left);
-      if (place.state === "missed") say(this.polite, `You missed your turn on ${place.name}. You can join again.`);
+      if (place.state === "missed") say(this.polite, gettext("You missed your turn on {name}. You can join again.", { name: place.name }));
       if (place.state === "ended") this.ended(place, key);
     }
     if (place.state !== "offered" && place.state !== "operating") return;
@@ -80,8 +81,12 @@ export class Announcer {
     this.last.set(key, left);
     const moment = MOMENTS_S.filter((at) => left <= at && at < before && left > 0).at(-1);
     if (moment === undefined || before === Infinity) return;
-    const words = place.state === "offered" ? `to take control of ${place.name}` : `in your turn on ${place.name}`;
-    say(moment === 60 ? this.polite : this.assertive, `${moment} seconds left ${words}.`);
+    const values = { seconds: moment, name: place.name };
+    const words =
+      place.state === "offered"
+        ? gettext("{seconds} seconds left to take control of {name}.", values)
+        : gettext("{seconds} seconds left in your turn on {name}.", values);
+    say(moment === 60 ? this.polite : this.assertive, words);
   }
 
   /** Announce once that the turn ends soon because nothing is done; again only after something was done. */
@@ -91,28 +96,36 @@ export class Announcer {
     else if (!this.known.has(key)) {
       this.known.add(key);
       const left = Math.max(0, Math.ceil(((place.idle_ms ?? now) - now) / 1000));
-      const words = `Your turn on ${place.name} ends in ${left} seconds, because nothing was done.`;
-      say(this.assertive, `${words} Press I'm here, or give a command.`);
+      const words = gettext("Your turn on {name} ends in {seconds} seconds, because nothing was done.", {
+        name: place.name,
+        seconds: left,
+      });
+      say(this.assertive, `${words} ${gettext("Press I'm here, or give a command.")}`);
       this.chime();
-      if (document.hidden || !document.hasFocus()) this.notify(place, `${key}-${place.idle_ms}`, words, "Say that you are there.");
+      if (document.hidden || !document.hasFocus()) this.notify(place, `${key}-${place.idle_ms}`, words, gettext("Say that you are there."));
     }
   }
 
   private ended(place: QueuePlace, key: string): void {
-    const words = place.turn === null ? `You lost your place for ${place.name}` : `Your turn on ${place.name} is over`;
-    say(this.polite, `${words}. ${place.end?.why ?? ""}`);
+    const { name } = place,
+      why = translate(place.end?.why ?? "");
+    const words =
+      place.turn === null ? gettext("You lost your place for {name}", { name }) : gettext("Your turn on {name} is over", { name });
+    say(this.polite, `${words}. ${why}`);
     if (storage.get("told") === key) return;
     storage.set("told", key);
-    if (document.hidden || !document.hasFocus()) this.notify(place, key, words, place.end?.why ?? "");
+    if (document.hidden || !document.hasFocus()) this.notify(place, key, words, why);
   }
 
   private offer(place: QueuePlace, key: string, left: number): void {
-    say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
+    const { name } = place,
+      seconds = Math.max(0, Math.ceil(left));
+    say(this.assertive, gettext("It is your turn on {name}. You have {seconds} seconds to take control.", { name, seconds }));
     if (storage.get("told") === key) return; // another page of this browser told it
     this.chime(() => storage.set("told", key));
     if (touched() && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
     if (document.hidden || !document.hasFocus())
-      this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
+      this.notify(place, key, gettext("It is your turn on {name}", { name }), gettext("Take control before the offer ends."));
   }
 
   private notify(place: QueuePlace, key: string, words: string, body: string): void {
@@ -181,10 +194,11 @@ function play(audio: AudioContext): void {
 }
 
 function mark(place: QueuePlace | undefined, own: string): string {
-  if (place?.state === "offered") return "▶ Your turn! ";
-  if (place?.idles) return "! Your turn ends soon ";
-  if (place?.state === "operating") return place.robot === own ? "● Driving " : `● Your turn on ${place.name} runs! `;
-  if (place?.state === "missed") return "! Missed turn ";
-  if (place?.state === "ended") return place.turn === null ? "! Place lost " : "! Turn over ";
+  if (place?.state === "offered") return `▶ ${gettext("Your turn!")} `;
+  if (place?.idles) return `! ${gettext("Your turn ends soon")} `;
+  if (place?.state === "operating")
+    return place.robot === own ? `● ${gettext("Driving")} ` : `● ${gettext("Your turn on {name} runs!", { name: place.name })} `;
+  if (place?.state === "missed") return `! ${gettext("Missed turn")} `;
+  if (place?.state === "ended") return place.turn === null ? `! ${gettext("Place lost")} ` : `! ${gettext("Turn over")} `;
   return place ? `(${place.ahead + 1}) ` : "";
 }

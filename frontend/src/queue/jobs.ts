@@ -1,5 +1,6 @@
 /** Jobs on a robot: ask for one, as a guest or signed in, follow the own ones, cancel one. */
 import { request } from "../kit/request.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { JobInfo } from "../socket/messages.ts";
 
 /** A job of the person at this browser. */
@@ -15,7 +16,7 @@ export interface OwnJob {
   asked_ms: number;
 }
 
-const NOT_ARRIVED = "The request did not arrive. Check your connection and try again.";
+const NOT_ARRIVED = gettext("The request did not arrive. Check your connection and try again.");
 
 /** Return a token that nobody can guess; `crypto.randomUUID` would need HTTPS. */
 const token = (): string => Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
@@ -102,7 +103,11 @@ export class Jobs {
       answered?.();
       const told = (await answer.json().catch(() => ({}))) as OwnJob & { error?: string };
       if (!answer.ok)
-        return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
+        return told.error
+          ? translate(told.error)
+          : answer.status === 403
+            ? gettext("Reload the page, then try again.")
+            : gettext("That did not work now; try again in a moment.");
       this.posted += 1;
       this.own = [told, ...this.own.filter(({ id }) => id !== told.id)];
       this.changed();

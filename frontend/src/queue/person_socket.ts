@@ -1,5 +1,6 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
 import { openSocket, request } from "../kit/request.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { EndReason } from "../socket/messages.ts";
 
 export interface QueuePlace {
@@ -41,7 +42,7 @@ const DEAD_MS = 50_000; // the server says something every 20 s
 const LOOK_MS = 5000; // or if it does not answer when it is asked: the device may have slept
 const POLL_MS = 10_000;
 const ANSWER_MS = 4000;
-export const UNSENT = "That could not be sent: there is no connection. Try again when it is back.";
+export const UNSENT = gettext("That could not be sent: there is no connection. Try again when it is back.");
 
 const WARN_MS = 20_500; // the server tells again 20 s before
 
@@ -204,12 +205,12 @@ export class PersonSocket {
   private async read(answer: Response): Promise<string | null> {
     if (answer.type === "opaqueredirect") {
       this.end();
-      return "You are signed out. Sign in again.";
+      return gettext("You are signed out. Sign in again.");
     }
     if (!answer.ok) return null;
     const said = (await answer.json()) as Places & { text?: string };
     this.offset = said.now_ms - Date.now();
     this.show(said.places, said.now_ms);
-    return said.text ?? "";
+    return translate(said.text ?? "");
   }
 }

@@ -1,10 +1,11 @@
 /** The part of a robot's page that says that a stop has suspended its jobs; staff resume them there. */
 import { say } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
+import { gettext } from "../kit/text.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import { UNSENT } from "./person_socket.ts";
 
-const FIRST = { stopped: "Release the stop first.", released: "Look at the robot first." };
+const FIRST = { stopped: gettext("Release the stop first."), released: gettext("Look at the robot first.") };
 
 export class Suspension {
   private box = document.getElementById("suspended"); // a recording's page has none

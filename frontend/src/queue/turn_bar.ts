@@ -4,12 +4,13 @@ import { every } from "../kit/page_clock.ts";
 import { button, drawParts, inlineCountdown, link, type Part, strong, words } from "../kit/render.ts";
 import { focusStage } from "../kit/stage_focus.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
+import { gettext, ngettext, translate } from "../kit/text.ts";
 import { SOUND_ACTION, Announcer } from "./announcer.ts";
 import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
 import { barPlaces, currentPlaces, PersonSocket, type PlaceAction, type QueuePlace } from "./person_socket.ts";
-import { waitSentence } from "./waits.ts";
+import { before, waitSentence } from "./waits.ts";
 
-const BUSY = "Your last press is on its way.";
+const BUSY = gettext("Your last press is on its way.");
 const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
 
 class TurnBar {
@@ -85,7 +86,11 @@ class TurnBar {
     drawParts(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     const also = rest.map((p) => short(p, now));
     if (first?.state === "waiting" && this.teller.paused)
-      also.push(`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`);
+      also.push(
+        this.teller.ran
+          ? gettext("Sound paused. Press Sound to hear when it is your turn.")
+          : gettext("Press Sound to hear when it is your turn."),
+      );
     say(this.also, this.leaving ? "" : also.join(" "));
   }
 
@@ -101,18 +106,18 @@ class TurnBar {
   private buttonsOf(p: QueuePlace): Part[] {
     const why = this.busy ? BUSY : "";
     const ask = (action: string, text: string, style = ""): Part => button(text, ASK + action, { style, why });
-    if (p.state === "offered") return [ask("accept", "Take control", "primary"), ask("leave", "Not now")];
-    if (p.idles) return [ask("stay", "I'm here", "primary")];
-    if (p.state === "operating") return [link(`Back to ${p.name}`, `/robots/${p.robot}/`, "button primary")];
-    if (p.state === "missed") return [ask("join", "Join again", "primary"), ask("dismiss", "Dismiss")];
+    if (p.state === "offered") return [ask("accept", gettext("Take control"), "primary"), ask("leave", gettext("Not now"))];
+    if (p.idles) return [ask("stay", gettext("I'm here"), "primary")];
+    if (p.state === "operating") return [link(gettext("Back to {name}", { name: p.name }), `/robots/${p.robot}/`, "button primary")];
+    if (p.state === "missed") return [ask("join", gettext("Join again"), "primary"), ask("dismiss", gettext("Dismiss"))];
     if (p.state === "ended") {
-      const page = p.turn === null ? [] : [link("What did you find?", `/turns/${p.turn}/`, "button primary")];
-      return [...page, ask("dismiss", "Dismiss")];
+      const page = p.turn === null ? [] : [link(gettext("What did you find?"), `/turns/${p.turn}/`, "button primary")];
+      return [...page, ask("dismiss", gettext("Dismiss"))];
     }
     const notify = "Notification" in window && Notification.permission === "default";
     return [
-      ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
-      button("Sound", SOUND_ACTION, { pressed: this.teller.sound && !this.teller.paused }),
+      ...(notify ? [ask("notify", gettext("Tell me when it is my turn"))] : []),
+      button(gettext("Sound"), SOUND_ACTION, { pressed: this.teller.sound && !this.teller.paused }),
     ];
   }
 
@@ -144,8 +149,8 @@ class TurnBar {
 
   private async notify(): Promise<void> {
     const answer = await Notification.requestPermission();
-    const denied = "This browser may not notify you. Keep this page open: its title and a sound tell you.";
-    this.tell(answer === "granted" ? "This browser will notify you." : denied);
+    const denied = gettext("This browser may not notify you. Keep this page open: its title and a sound tell you.");
+    this.tell(answer === "granted" ? gettext("This browser will notify you.") : denied);
   }
 
   private tell(words: string): void {
@@ -163,10 +168,10 @@ class TurnBar {
 }
 
 const LEAVE_WORDS: Part[] = [
-  strong("Leave in the middle of your turn?"),
-  words("It goes on for 20 s after you leave this page, and ends then unless you come back."),
+  strong(gettext("Leave in the middle of your turn?")),
+  words(gettext("It goes on for 20 s after you leave this page, and ends then unless you come back.")),
 ];
-const LEAVE_BUTTONS: Part[] = [button("Stay", `${ASK}keep`, { style: "primary" }), button("Leave the page", `${ASK}go`)];
+const LEAVE_BUTTONS: Part[] = [button(gettext("Stay"), `${ASK}keep`, { style: "primary" }), button(gettext("Leave the page"), `${ASK}go`)];
 
 function left(p: QueuePlace, now: number): string {
   return clock(((p.kept_until_ms ?? p.until_ms ?? now) - now) / 1000);
@@ -178,24 +183,31 @@ function timer(text: string): Part {
 
 /** Return what the bar says of a place; the page of the robot `own` says itself that the robot is simulated. */
 function wordsOf(p: QueuePlace, now: number, own: string): Part[] {
-  const badge = p.simulated && !(p.idles && p.robot === own) ? [words("Simulated", "simulated")] : [];
+  const badge = p.simulated && !(p.idles && p.robot === own) ? [words(gettext("Simulated"), "simulated")] : [];
   return [...stateOf(p, now, own), ...badge];
 }
 
 function stateOf(p: QueuePlace, now: number, own: string): Part[] {
-  if (p.state === "offered") return [strong(`It is your turn on ${p.name}`), timer(left(p, now))];
+  if (p.state === "offered") return [strong(gettext("It is your turn on {name}", { name: p.name })), timer(left(p, now))];
   if (p.idles)
     return [
-      strong(`Your turn ${p.robot === own ? "" : `on ${p.name} `}ends in`),
+      strong(p.robot === own ? gettext("Your turn ends in") : gettext("Your turn on {name} ends in", { name: p.name })),
       timer(`${Math.max(0, Math.ceil(((p.idle_ms ?? now) - now) / 1000))} s`),
-      words("because nothing was done."),
+      words(gettext("because nothing was done.")),
     ];
   if (p.state === "operating")
-    return [strong(p.kept_until_ms === null ? `You operate ${p.name}` : `Go back to ${p.name}, or your turn ends`), timer(left(p, now))];
+    return [
+      strong(
+        p.kept_until_ms === null
+          ? gettext("You operate {name}", { name: p.name })
+          : gettext("Go back to {name}, or your turn ends", { name: p.name }),
+      ),
+      timer(left(p, now)),
+    ];
   if (p.state === "missed" || p.state === "ended") return [strong(over(p))];
   return [
-    strong(p.ahead === 0 ? "You are next" : `${p.ahead} before you`),
-    words(" for "),
+    strong(p.ahead === 0 ? gettext("You are next") : before(p.ahead)),
+    words(gettext(" for ")),
     link(p.name, `/robots/${p.robot}/`),
     words(` ${waitSentence(p.wait_s)}`, "quiet"),
   ];
@@ -203,19 +215,25 @@ function stateOf(p: QueuePlace, now: number, own: string): Part[] {
 
 /** Return what was lost or is over, when, why and what it cost. */
 function over(p: QueuePlace): string {
+  const values = { name: p.name, time: timeOfDay(p.ended_ms ?? 0) };
   const what =
     p.turn !== null
-      ? `Your turn on ${p.name} ended`
+      ? gettext("Your turn on {name} ended at {time}.", values)
       : p.away || p.state === "ended"
-        ? `You lost your place for ${p.name}`
-        : `You missed your turn on ${p.name}`;
-  return `${what} at ${timeOfDay(p.ended_ms ?? 0)}.${p.end ? ` ${p.end.why} ${p.end.credited}` : ""}`;
+        ? gettext("You lost your place for {name} at {time}.", values)
+        : gettext("You missed your turn on {name} at {time}.", values);
+  return `${what}${p.end ? ` ${translate(p.end.why)} ${translate(p.end.credited)}` : ""}`;
 }
 
 function short(p: QueuePlace, now: number): string {
-  if (p.state === "waiting") return `${p.name}: ${p.ahead === 0 ? "you are next" : `${p.ahead} before you`}.`;
+  const { name } = p;
+  if (p.state === "waiting")
+    return p.ahead === 0
+      ? gettext("{name}: you are next.", { name })
+      : ngettext("{name}: {count} before you.", "{name}: {count} before you.", p.ahead, { name });
   if (p.state === "missed" || p.state === "ended") return over(p);
-  return `${p.name}: ${p.state === "offered" ? "offered to you" : "your turn"}, ${left(p, now)}.`;
+  const values = { name, time: left(p, now) };
+  return p.state === "offered" ? gettext("{name}: offered to you, {time}.", values) : gettext("{name}: your turn, {time}.", values);
 }
 
 const bar = document.getElementById("turnbar");

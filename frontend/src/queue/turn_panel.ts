@@ -2,20 +2,22 @@
 import { refusal } from "../kit/refusal.ts";
 import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import { UNSENT } from "./person_socket.ts";
-import { queueSentence, waitSentence } from "./waits.ts";
+import { before, queueSentence, waitSentence } from "./waits.ts";
 
-const AGAIN = "Press again to end it";
+const AGAIN = gettext("Press again to end it");
 const LATELY_MS = 3_600_000;
 const ASKED_MS = 8000; // how long the question is shown
 const DOUBLE_MS = 400; // a double click is one press
 const TAKE_MS = 15_000; // after this time one decides about an offer anew
-const FOLLOWS =
-  "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
-const PRACTICE_FOLLOWS = "The simulator goes back to its start position, for whoever comes next.";
+const FOLLOWS = gettext(
+  "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.",
+);
+const PRACTICE_FOLLOWS = gettext("The simulator goes back to its start position, for whoever comes next.");
 
-const STAYS_SHUT = "The robot stays locked out until staff lift that.";
+const STAYS_SHUT = gettext("The robot stays locked out until staff lift that.");
 
 /** Confirmation of an action that cannot be undone: the same button, in the same place, is pressed again. */
 class Confirmation {
@@ -110,7 +112,7 @@ export class TurnPanel {
 
   private endParts(staff: boolean, why: string): Part[] {
     const { asking } = this.ending,
-      name = staff ? "End maintenance" : "End my turn";
+      name = staff ? gettext("End maintenance") : gettext("End my turn");
     return [button(asking ? AGAIN : name, "leave", { why }), ...(asking ? [paragraph(this.follows(), "follows")] : [])];
   }
 
@@ -121,9 +123,9 @@ export class TurnPanel {
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
-        heading(s.turn.staff ? "Maintenance turn" : s.robot.practice ? "You practise" : "You drive"),
+        heading(s.turn.staff ? gettext("Maintenance turn") : s.robot.practice ? gettext("You practise") : gettext("You drive")),
         countdown(clock(left)),
-        paragraph(s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn"),
+        paragraph(s.turn.extra && !s.turn.wanted ? gettext("Nobody waits, so your turn goes on.") : gettext("left in your turn")),
         ...this.endParts(s.turn.staff, why),
       ];
     }
@@ -135,35 +137,35 @@ export class TurnPanel {
     if (!me.cleared)
       return [
         ...over,
-        heading("Two steps to go"),
-        paragraph("Read the orientation (three minutes), then pass the clearance test."),
-        link("Read the orientation", `/robots/${slug}/orientation/`, "button primary"),
-        ...practiceLink("Practise on a simulator"),
+        heading(gettext("Two steps to go")),
+        paragraph(gettext("Read the orientation (three minutes), then pass the clearance test.")),
+        link(gettext("Read the orientation"), `/robots/${slug}/orientation/`, "button primary"),
+        ...practiceLink(gettext("Practise on a simulator")),
       ];
     if (t?.state === "offered") {
       const left = t.offer_until_ms ? (t.offer_until_ms - now) / 1000 : 0;
       return [
-        heading("It is your turn"),
+        heading(gettext("It is your turn")),
         countdown(clock(left)),
-        button("Take control", "accept", { style: "primary", why }),
-        button("Not now", "leave", { style: "later", why }),
+        button(gettext("Take control"), "accept", { style: "primary", why }),
+        button(gettext("Not now"), "leave", { style: "later", why }),
       ];
     }
     if (t?.state === "waiting")
       return [
-        heading(t.ahead === 0 ? "You are next" : `${t.ahead} before you`),
+        heading(t.ahead === 0 ? gettext("You are next") : before(t.ahead)),
         paragraph(waitSentence(t.wait_s)),
-        paragraph("You may look around: every page of this site tells you when it is your turn.", "quiet"),
-        ...practiceLink("Practise while you wait"),
-        button("Leave the queue", "leave", { why }),
+        paragraph(gettext("You may look around: every page of this site tells you when it is your turn."), "quiet"),
+        ...practiceLink(gettext("Practise while you wait")),
+        button(gettext("Leave the queue"), "leave", { why }),
       ];
     return [
       ...over,
-      heading(over.length ? "Drive it again" : "Drive it yourself"),
-      paragraph(s.robot.free ? "Nobody waits: it is yours at once." : queueSentence(s.queue)),
+      heading(over.length ? gettext("Drive it again") : gettext("Drive it yourself")),
+      paragraph(s.robot.free ? gettext("Nobody waits: it is yours at once.") : queueSentence(s.queue)),
       s.robot.free
-        ? button("Take control", "take", { style: "primary", why })
-        : button("Join the queue", "join", { style: "primary", why }),
+        ? button(gettext("Take control"), "take", { style: "primary", why })
+        : button(gettext("Join the queue"), "join", { style: "primary", why }),
     ];
   }
 }
@@ -171,11 +173,11 @@ export class TurnPanel {
 /** Return the way to driving for somebody who is not signed in. */
 function strangerParts(slug: string): Part[] {
   return [
-    heading("Drive it yourself"),
-    paragraph("Sign up, read the orientation, pass a short test, and wait your turn."),
-    link("Sign up", `/accounts/signup/?next=/robots/${slug}/drive/`, "button primary"),
-    link("Sign in", `/accounts/login/?next=/robots/${slug}/`, "button"),
-    ...practiceLink("Try a simulator first"),
+    heading(gettext("Drive it yourself")),
+    paragraph(gettext("Sign up, read the orientation, pass a short test, and wait your turn.")),
+    link(gettext("Sign up"), `/accounts/signup/?next=/robots/${slug}/drive/`, "button primary"),
+    link(gettext("Sign in"), `/accounts/login/?next=/robots/${slug}/`, "button"),
+    ...practiceLink(gettext("Try a simulator first")),
   ];
 }
 
@@ -195,18 +197,21 @@ function beforePractice({ robot, queue }: Snapshot, why: string): Part[] {
   const { slug, name, guest_s: seconds } = robot.practice ?? { slug: "", name: "", guest_s: null };
   if (seconds === null)
     return [
-      heading("Practise here"),
-      paragraph(`People who have an account learn here to drive ${name}. Nothing real moves.`),
-      link("Sign up", `/accounts/signup/?next=/robots/${robot.slug}/`, "button primary"),
-      link("Sign in", `/accounts/login/?next=/robots/${robot.slug}/`, "button"),
+      heading(gettext("Practise here")),
+      paragraph(gettext("People who have an account learn here to drive {name}. Nothing real moves.", { name })),
+      link(gettext("Sign up"), `/accounts/signup/?next=/robots/${robot.slug}/`, "button primary"),
+      link(gettext("Sign in"), `/accounts/login/?next=/robots/${robot.slug}/`, "button"),
     ];
   return [
-    heading("Try it now"),
+    heading(gettext("Try it now")),
     paragraph(
-      `Drive this simulator for ${seconds} seconds, without an account. Nothing real moves. ${queue ? queueSentence(queue) : ""}`.trim(),
+      [
+        gettext("Drive this simulator for {seconds} seconds, without an account. Nothing real moves.", { seconds }),
+        ...(queue ? [queueSentence(queue)] : []),
+      ].join(" "),
     ),
-    button("Try it", "practise", { style: "primary", why }),
-    link(`Drive ${name} instead`, `/robots/${slug}/drive/`, "button"),
+    button(gettext("Try it"), "practise", { style: "primary", why }),
+    link(gettext("Drive {name} instead", { name }), `/robots/${slug}/drive/`, "button"),
   ];
 }
 
@@ -214,10 +219,10 @@ function beforePractice({ robot, queue }: Snapshot, why: string): Part[] {
 function afterPractice({ robot }: Snapshot, why: string): Part[] {
   const { slug, name } = robot.practice ?? { slug: "", name: "" };
   return [
-    heading(`Next: ${name}`),
-    paragraph(`Sign up, read three minutes of orientation, pass a short test, and drive ${name}.`),
-    link(`Drive ${name}`, `/robots/${slug}/drive/`, "button primary"),
-    button("Try it again", robot.free ? "take" : "join", { why }),
+    heading(gettext("Next: {name}", { name })),
+    paragraph(gettext("Sign up, read three minutes of orientation, pass a short test, and drive {name}.", { name })),
+    link(gettext("Drive {name}", { name }), `/robots/${slug}/drive/`, "button primary"),
+    button(gettext("Try it again"), robot.free ? "take" : "join", { why }),
   ];
 }
 
@@ -226,14 +231,14 @@ function ended({ me, robot }: Snapshot, now: number): Part[] {
   const end = me.last_end;
   if (!end) return [];
   const news = now - end.ended_ms < LATELY_MS;
-  const rest = news && !robot.practice ? ` ${end.credited} ${end.next}` : ""; // practice costs nothing
+  const rest = news && !robot.practice ? ` ${translate(end.credited)} ${translate(end.next)}` : ""; // practice costs nothing
   const ask = [
-    paragraph("What did you find? Others read it.", "more"),
-    link("Write in the operator's log", `/turns/${end.turn}/`, "button primary"),
+    paragraph(gettext("What did you find? Others read it."), "more"),
+    link(gettext("Write in the operator's log"), `/turns/${end.turn}/`, "button primary"),
   ];
   return [
-    heading(news ? "Your turn is over" : "Your last turn"),
-    paragraph(`It ended at ${timeOfDay(end.ended_ms)}. ${end.why}${rest}`),
+    heading(news ? gettext("Your turn is over") : gettext("Your last turn")),
+    paragraph(`${gettext("It ended at {time}.", { time: timeOfDay(end.ended_ms) })} ${translate(end.why)}${rest}`),
     ...(end.written ? [] : ask),
   ];
 }
@@ -243,9 +248,13 @@ function jobsOnly({ me, robot }: Snapshot): Part[] {
   const jobs = `/robots/${robot.slug}/jobs/`;
   const here = me.can.ask && document.getElementById("asking") !== null; // its console has a part for this
   return [
-    heading("It works by itself"),
-    paragraph(`Nobody drives this robot. ${me.can.ask ? "Ask it for something, and watch." : "It takes jobs from people with clearance."}`),
-    link(me.can.ask ? "Ask for a job" : "See its jobs", here ? "#asking" : jobs, "button primary"),
-    ...(here ? [link("All jobs", jobs)] : []),
+    heading(gettext("It works by itself")),
+    paragraph(
+      me.can.ask
+        ? gettext("Nobody drives this robot. Ask it for something, and watch.")
+        : gettext("Nobody drives this robot. It takes jobs from people with clearance."),
+    ),
+    link(me.can.ask ? gettext("Ask for a job") : gettext("See its jobs"), here ? "#asking" : jobs, "button primary"),
+    ...(here ? [link(gettext("All jobs"), jobs)] : []),
   ];
 }

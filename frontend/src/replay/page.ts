@@ -3,15 +3,16 @@ import "./replay.css";
 import { byId, make, say, set, shape } from "../kit/dom.ts";
 import { FILE_MS, request } from "../kit/request.ts";
 import { clock } from "../kit/times.ts";
+import { gettext, translate } from "../kit/text.ts";
 import { useRecording } from "../socket/connection.ts";
 import type { Handlers } from "../socket/robot_socket.ts";
 import { Player } from "./player.ts";
 import { share } from "./share.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 
-const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
-const GONE = "The file of this recording is gone, so it cannot be replayed.";
-const LOADING = "Loading…",
+const FAILED = gettext("The recording could not be read. Check your connection, and choose a time again.");
+const GONE = gettext("The file of this recording is gone, so it cannot be replayed.");
+const LOADING = gettext("Loading…"),
   LONG_MS = 500;
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
@@ -36,13 +37,13 @@ function tellValue(words: string): void {
 
 /** Return a moment (ms) and the length of the recording in words. */
 function momentWords(at: number, length: number): string {
-  return `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
+  return gettext("{at} of {length}", { at: clock(Math.floor(at / 1000)), length: clock(Math.floor(length / 1000)) });
 }
 
 function draw(): void {
   if (!player) return;
   const { at, length } = player;
-  say(button, player.playing ? "Pause" : "Play");
+  say(button, player.playing ? gettext("Pause") : gettext("Play"));
   const step = at >= length ? Number(range.max) : Math.round(at / STEP_MS) * STEP_MS;
   if (!held && Number(range.value) !== step) range.value = String(step);
   const words = momentWords(at, length);
@@ -106,11 +107,12 @@ async function begin(handlers: Handlers, opened: (player: Player) => void): Prom
   range.max = String(Math.ceil(player.length / STEP_MS) * STEP_MS); // the last step is the end itself
   show(story.marks(), player.length);
   if (index.end) {
-    say(byId("replay-end"), `It ends at ${clock(Math.floor(player.length / 1000))}. ${index.end}`);
+    const time = clock(Math.floor(player.length / 1000));
+    say(byId("replay-end"), `${gettext("It ends at {time}.", { time })} ${translate(index.end)}`);
     byId("replay-end").hidden = false;
   }
   for (const control of [button, range, speed]) control.disabled = false;
-  if (about.said) say(said, about.said);
+  if (about.said) say(said, translate(about.said));
   player.attach(handlers);
   if (about.start) void player.seek(Math.min(about.start, player.length));
   seekToAddress();

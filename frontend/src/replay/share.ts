@@ -1,4 +1,5 @@
 /** Copies a link to the moment that is shown, and the code by which another page shows the recording in a frame. */
+import { gettext } from "../kit/text.ts";
 
 /** Return a link to a second of a recording. */
 export function linkTo(address: string, second: number): string {
@@ -16,7 +17,7 @@ async function copy(text: string, done: string, tell: (words: string) => void): 
     await navigator.clipboard.writeText(text);
     tell(done);
   } catch {
-    tell(`Your browser did not let the page copy it: ${text}`);
+    tell(gettext("Your browser did not let the page copy it: {text}", { text }));
   }
 }
 
@@ -25,10 +26,10 @@ export function share(second: () => number, tell: (words: string) => void): void
   const link = document.getElementById("replay-share"),
     code = document.getElementById("replay-embed");
   link?.addEventListener("click", () => {
-    void copy(linkTo(link.dataset["link"] ?? "", second()), "The link was copied.", tell);
+    void copy(linkTo(link.dataset["link"] ?? "", second()), gettext("The link was copied."), tell);
   });
   code?.addEventListener("click", () => {
     const address = linkTo(code.dataset["link"] ?? "", second());
-    void copy(frameOf(address, code.dataset["title"] ?? ""), "The code was copied.", tell);
+    void copy(frameOf(address, code.dataset["title"] ?? ""), gettext("The code was copied."), tell);
   });
 }

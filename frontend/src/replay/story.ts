@@ -1,6 +1,7 @@
 /** The commands and events of a recording: what was known of them at a moment, and the moments to jump to. */
 import type { CommandInfo, JobInfo, Snapshot } from "../socket/messages.ts";
 import { FINAL, COMMAND_LABELS, stageOf } from "../socket/stages.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };
 interface Told {
@@ -66,7 +67,7 @@ export class Story {
       link: true,
       store: "",
       replay: true,
-      robot: { slug, name, state: "operating", label: "Recording", why: "", turns: true },
+      robot: { slug, name, state: "operating", label: gettext("Recording"), why: "", turns: true },
       stopped,
       suspended: false,
       stop: null,
@@ -92,9 +93,9 @@ export class Story {
         return [{ at: stage.after_ms, text: name, bad: false }];
       }
       const bad = FINAL.has(stage.state) && stage.state !== "completed";
-      return bad ? [{ at: stage.after_ms, text: `${name}: ${stageOf(stage.kind, stage.state)}. ${stage.reason}`, bad }] : [];
+      return bad ? [{ at: stage.after_ms, text: `${name}: ${stageOf(stage.kind, stage.state)}. ${translate(stage.reason)}`, bad }] : [];
     });
-    const told = this.index.events.map(({ after_ms: at, text, level }) => ({ at, text, bad: level !== "info" }));
+    const told = this.index.events.map(({ after_ms: at, text, level }) => ({ at, text: translate(text), bad: level !== "info" }));
     return [...marks, ...told].sort((a, b) => a.at - b.at);
   }
 }

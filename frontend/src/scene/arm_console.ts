@@ -3,6 +3,7 @@ import { byId, say } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import { request } from "../kit/request.ts";
 import { Tabs } from "../kit/tabs.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { CameraView } from "../media/camera_view.ts";
 import type { ArmFacts } from "../motion/facts.ts";
 import type { Console } from "../page/console.ts";
@@ -154,7 +155,7 @@ export class ArmConsole implements Console, Judge {
       byId("model").dataset["broken"] = "yes";
       say(
         byId("model-said"),
-        "The 3D view did not come, or does not work in this browser. Reload the page to try again; cameras and controls work.",
+        gettext("The 3D view did not come, or does not work in this browser. Reload the page to try again; cameras and controls work."),
       );
       console.warn(error);
     }
@@ -303,7 +304,7 @@ export class ArmConsole implements Console, Judge {
   refuse(why: string): void {
     clearTimeout(this.planTimer);
     this.planned += 1;
-    this.plan = { key: JSON.stringify(this.target()), ok: false, text: why };
+    this.plan = { key: JSON.stringify(this.target()), ok: false, text: translate(why) };
     this.noGhost();
     this.page.draw();
   }
@@ -318,14 +319,14 @@ export class ArmConsole implements Console, Judge {
     this.view?.refused(false);
     this.view?.play(answer.path ?? [], answer.tool ?? [], (i) => {
       const step = answer.steps?.[i] ?? 0;
-      say(byId("model-said"), step ? `The ghost is at step ${step}` : "");
+      say(byId("model-said"), step ? gettext("The ghost is at step {step}", { step }) : "");
     });
   }
 
   private gotPlan(answer: PlanAnswer): void {
     if (answer.n !== this.planned || !this.plan) return;
-    this.plan = { ...this.plan, ok: answer.ok, text: answer.text };
-    this.pick?.answered(answer.ok, answer.text, answer.seconds ?? 0);
+    this.plan = { ...this.plan, ok: answer.ok, text: translate(answer.text) };
+    this.pick?.answered(answer.ok, this.plan.text, answer.seconds ?? 0);
     if (this.mode?.checked) {
       this.mode.checked(answer);
       return this.page.draw();
@@ -334,8 +335,8 @@ export class ArmConsole implements Console, Judge {
     const there = answer.joints?.every((q, i) => Math.abs(q - (this.page.state?.joints[i] ?? Infinity)) < THERE) ?? false;
     if (answer.joints && !there) this.view?.target(answer.joints, answer.tool ?? []);
     else this.view?.target(null);
-    const way = there ? "The arm is there" : `${answer.seconds?.toFixed(1)} s on the way`;
-    say(byId("model-said"), answer.ok ? way : answer.text);
+    const way = there ? gettext("The arm is there") : gettext("{seconds} s on the way", { seconds: answer.seconds?.toFixed(1) ?? "?" });
+    say(byId("model-said"), answer.ok ? way : translate(answer.text));
     this.page.draw();
   }
 
@@ -366,20 +367,21 @@ export class ArmConsole implements Console, Judge {
   whyNot(kind: string, f: Facts): string {
     const general = blocked(f);
     if (general || (kind === "gripper" && this.scene?.follows)) return general;
-    if (kind === "go" && f.busy && this.goesThere) return "The arm is on its way there already.";
+    if (kind === "go" && f.busy && this.goesThere) return gettext("The arm is on its way there already.");
     const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
-    if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
+    if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind)))
+      return gettext("One command at a time: the arm is still busy.");
     if (this.pick && PICKING.has(kind)) return this.pick.whyNot(kind, this.plan);
     if (kind === "jog" || (kind !== "go" && kind !== this.mode?.asked)) return "";
     const target = this.target();
     if (this.mode?.local) return this.mode.local();
-    if (!target) return this.mode?.empty ?? "Fill in every value with a number first.";
+    if (!target) return this.mode?.empty ?? gettext("Fill in every value with a number first.");
     if (this.plan?.key === JSON.stringify(target) && this.plan.text && !this.plan.ok) return this.plan.text;
     return "";
   }
 
   advice(f: Facts): string {
-    return f.busy ? "The arm is busy." : this.whyNot(this.mode?.asked ?? "jog", f);
+    return f.busy ? gettext("The arm is busy.") : this.whyNot(this.mode?.asked ?? "jog", f);
   }
 
   draw(f: Facts): void {

@@ -1,5 +1,7 @@
 /** The panel of what can be won: the figure in the view, what is missing in words, and a win, which is said once. */
 import { byId, say, sayLines } from "../kit/dom.ts";
+import { timeOfDay } from "../kit/times.ts";
+import { gettext } from "../kit/text.ts";
 import { type GoalFacts, newlyWon, partsInWords, progress, type Reached } from "./goals.ts";
 import type { KnownObject } from "./known.ts";
 import type { SceneObjects } from "./objects.ts";
@@ -21,7 +23,7 @@ export class GoalPanel {
     const all = this.objects.known,
       now = reached ?? {},
       figures = this.figures;
-    say(byId("goals-count"), figures.map((goal) => `figure ${progress(goal, now[goal.name])}`).join(", "));
+    say(byId("goals-count"), figures.map((goal) => gettext("figure {progress}", { progress: progress(goal, now[goal.name]) })).join(", "));
     sayLines(byId("goals-list"), [
       ...figures.slice(0, 1).flatMap((goal) => partsInWords(goal, all, now[goal.name])),
       ...goals.map((goal) => `${goal.title}: ${wonInWords(now[goal.name])}`),
@@ -47,11 +49,11 @@ export class GoalPanel {
   private announce(reached: Record<string, Reached>): void {
     const won = newlyWon(this.objects.goals, this.told, reached);
     this.told = reached;
-    if (won.length) say(byId("goals-said"), `Won: ${won.map(({ title }) => title).join("; ")}.`);
+    if (won.length) say(byId("goals-said"), gettext("Won: {goals}.", { goals: won.map(({ title }) => title).join("; ") }));
   }
 }
 
 function wonInWords(one: Reached | undefined): string {
-  if (!one || one.wonMs === null) return "not yet";
-  return `won at ${new Date(one.wonMs).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })}`;
+  if (!one || one.wonMs === null) return gettext("not yet");
+  return gettext("won at {time}", { time: timeOfDay(one.wonMs) });
 }

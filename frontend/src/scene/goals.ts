@@ -3,6 +3,7 @@ import type { Pose } from "../motion/chain.ts";
 import { cost, wayInWords } from "./moves.ts";
 import type { KnownObject } from "./known.ts";
 import { alike } from "./poses.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 /** A goal as `goal_facts` of robots/kit/arms/goals.py tells it: poses 4 x 4 row by row, in the base's frame (m). */
 export interface GoalFacts {
@@ -39,18 +40,20 @@ export function nearestTurn(goal: Pose, turns: number, from: Pose): Float64Array
 
 /** Return how far a goal is, as "3 of 5". */
 export function progress({ parts }: GoalFacts, reached: Reached = NOTHING): string {
-  return `${parts.filter(({ object }) => reached.there.includes(object)).length} of ${parts.length}`;
+  const count = parts.filter(({ object }) => reached.there.includes(object)).length;
+  return gettext("{count} of {total}", { count, total: parts.length });
 }
 
 /** Return a line for each part of a figure: done, or what is missing. `objects` are those whose places are known. */
 export function partsInWords({ parts }: GoalFacts, objects: readonly KnownObject[], reached: Reached = NOTHING): string[] {
   return parts.map(({ object, pose }) => {
-    if (reached.there.includes(object)) return `✓ ${object}: in its place`;
+    const name = translate(object);
+    if (reached.there.includes(object)) return `✓ ${gettext("{name}: in its place", { name })}`;
     const known = objects.find(({ facts }) => facts.name === object);
-    if (!known) return `${object}: nobody knows where it is`;
-    if (known.held) return `${object}: in the gripper`;
+    if (!known) return gettext("{name}: nobody knows where it is", { name });
+    if (known.held) return gettext("{name}: in the gripper", { name });
     const way = wayInWords(known.pose, nearestTurn(pose, known.facts.turns, known.pose));
-    return `${object}: ${way || "almost in its place"}`;
+    return way ? `${name}: ${way}` : gettext("{name}: almost in its place", { name });
   });
 }
 

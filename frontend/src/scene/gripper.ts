@@ -1,4 +1,5 @@
 /** What the gripper holds, in words, from what its hardware tells. */
+import { gettext, translate } from "../kit/text.ts";
 
 /** The table `gripper` of a robot's description: joint of the state that tells the opening, and its widths (m). */
 export interface GripperFacts {
@@ -21,21 +22,22 @@ export function gripOf({ open, empty_below }: GripperFacts, opening: number, bef
 
 /** Return it as a sentence; `held`: the name of the object that the robot knows there. */
 export function gripInWords(grip: Grip, held: string): string {
-  if (grip === "moving") return "The gripper moves.";
-  if (held) return grip === "unknown" ? `The gripper should hold ${held}; it cannot feel.` : `The gripper holds ${held}.`;
+  if (grip === "moving") return gettext("The gripper moves.");
+  if (held && grip === "unknown") return gettext("The gripper should hold {object}; it cannot feel.", { object: translate(held) });
+  if (held) return gettext("The gripper holds {object}.", { object: translate(held) });
   return SENTENCES[grip];
 }
 
 const SENTENCES = {
-  holds: "The gripper holds something.",
-  empty: "The gripper is empty.",
-  open: "The gripper is open and empty.",
-  unknown: "The gripper cannot feel whether it holds something.",
+  holds: gettext("The gripper holds something."),
+  empty: gettext("The gripper is empty."),
+  open: gettext("The gripper is open and empty."),
+  unknown: gettext("The gripper cannot feel whether it holds something."),
 };
 
 /** Return it in the fewest words, for the picture's edge. */
 export function gripInShort(grip: Grip, held: string): string {
-  if (grip === "moving") return "Gripper moves";
-  if (held) return `Holds ${held}`;
-  return { holds: "Holds something", empty: "Empty", open: "Empty, open", unknown: "" }[grip];
+  if (grip === "moving") return gettext("Gripper moves");
+  if (held) return gettext("Holds {object}", { object: translate(held) });
+  return { holds: gettext("Holds something"), empty: gettext("Empty"), open: gettext("Empty, open"), unknown: "" }[grip];
 }

@@ -1,6 +1,7 @@
 /** Moves the ghost without a pointer in the view: keys on its handle, and a button for each direction. */
 import { isStale } from "../input/loop.ts";
 import { byId, make, say } from "../kit/dom.ts";
+import { gettext } from "../kit/text.ts";
 import { keyMove, type Move, type Step, stepMove, STEPS } from "./moves.ts";
 
 export interface HandUse {
@@ -13,18 +14,18 @@ export interface HandUse {
 }
 
 const WAYS: readonly (readonly [string, string, Move])[] = [
-  ["x +", "Ghost away from the base", [1, 0, 0, 0, 0, 0]],
-  ["x −", "Ghost towards the base", [-1, 0, 0, 0, 0, 0]],
-  ["y +", "Ghost to the left", [0, 1, 0, 0, 0, 0]],
-  ["y −", "Ghost to the right", [0, -1, 0, 0, 0, 0]],
-  ["z +", "Ghost up", [0, 0, 1, 0, 0, 0]],
-  ["z −", "Ghost down", [0, 0, -1, 0, 0, 0]],
-  ["↻ x", "Turn the ghost about x", [0, 0, 0, 1, 0, 0]],
-  ["↺ x", "Turn the ghost back about x", [0, 0, 0, -1, 0, 0]],
-  ["↻ y", "Turn the ghost about y", [0, 0, 0, 0, 1, 0]],
-  ["↺ y", "Turn the ghost back about y", [0, 0, 0, 0, -1, 0]],
-  ["↻ z", "Turn the ghost about z", [0, 0, 0, 0, 0, 1]],
-  ["↺ z", "Turn the ghost back about z", [0, 0, 0, 0, 0, -1]],
+  ["x +", gettext("Ghost away from the base"), [1, 0, 0, 0, 0, 0]],
+  ["x −", gettext("Ghost towards the base"), [-1, 0, 0, 0, 0, 0]],
+  ["y +", gettext("Ghost to the left"), [0, 1, 0, 0, 0, 0]],
+  ["y −", gettext("Ghost to the right"), [0, -1, 0, 0, 0, 0]],
+  ["z +", gettext("Ghost up"), [0, 0, 1, 0, 0, 0]],
+  ["z −", gettext("Ghost down"), [0, 0, -1, 0, 0, 0]],
+  ["↻ x", gettext("Turn the ghost about x"), [0, 0, 0, 1, 0, 0]],
+  ["↺ x", gettext("Turn the ghost back about x"), [0, 0, 0, -1, 0, 0]],
+  ["↻ y", gettext("Turn the ghost about y"), [0, 0, 0, 0, 1, 0]],
+  ["↺ y", gettext("Turn the ghost back about y"), [0, 0, 0, 0, -1, 0]],
+  ["↻ z", gettext("Turn the ghost about z"), [0, 0, 0, 0, 0, 1]],
+  ["↺ z", gettext("Turn the ghost back about z"), [0, 0, 0, 0, 0, -1]],
 ];
 
 export class Hand {
@@ -75,7 +76,7 @@ export class Hand {
 
   private resize(by: number): void {
     this.size.value = String(Math.max(0, Math.min(STEPS.length - 1, Number(this.size.value) + by)));
-    say(byId("ghost-step-said"), `Step ${this.step.mm} mm, ${this.step.degrees}°`);
+    say(byId("ghost-step-said"), gettext("Step {mm} mm, {degrees}°", { mm: this.step.mm, degrees: this.step.degrees }));
   }
 
   /** Whether the handle, its buttons or the view has the focus, so that what has no place on the page may move the ghost. */

@@ -9,6 +9,7 @@ import { changeOf, HOME, type Move, type Source, STILL } from "../input/source.t
 import { Tilt, TouchSource } from "../input/touch.ts";
 import { byId, say, set } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
+import { gettext } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
 import { missing, turnOf } from "../motion/linear.ts";
 import { moved as movedRigid, type Rigid } from "../motion/rigid.ts";
@@ -38,7 +39,7 @@ export interface HandlingUse {
 }
 
 const KIND = "follow";
-const LEVEL = "Here the arm follows a hand only for people with a clearance of a higher level; staff can give it to you.";
+const LEVEL = gettext("Here the arm follows a hand only for people with a clearance of a higher level; staff can give it to you.");
 
 export class Handling implements LoopUse {
   readonly handle: HandleSource;
@@ -125,8 +126,8 @@ export class Handling implements LoopUse {
     say(
       byId("follow-said"),
       this.armed.checked
-        ? "From now on the arm follows the ghost while you hold it, or the button below; it holds when you let go."
-        : "The arm follows no more.",
+        ? gettext("From now on the arm follows the ghost while you hold it, or the button below; it holds when you let go.")
+        : gettext("The arm follows no more."),
     );
   }
 
@@ -157,11 +158,13 @@ export class Handling implements LoopUse {
     const never = facts.commands.some(({ kind }) => kind === KIND) ? "" : LEVEL;
     allow(this.armed, never);
     byId("follow-level").textContent = never;
-    allow(this.holding, this.follow.on ? "" : never || (this.armed.checked ? why : "Tick the box above first."));
+    allow(this.holding, this.follow.on ? "" : never || (this.armed.checked ? why : gettext("Tick the box above first.")));
   }
 
   private whyNot(): string {
-    return refusal(this.armed) || this.use.page.whyNot(KIND) || (this.use.ghost.pose ? "" : "It is not known yet where the arm is.");
+    return (
+      refusal(this.armed) || this.use.page.whyNot(KIND) || (this.use.ghost.pose ? "" : gettext("It is not known yet where the arm is."))
+    );
   }
 
   private begin(args: Record<string, number>): number {
@@ -187,7 +190,7 @@ export class Handling implements LoopUse {
 
   private unplugged(): void {
     this.tick();
-    say(byId("six-axis-said"), "The 6D mouse was unplugged.");
+    say(byId("six-axis-said"), gettext("The 6D mouse was unplugged."));
   }
 
   taken(source: Source): void {
@@ -229,7 +232,7 @@ export class Handling implements LoopUse {
   }
 
   stoodStill(wasUsed: boolean): void {
-    if (wasUsed) this.use.note("The page stood still for a moment, so the ghost was let go: take it again");
+    if (wasUsed) this.use.note(gettext("The page stood still for a moment, so the ghost was let go: take it again"));
   }
 
   /** Let the person feel that the ghost has come to a surface, or has snapped. */
@@ -244,6 +247,6 @@ function layOut(): void {
   const isController = location.hash === "#controller",
     link = byId("controller-link");
   document.documentElement.toggleAttribute("data-controller", isController);
-  say(link, isController ? "The whole page" : "This page as a controller");
+  say(link, isController ? gettext("The whole page") : gettext("This page as a controller"));
   set(link, { href: isController ? "#scene" : "#controller" });
 }

@@ -6,6 +6,7 @@ import { Planner } from "../motion/planner.ts";
 import { between, poseOf, type Rigid, rigidOf } from "../motion/rigid.ts";
 import { slide } from "../motion/slide.ts";
 import { norm } from "../motion/vectors.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 /**
  * What would happen at a pose. `free`: the arm comes there; `way`: it could rest there, but a box is in the way;
@@ -77,9 +78,11 @@ export class PoseJudge {
     let here: Joints = present;
     for (const [n, pose] of poses.entries()) {
       const there = this.rest(pose, here);
-      if (typeof there === "string") return `The arm cannot be at place ${n + 1}: ${there}.`;
+      if (typeof there === "string")
+        return gettext("The arm cannot be at place {number}: {why}.", { number: n + 1, why: translate(there) });
       const outcome = this.planner.plan({ joints: there }, { joints: here }, share);
-      if (!outcome.ok) return `The arm cannot come to place ${n + 1} directly: ${outcome.text}.`;
+      if (!outcome.ok)
+        return gettext("The arm cannot come to place {number} directly: {why}.", { number: n + 1, why: translate(outcome.text) });
       const { path, seconds } = outcome;
       for (let t = 0; t < seconds; t += PLAY_S) joints.push([...path.sample(t)]);
       joints.push([...there]);

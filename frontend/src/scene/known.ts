@@ -1,4 +1,5 @@
 /** The objects around an arm, as the page is told of them. Lengths in m. */
+import { gettext } from "../kit/text.ts";
 
 /** An object as `object_facts` of robots/kit/arms/objects.py tells it: its size in m, colour from 0 to 1, poses 4 x 4. */
 export interface ObjectFacts {
@@ -24,8 +25,10 @@ export interface PlateFacts {
 export function seenInWords({ how, atMs }: Pick<KnownObject, "how" | "atMs">, now: number): string {
   if (how !== "measured" || !Number.isFinite(atMs)) return "";
   const seconds = Math.max(0, Math.round((now - atMs) / 1000));
-  if (seconds < 120) return `seen ${seconds} s ago`;
-  return seconds < 7200 ? `seen ${Math.floor(seconds / 60)} min ago` : `seen ${Math.floor(seconds / 3600)} h ago`;
+  if (seconds < 120) return gettext("seen {seconds} s ago", { seconds });
+  return seconds < 7200
+    ? gettext("seen {minutes} min ago", { minutes: Math.floor(seconds / 60) })
+    : gettext("seen {hours} h ago", { hours: Math.floor(seconds / 3600) });
 }
 /** What is known of an object. `pose` is in the frame of the base, or of the tool that holds it. */
 export interface KnownObject {

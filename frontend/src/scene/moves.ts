@@ -3,6 +3,7 @@ import type { Move } from "../input/source.ts";
 import type { Pose } from "../motion/chain.ts";
 import { missing } from "../motion/linear.ts";
 import { moved as movedRigid, poseOf, rigidOf } from "../motion/rigid.ts";
+import { gettext } from "../kit/text.ts";
 
 /** How far a key or a button moves (mm) and turns (degrees) the ghost. */
 export interface Step {
@@ -15,11 +16,12 @@ export const STEPS: readonly Step[] = [
   { mm: 5, degrees: 5 },
   { mm: 20, degrees: 15 },
 ];
-const LENGTHS = [
-  ["forward", "back"],
-  ["left", "right"],
-  ["up", "down"],
-] as const;
+type Said = (value: string) => string;
+const LENGTHS: readonly (readonly [Said, Said])[] = [
+  [(mm) => gettext("{mm} mm forward", { mm }), (mm) => gettext("{mm} mm back", { mm })],
+  [(mm) => gettext("{mm} mm left", { mm }), (mm) => gettext("{mm} mm right", { mm })],
+  [(mm) => gettext("{mm} mm up", { mm }), (mm) => gettext("{mm} mm down", { mm })],
+];
 const AXES = ["x", "y", "z"] as const;
 const RAD_AS_M = 0.1; // a turn of 1 rad counts as much as so much length
 const LEAST_MM = 0.5,
@@ -62,11 +64,11 @@ export function wayInWords(from: Pose, to: Pose): string {
   const way = missing(from, to);
   const lengths = LENGTHS.map(([plus, minus], i) => {
     const mm = Math.abs(way[i]! * 1000);
-    return mm < LEAST_MM ? "" : `${mm.toFixed(0)} mm ${way[i]! > 0 ? plus : minus}`;
+    return mm < LEAST_MM ? "" : (way[i]! > 0 ? plus : minus)(mm.toFixed(0));
   });
   const turns = AXES.map((axis, i) => {
     const degrees = (way[i + 3]! * 180) / Math.PI;
-    return Math.abs(degrees) < LEAST_DEG ? "" : `${degrees.toFixed(0)}° about ${axis}`;
+    return Math.abs(degrees) < LEAST_DEG ? "" : gettext("{degrees}° about {axis}", { degrees: degrees.toFixed(0), axis });
   });
   return [...lengths, ...turns].filter(Boolean).join(", ");
 }
@@ -76,7 +78,7 @@ export function placeInWords(pose: Pose): string {
   const numbers = numbersOfPose(pose),
     at = numbers.slice(0, 3).map((v) => whole(v * 1000)),
     turn = numbers.slice(3).map((v) => whole((v * 180) / Math.PI, true));
-  return `x, y, z ${at.join(", ")} mm; roll, pitch, yaw ${turn.join(", ")}°`;
+  return gettext("x, y, z {place} mm; roll, pitch, yaw {turn}°", { place: at.join(", "), turn: turn.join(", ") });
 }
 
 /** Return a number without decimals; no zero with a sign, and half a turn as 180. */

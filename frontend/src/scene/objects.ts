@@ -8,6 +8,7 @@ import { cost, distance, wayInWords } from "./moves.ts";
 import type { KnownObject, ObjectFacts, PlateFacts } from "./known.ts";
 import { type Around, isUpright, nearestStud, stepFor, yawOf } from "./placing.ts";
 import { alike, inverse, poseAt, product, uprightAt } from "./poses.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 export const SNAP_M = 0.002; // so near its goal the ghost is put there
 const SNAP_RAD = (2 * Math.PI) / 180;
@@ -174,7 +175,7 @@ export class SceneObjects {
       (facts.grasps ?? []).flatMap((grasp) =>
         alike(pose, facts.turns).map((at) => ({
           pose: product(at, grasp),
-          what: `the grasp of ${facts.name}`,
+          what: gettext("the grasp of {object}", { object: translate(facts.name) }),
           name: facts.name,
         })),
       ),
@@ -184,7 +185,9 @@ export class SceneObjects {
   private placesFor(held: KnownObject, tool: Pose): Goal[] {
     const inHand = inverse(held.pose),
       { facts } = held,
-      first = facts.first && [{ at: Float64Array.from(facts.first), what: `where ${facts.name} was first` }];
+      first = facts.first && [
+        { at: Float64Array.from(facts.first), what: gettext("where {object} was first", { object: translate(facts.name) }) },
+      ];
     return [...this.built(facts), ...this.tops(held), ...(first ?? []), ...this.studs(held, tool)].flatMap(({ at, what }) =>
       alike(at, facts.turns).map((turned) => ({ pose: product(turned, inHand), what })),
     );
@@ -195,13 +198,20 @@ export class SceneObjects {
     return this.goals
       .flatMap(({ kind, parts }) => (kind === "build" ? parts : []))
       .filter(({ object, pose }) => object === facts.name && stepFor(facts, pose, this.around))
-      .map(({ pose }) => ({ at: raised(Float64Array.from(pose), this.letGo), what: "its place in the figure" }));
+      .map(({ pose }) => ({ at: raised(Float64Array.from(pose), this.letGo), what: gettext("its place in the figure") }));
   }
 
   /** Return the place on the studs of the plate that is nearest to what the tool holds. */
   private studs({ facts, pose }: KnownObject, tool: Pose): { at: Float64Array; what: string }[] {
     const near = this.plate && nearestStud(this.plate, facts, product(tool, pose));
-    return near ? [{ at: raised(near.at, this.letGo), what: `the studs at column ${near.stud[0]}, row ${near.stud[1]}` }] : [];
+    return near
+      ? [
+          {
+            at: raised(near.at, this.letGo),
+            what: gettext("the studs at column {column}, row {row}", { column: near.stud[0], row: near.stud[1] }),
+          },
+        ]
+      : [];
   }
 
   /** Return the free tops of objects that may carry the one that is held. */
@@ -213,7 +223,10 @@ export class SceneObjects {
       .filter((one) => !lying.some((other) => other !== one && standsOn(other, one)))
       .map(({ facts: below, pose }) => {
         const height = pose[11]! + (below.size[2] + facts.size[2]) / 2 + this.letGo;
-        return { at: uprightAt([pose[3]!, pose[7]!, height], yawOf(pose)), what: `on ${below.name}` };
+        return {
+          at: uprightAt([pose[3]!, pose[7]!, height], yawOf(pose)),
+          what: gettext("on {object}", { object: translate(below.name) }),
+        };
       });
   }
 }
@@ -243,7 +256,9 @@ export function snappedStep(pose: Float64Array, goal: Goal | null, from: Pose | 
 /** Return what is missing to a goal, in words. */
 export function missingInWords(pose: Pose, goal: Goal): string {
   const { pose: at, what } = goal;
-  return isSaidAt(pose, goal) ? `The ghost is at ${what}.` : `To ${what}: ${wayInWords(pose, at)}.`;
+  return isSaidAt(pose, goal)
+    ? gettext("The ghost is at {place}.", { place: what })
+    : gettext("To {place}: {way}.", { place: what, way: wayInWords(pose, at) });
 }
 
 /** Whether words say that a pose is at a goal: less is missing than they tell. */

@@ -1,5 +1,6 @@
 /** The scene as a calibrated camera sees it, half transparent over that camera's picture. */
 import { byId, say } from "../kit/dom.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { CameraPlace, SceneView } from "./view.ts";
 
 /** The pictures of the robot's cameras. */
@@ -53,11 +54,14 @@ export class Overlay {
 
   private words(): string {
     if (!this.wanted.checked) return "";
-    if (!this.camera) return "Choose a camera.";
+    if (!this.camera) return gettext("Choose a camera.");
     const { behindAtMs } = this.pictures,
       age = Math.max(0, Math.round((this.now() - behindAtMs) / 1000));
-    if (!behindAtMs) return `No picture of camera ${this.camera.name} has come yet.`;
-    const old = age < 10 ? "" : age < 120 ? `, ${age - (age % 10)} s old` : `, ${Math.floor(age / 60)} min old`;
-    return `The model lies over the picture of camera ${this.camera.name}${old}. Where both differ, the picture is right.`;
+    const camera = translate(this.camera.name);
+    if (!behindAtMs) return gettext("No picture of camera {camera} has come yet.", { camera });
+    const right = gettext("Where both differ, the picture is right.");
+    if (age < 10) return `${gettext("The model lies over the picture of camera {camera}.", { camera })} ${right}`;
+    const old = age < 120 ? `${age - (age % 10)} s` : `${Math.floor(age / 60)} min`;
+    return `${gettext("The model lies over the picture of camera {camera}, {age} old.", { camera, age: old })} ${right}`;
   }
 }

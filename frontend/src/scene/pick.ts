@@ -1,6 +1,7 @@
 /** Pick and put: a place is chosen by a click in a calibrated camera's picture, its way is shown, and one press goes. */
 import { byId, make, say } from "../kit/dom.ts";
 import { refusal } from "../kit/refusal.ts";
+import { gettext, translate } from "../kit/text.ts";
 import { facts } from "../page/facts.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { seenInWords } from "./known.ts";
@@ -29,7 +30,7 @@ interface PickUse {
   /** Send a target. */
   start(target: Target): number;
 }
-const CHOOSE = "Choose a place in the picture first: click there, or move the cross with the arrow keys.";
+const CHOOSE = gettext("Choose a place in the picture first: click there, or move the cross with the arrow keys.");
 type Act = "pick" | "put";
 
 export class Pick implements ArmMode {
@@ -100,8 +101,8 @@ export class Pick implements ArmMode {
   private choose(name: string, at: readonly [number, number], aspect: number): void {
     const camera = this.told.view?.find((one) => one.name === name);
     if (!camera) {
-      const names = (this.told.view ?? []).map((one) => one.name).join(" or ");
-      this.tell(`Where things are is known in the pictures of the camera ${names}: choose one of these.`);
+      const cameras = (this.told.view ?? []).map((one) => translate(one.name)).join(", ");
+      this.tell(gettext("Where things are is known in the pictures of these cameras: {cameras}. Choose one of them.", { cameras }));
       return;
     }
     const { objects } = this.use;
@@ -111,7 +112,7 @@ export class Pick implements ArmMode {
       table: this.told.table_m ?? 0,
     });
     if (!found) {
-      this.tell("There is no table at that place of the picture. Choose a lower one.");
+      this.tell(gettext("There is no table at that place of the picture. Choose a lower one."));
       return;
     }
     this.place = found;
@@ -134,7 +135,7 @@ export class Pick implements ArmMode {
 
   private changed(): void {
     this.page.settle();
-    this.way = "The way is being checked.";
+    this.way = gettext("The way is being checked.");
     this.mark();
     this.draw();
     this.use.changed();
@@ -159,23 +160,23 @@ export class Pick implements ArmMode {
 
   /** Take over what was answered about the way: it is shown, or there is none. */
   answered(ok: boolean, text: string, seconds: number): void {
-    if (this.place) this.way = ok ? `${seconds.toFixed(0)} s. Press Go.` : text;
+    if (this.place) this.way = ok ? gettext("{seconds} s. Press Go.", { seconds: seconds.toFixed(0) }) : text;
     this.draw();
   }
 
   /** Return why one of its buttons does not work, where nothing general prevents it; `plan`: that of the way. */
   whyNot(kind: string, plan: { ok: boolean; text: string } | null): string {
     if (!this.place) return CHOOSE;
-    if (kind === "pick-here") return this.holds ? "The gripper holds something: put it down first." : "";
-    if (kind === "put-here") return this.holds ? "" : "The gripper holds nothing: pick something up first.";
-    return plan?.ok ? "" : plan?.text || "The way is being checked.";
+    if (kind === "pick-here") return this.holds ? gettext("The gripper holds something: put it down first.") : "";
+    if (kind === "put-here") return this.holds ? "" : gettext("The gripper holds nothing: pick something up first.");
+    return plan?.ok ? "" : plan?.text || gettext("The way is being checked.");
   }
 
   command(c: CommandInfo): void {
     const mine = Object.values(this.kinds).includes(c.kind);
     if (!mine || !FINAL.has(c.state)) return;
     this.clear();
-    this.note = c.state === "completed" ? "" : c.reason;
+    this.note = c.state === "completed" ? "" : translate(c.reason);
     this.draw();
   }
 
@@ -191,8 +192,8 @@ export class Pick implements ArmMode {
     const { place, act } = this;
     for (const one of ["pick", "put"] as const)
       document.querySelector(`[data-command="${one}-here"]`)?.setAttribute("aria-pressed", String(place !== null && act === one));
-    const verb = act === "pick" ? "Pick up here" : "Put down here";
-    const next = this.holds ? "Click where to put it down." : "Click on what to pick up.";
+    const verb = act === "pick" ? gettext("Pick up here") : gettext("Put down here");
+    const next = this.holds ? gettext("Click where to put it down.") : gettext("Click on what to pick up.");
     const grip = gripInWords(this.grip, this.held);
     say(this.badge, gripInShort(this.grip, this.held));
     const chosen = this.use.objects?.known.find(({ facts: { name } }) => name === place?.object),

@@ -1,6 +1,7 @@
 /** Records a task from the ghost by buttons and keys: its lines appear in the text of the task mode. Nothing is sent. */
 import { byId, say, sayLines, set } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
+import { gettext } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
 import { printTask, type TaskStep } from "../widgets/task_text.ts";
 import type { Recorded, Recorder } from "./recorder.ts";
@@ -25,7 +26,7 @@ export interface RecordUse {
   edit(): void;
 }
 
-const IDLE = "While you record, nothing is sent: take the ghost to a brick, grip, take it to its place, put it down.";
+const IDLE = gettext("While you record, nothing is sent: take the ghost to a brick, grip, take it to its place, put it down.");
 const KEYS: Record<string, "grip" | "way" | "undo"> = { p: "grip", m: "way", u: "undo" };
 
 export class RecordPanel {
@@ -61,7 +62,7 @@ export class RecordPanel {
       this.text.fresh();
     }
     this.use.changed();
-    this.draw(this.recorder.runs ? "It records. The objects are shown where your task would have them." : IDLE);
+    this.draw(this.recorder.runs ? gettext("It records. The objects are shown where your task would have them.") : IDLE);
   }
 
   private grip(): void {
@@ -77,31 +78,33 @@ export class RecordPanel {
   }
 
   private note(made: Recorded | null): void {
-    if (!made) return this.draw("It is not known yet where the arm is.");
+    if (!made) return this.draw(gettext("It is not known yet where the arm is."));
     this.text.add(...made.steps);
     this.use.put(made.pose);
     this.use.changed();
-    this.draw(`Recorded: ${printTask(made.steps).replace("\n", ", ")}.`);
+    this.draw(gettext("Recorded: {lines}.", { lines: printTask(made.steps).replace("\n", ", ") }));
   }
 
   private undo(): void {
     const undone = this.recorder.undo();
     if (undone) this.text.takeBack(...undone.steps);
     this.use.changed();
-    this.draw(undone ? `Taken back: ${printTask(undone.steps).replace("\n", ", ")}.` : "Nothing is recorded.");
+    this.draw(
+      undone ? gettext("Taken back: {lines}.", { lines: printTask(undone.steps).replace("\n", ", ") }) : gettext("Nothing is recorded."),
+    );
   }
 
   private play(): void {
-    this.draw(this.use.play(this.recorder.poses) || "The ghost shows the way from the arm.");
+    this.draw(this.use.play(this.recorder.poses) || gettext("The ghost shows the way from the arm."));
   }
 
   private draw(said: string): void {
     const { runs, steps, grips } = this.recorder;
     set(this.button, { "aria-pressed": String(runs) });
-    say(this.gripButton, grips ? "Put down" : "Grip");
-    const idle = runs ? "" : "Press Record first.";
+    say(this.gripButton, grips ? gettext("Put down") : gettext("Grip"));
+    const idle = runs ? "" : gettext("Press Record first.");
     for (const name of ["grip", "way"]) allow(byId(`record-${name}`), idle);
-    for (const name of ["undo", "play"]) allow(byId(`record-${name}`), steps.length ? "" : idle || "Nothing is recorded.");
+    for (const name of ["undo", "play"]) allow(byId(`record-${name}`), steps.length ? "" : idle || gettext("Nothing is recorded."));
     sayLines(byId("record-list"), steps.length ? printTask(steps).split("\n") : []);
     say(byId("record-said"), said);
   }

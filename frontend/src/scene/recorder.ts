@@ -3,6 +3,7 @@ import type { Pose } from "../motion/chain.ts";
 import type { TaskStep } from "../widgets/task_text.ts";
 import { distance, numbersOfPose } from "./moves.ts";
 import type { SceneObjects } from "./objects.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 export interface Recorded {
   steps: TaskStep[];
@@ -77,9 +78,10 @@ export class Recorder {
   private take(tool: Pose): Recorded | string {
     const goal = this.objects.graspAt(tool),
       far = goal && distance(tool, goal.pose);
-    if (!goal || far!.m > NEAR_M || far!.rad > NEAR_RAD) return "Nothing is between the fingers of the ghost: put it at a grasp first.";
+    if (!goal || far!.m > NEAR_M || far!.rad > NEAR_RAD)
+      return gettext("Nothing is between the fingers of the ghost: put it at a grasp first.");
     const top = this.objects.above(goal.name);
-    if (top) return `${top} lies on ${goal.name}.`;
+    if (top) return gettext("{top} lies on {object}.", { top: translate(top), object: translate(goal.name) });
     const noted = this.note([{ do: "grasp", name: goal.name }], goal.pose);
     this.objects.hold(goal.name, goal.pose);
     return noted;
@@ -90,7 +92,10 @@ export class Recorder {
     if (!held) return "";
     const step = this.objects.stepAt(tool);
     if (!step) {
-      if (!held.facts.hangs) return `Nothing is beneath ${held.facts.name}, or it lies beside the studs: move the ghost to a place for it.`;
+      if (!held.facts.hangs)
+        return gettext("Nothing is beneath {object}, or it lies beside the studs: move the ghost to a place for it.", {
+          object: translate(held.facts.name),
+        });
       const moved = this.move(tool); // it may be let go anywhere, as on its threads
       moved.steps.push({ do: "open" });
       this.objects.release(tool);

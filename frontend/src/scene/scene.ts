@@ -1,6 +1,7 @@
 /** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
 import { TargetEdit, type ArmMode, type Target } from "../arm/types.ts";
 import { byId, make, sayLines, set } from "../kit/dom.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Box } from "../socket/objects.ts";
@@ -152,13 +153,19 @@ export class Scene implements ArmMode {
     const { cameras } = this.use,
       overlay = (this.overlay = cameras.length ? new Overlay(view, this.use.pictures, () => this.page.live.now()) : null);
     byId("viewpoints").append(
-      ...["front", "side", "top"].map((name) => viewButton(name[0]!.toUpperCase() + name.slice(1), () => view.viewpoint(name))),
-      ...cameras.map((camera) => viewButton(`As camera ${camera.name}`, () => overlay?.look(camera))),
+      ...Object.entries({ front: gettext("Front"), side: gettext("Side"), top: gettext("Top") }).map(([name, words]) =>
+        viewButton(words, () => view.viewpoint(name)),
+      ),
+      ...cameras.map((camera) =>
+        viewButton(gettext("As camera {camera}", { camera: translate(camera.name) }), () => overlay?.look(camera)),
+      ),
     );
     const opacity = byId<HTMLInputElement>("arm-opacity");
     opacity.addEventListener("input", () => {
       view.seeThrough(1 - Number(opacity.value) / 100);
-      set(opacity, { "aria-valuetext": opacity.value === "0" ? "solid" : `${opacity.value} % seen through` });
+      set(opacity, {
+        "aria-valuetext": opacity.value === "0" ? gettext("solid") : gettext("{share} % seen through", { share: opacity.value }),
+      });
     });
     for (const button of document.querySelectorAll<HTMLElement>("[data-handles]"))
       button.addEventListener("click", () => this.chooseHandles(button));
@@ -195,7 +202,7 @@ export class Scene implements ArmMode {
 
   /** Return why the ghost cannot be sent; empty if it can, as far as the page knows. */
   local(): string {
-    if (!this.ghost.pose) return "It is not known yet where the arm is.";
+    if (!this.ghost.pose) return gettext("It is not known yet where the arm is.");
     const found = this.ghost.judgement;
     return found?.verdict === "way" ? sentence(found.text) : "";
   }
@@ -221,7 +228,7 @@ export class Scene implements ArmMode {
 
   /** Move the ghost through poses of the tool, from where the arm is. Returns why it cannot; empty if it can. */
   private play(poses: readonly Float64Array[]): string {
-    const way = this.judge?.through(poses, this.joints, this.use.share()) ?? "The page cannot plan here; try it in task mode.";
+    const way = this.judge?.through(poses, this.joints, this.use.share()) ?? gettext("The page cannot plan here; try it in task mode.");
     if (typeof way === "string") return way;
     this.view?.play(way.joints.map((q) => [...q, ...(this.page.state?.joints.slice(q.length) ?? [])]), way.tool, () => undefined); // prettier-ignore
     return "";
@@ -332,7 +339,7 @@ export class Scene implements ArmMode {
     if (pose && !busy) this.use.sent(seq, (from) => this.judgedFrom(pose, from));
     this.page.ladder.whenEnded(this.page.grant, seq, ({ state, reason }) => {
       if (!REFUSED.has(state) || this.ghost.pose !== pose) return; // it was moved since
-      this.note = reason;
+      this.note = translate(reason);
       this.draw();
     });
   }
@@ -350,25 +357,25 @@ export class Scene implements ArmMode {
     const { judgement, refusal } = this.ghost;
     if (refusal) return sentence(refusal);
     if (this.note) return this.note;
-    if (this.follows) return "The arm follows the ghost";
+    if (this.follows) return gettext("The arm follows the ghost");
     if (!this.ghost.pose) return "";
-    if (!this.ghost.away) return "The ghost is at the arm";
+    if (!this.ghost.away) return gettext("The ghost is at the arm");
     if (judgement?.verdict === "way") return sentence(judgement.text);
     return judgement && Number.isFinite(judgement.seconds)
-      ? `${judgement.seconds.toFixed(1)} s on the way`
-      : "The server checks the way on Send";
+      ? gettext("{seconds} s on the way", { seconds: judgement.seconds.toFixed(1) })
+      : gettext("The server checks the way on Send");
   }
 
   private fillList(): void {
     const { pose } = this.ghost,
       arm = this.armPose();
     const words = !pose
-      ? ["It is not known yet where the arm is."]
+      ? [gettext("It is not known yet where the arm is.")]
       : [
           this.ghost.away
-            ? `From the arm: ${(arm && wayInWords(arm, pose)) || "less than half a millimetre"}.`
-            : "The ghost is at the arm.",
-          `Place: ${placeInWords(pose)}.`,
+            ? gettext("From the arm: {way}.", { way: (arm && wayInWords(arm, pose)) || gettext("less than half a millimetre") })
+            : gettext("The ghost is at the arm."),
+          gettext("Place: {place}.", { place: placeInWords(pose) }),
           ...[this.surroundings?.words(pose) ?? ""].filter(Boolean),
           ...(this.ghost.away || this.ghost.refusal || this.note ? [`${this.words().replace(/\.$/, "")}.`] : []),
         ];
@@ -390,7 +397,7 @@ export class Scene implements ArmMode {
 }
 
 function sentence(text: string): string {
-  return `The arm cannot go there: ${text}.`;
+  return gettext("The arm cannot go there: {why}.", { why: translate(text) });
 }
 
 function viewButton(name: string, act: () => void): HTMLElement {

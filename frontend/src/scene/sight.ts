@@ -3,6 +3,7 @@ import type { Pose } from "../motion/chain.ts";
 import { cross, dot, minus, norm, plus, times, type Vec3 } from "../motion/vectors.ts";
 import type { KnownObject, PlateFacts } from "./known.ts";
 import { inverse } from "./poses.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 /** A calibrated camera: the place of its lens and a point in the middle of its picture, its horizontal field of view. */
 export interface Camera {
@@ -96,9 +97,12 @@ function boxAlong(pose: Pose, size: Vec3, from: Vec3, way: Vec3): number | null 
 
 /** Return a place in words, as people beside the arm would say it. */
 export function placeInWords({ at: [x, y], object }: Place): string {
-  const ahead = `${Math.abs(mm(x))} mm ${x < 0 ? "behind" : "ahead of"} the base`,
-    side = mm(y) === 0 ? "" : `, ${Math.abs(mm(y))} mm to its ${y > 0 ? "left" : "right"}`;
-  return `${object ? `The object ${object}` : "The table"}, ${ahead}${side}`;
+  const far = { mm: Math.abs(mm(x)) },
+    aside = { mm: Math.abs(mm(y)) };
+  const what = object ? gettext("The object {object}", { object: translate(object) }) : gettext("The table"),
+    ahead = x < 0 ? gettext("{mm} mm behind the base", far) : gettext("{mm} mm ahead of the base", far),
+    side = y > 0 ? gettext("{mm} mm to its left", aside) : gettext("{mm} mm to its right", aside);
+  return [what, ahead, ...(aside.mm ? [side] : [])].join(", ");
 }
 
 function mm(metres: number): number {

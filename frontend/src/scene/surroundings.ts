@@ -1,5 +1,6 @@
 /** The objects in the scene: drawn, listed with how and when their places were known, and what the ghost snaps to. */
 import { byId, sayLines } from "../kit/dom.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { StreamPacket } from "../socket/packets.ts";
 import { GoalPanel } from "./goal_panel.ts";
@@ -68,16 +69,20 @@ export class Surroundings {
       (one) => now - one.atMs > OLD_MS,
       (one) => seenInWords(one, now),
     );
-    const words = all.map((one) => `${one.facts.name}: ${whereabouts(one, now)}`);
-    words.push(...this.objects.lost.map(({ name, how }) => `${name}: ${how}; where it is now is not known`));
+    const words = all.map((one) => `${translate(one.facts.name)}: ${whereabouts(one, now)}`);
+    words.push(
+      ...this.objects.lost.map(({ name, how }) =>
+        gettext("{name}: {how}; where it is now is not known", { name: translate(name), how: translate(how) }),
+      ),
+    );
     sayLines(this.list, words);
     this.goals.draw();
   }
 }
 
 function whereabouts(one: KnownObject, now: number): string {
-  if (one.planned) return one.held ? "in the ghost's gripper, as recorded" : "where the recorded task puts it";
-  return one.held ? "in the gripper" : how(one, now);
+  if (one.planned) return one.held ? gettext("in the ghost's gripper, as recorded") : gettext("where the recorded task puts it");
+  return one.held ? gettext("in the gripper") : how(one, now);
 }
 
 function how({ how: known, atMs }: KnownObject, now: number): string {
@@ -85,9 +90,9 @@ function how({ how: known, atMs }: KnownObject, now: number): string {
   const when = Number.isNaN(minutes)
     ? ""
     : minutes < 1
-      ? "just now"
+      ? gettext("just now")
       : minutes < 120
-        ? `${minutes} min ago`
-        : `${Math.floor(minutes / 60)} h ago`;
-  return [known, when].filter(Boolean).join(", ") || "told by the robot";
+        ? gettext("{minutes} min ago", { minutes })
+        : gettext("{hours} h ago", { hours: Math.floor(minutes / 60) });
+  return [translate(known), when].filter(Boolean).join(", ") || gettext("told by the robot");
 }

@@ -1,4 +1,5 @@
 /** The held motion of this page, from its press to its release. */
+import { gettext } from "../kit/text.ts";
 
 /** What the control of a held motion needs from the page. */
 export interface KeepAlive {
@@ -21,9 +22,10 @@ interface HeldLine extends Pick<KeepAlive, "ended"> {
 
 /** The robot rests if it hears nothing for so long (workers/guard/deadman.py), ms. */
 export const SILENT_MS = 250;
-export const TOO_SLOW =
+export const TOO_SLOW = gettext(
   "The line is too slow for a motion that is held: the robot hears too late that you hold it, and rests by itself. " +
-  "Send single moves instead.";
+    "Send single moves instead.",
+);
 
 export class HeldMotion implements KeepAlive {
   private seq = 0;

@@ -1,25 +1,26 @@
 /** The stages of a command in words. */
 import type { CommandInfo } from "./messages.ts";
+import { gettext } from "../kit/text.ts";
 
 export const STAGES: Record<string, string> = {
-  sending: "Sending",
-  queued: "Queued",
-  accepted: "Accepted",
-  sent: "Sent to the robot",
-  acknowledged: "Moving",
-  completed: "Done",
-  rejected: "Refused",
-  failed: "Failed",
-  expired: "Too late",
-  cancelled: "Stopped",
-  unknown: "Unknown",
+  sending: gettext("Sending"),
+  queued: gettext("Queued"),
+  accepted: gettext("Accepted"),
+  sent: gettext("Sent to the robot"),
+  acknowledged: gettext("Moving"),
+  completed: gettext("Done"),
+  rejected: gettext("Refused"),
+  failed: gettext("Failed"),
+  expired: gettext("Too late"),
+  cancelled: gettext("Stopped"),
+  unknown: gettext("Unknown"),
 };
 /** The labels of commands, and the kinds that set something and move nothing; the robot's page fills both. */
 export const COMMAND_LABELS: Record<string, string> = {};
 export const SETTING_KINDS = new Set<string>();
 /** Return the stage of a command in words. */
 export function stageOf(kind: string, state: string): string {
-  if (SETTING_KINDS.has(kind) && state === "acknowledged") return "Under way";
+  if (SETTING_KINDS.has(kind) && state === "acknowledged") return gettext("Under way");
   return STAGES[state] ?? state;
 }
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

@@ -2,6 +2,7 @@
 import * as Blockly from "blockly/core";
 import * as en from "blockly/msg/en";
 import { isRightToLeft } from "../kit/dom.ts";
+import { language } from "../kit/text.ts";
 
 export { Blockly };
 
@@ -83,7 +84,12 @@ export function workspace(box: HTMLElement, categories: Category[], changed: () 
   return made;
 }
 
-Blockly.setLocale(en as unknown as Record<string, string>);
+type Messages = Record<string, string>;
+/** Blockly's own words in languages other than English. */
+const MESSAGES: Readonly<Record<string, () => Promise<unknown>>> = { de: () => import("blockly/msg/de") };
+
+const messages = await MESSAGES[language()]?.().catch(() => null); // in English rather than not at all
+Blockly.setLocale((messages ?? en) as Messages);
 
 /** A block as Blockly stores it. */
 export interface BlockState {

@@ -1,6 +1,7 @@
 /** A command as a form: a field for each of its values with unit and range, and a button. */
 import { make } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { ArgumentInfo, CommandSpec } from "../socket/messages.ts";
 
@@ -32,7 +33,8 @@ export class CommandForm {
     for (const [, input, argument] of fields) {
       if (argument.text ? input.value : Number.isFinite(input.valueAsNumber))
         args[argument.name] = argument.text ? input.value : input.valueAsNumber;
-      else if (argument.required) return this.page.refuse(() => (input.value ? "" : `Fill in ${titled(argument)} first.`));
+      else if (argument.required)
+        return this.page.refuse(() => (input.value ? "" : gettext("Fill in {value} first.", { value: titled(argument) })));
     }
     this.page.command(this.spec.kind, args);
   }
@@ -40,7 +42,13 @@ export class CommandForm {
   private field(argument: ArgumentInfo): readonly [HTMLElement, HTMLInputElement, ArgumentInfo] {
     const { low, high, name, help, text, whole } = argument;
     const unit = argument.unit ? ` (${argument.unit})` : "";
-    const numbers = { type: "number", min: low, max: high, step: whole ? "1" : "any", placeholder: `${round(low)} to ${round(high)}` };
+    const numbers = {
+      type: "number",
+      min: low,
+      max: high,
+      step: whole ? "1" : "any",
+      placeholder: gettext("{low} to {high}", { low: round(low), high: round(high) }),
+    };
     const input = make("input", { id: `${this.spec.kind}-${name}`, ...(text ? { type: "text" } : numbers) });
     return [make("label", { title: help }, `${titled(argument)}${unit} `, input), input, argument];
   }
@@ -48,7 +56,7 @@ export class CommandForm {
 
 /** Return what a value is called. */
 function titled({ label, name }: ArgumentInfo): string {
-  return label || name.replaceAll("_", " ");
+  return label || translate(name.replaceAll("_", " "));
 }
 
 function round(value: number): number {

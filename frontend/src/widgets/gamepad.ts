@@ -1,4 +1,5 @@
 /** The directions that a gamepad's sticks give, and which gamepads count. */
+import { gettext } from "../kit/text.ts";
 
 export type Direction = readonly [number, number];
 /** What is read of a gamepad. */
@@ -7,8 +8,8 @@ export type Pad = Pick<Gamepad, "axes" | "buttons" | "connected"> & Partial<Pick
 const STICK = 0.5;
 const REST = 0.3; // an axis this near to zero is at rest
 const LEFT_STICK = 2; // its axes are the first ones of every gamepad; what follows differs, and triggers rest at -1
-const RELEASE = "Gamepad: release its sticks and buttons first.";
-const UNKNOWN = "Gamepad: this browser does not know its layout, so only the left stick counts.";
+const RELEASE = gettext("Gamepad: release its sticks and buttons first.");
+const UNKNOWN = gettext("Gamepad: this browser does not know its layout, so only the left stick counts.");
 
 /** Return the gamepads of this browser; none where it has none or does not let this page read them. */
 function gamepads(): (Pad | null)[] {

@@ -2,6 +2,7 @@
 import { html } from "lit-html";
 import { byId, say } from "../kit/dom.ts";
 import { button, drawParts, link, type Part } from "../kit/render.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { Jobs, type OwnJob } from "../queue/jobs.ts";
 import { jobSentence, SUSPENDED, waitWords } from "../queue/waits.ts";
@@ -49,10 +50,13 @@ export class JobPanel {
   /** Why nobody here can ask now; empty if they can. */
   whyNot(): string {
     const s = this.page.snapshot;
-    if (!s || this.page.live.lost) return "The connection is lost; the page tries to connect again.";
-    if (s.replay) return "This is a recording.";
-    if (!s.me.can.ask) return s.me.signed_in ? "Pass the clearance test of this robot first." : `Sign in to ask for a ${this.words.noun}.`;
-    return this.asking ? `Your ${this.words.noun} is on its way to the portal.` : "";
+    if (!s || this.page.live.lost) return gettext("The connection is lost; the page tries to connect again.");
+    if (s.replay) return gettext("This is a recording.");
+    if (!s.me.can.ask)
+      return s.me.signed_in
+        ? gettext("Pass the clearance test of this robot first.")
+        : gettext("Sign in to ask for a {noun}.", { noun: this.words.noun });
+    return this.asking ? gettext("Your {noun} is on its way to the portal.", { noun: this.words.noun }) : "";
   }
 
   /** Ask for a job, and say why if it is refused. Resolves to whether it waits now. */
@@ -128,46 +132,52 @@ export class JobPanel {
 
   private begun(kind: string): string {
     const { noun, done } = this.named(kind);
-    return done ? `The robot carries out your ${noun}.` : `The robot is on its way to your ${noun}.`;
+    return done ? gettext("The robot carries out your {noun}.", { noun }) : gettext("The robot is on its way to your {noun}.", { noun });
   }
 
   private about(job: OwnJob | undefined): string {
     const { how } = this.words,
       { noun } = this.named(job?.kind ?? this.words.kind);
     const s = this.page.snapshot!;
-    if (!job) return s.me.can.ask ? `${how} You need not wait here: the ${noun}'s own page tells how it ended.` : this.whyNot();
-    if (!job.open) return `${ended(job, this.named(job.kind))} You can ask for another.`;
+    if (!job && !s.me.can.ask) return this.whyNot();
+    if (!job) return `${how} ${gettext("You need not wait here: the {noun}'s own page tells how it ended.", { noun })}`;
+    if (!job.open) return `${ended(job, this.named(job.kind))} ${gettext("You can ask for another.")}`;
     const told = this.open.find(({ job: { id } }) => id === job.id)?.job;
-    if (!told) return `Your ${noun} was taken.${s.suspended ? ` ${SUSPENDED}` : ""}`;
+    if (!told) return `${gettext("Your {noun} was taken.", { noun })}${s.suspended ? ` ${SUSPENDED}` : ""}`;
     if (told.state === "running") return this.begun(job.kind);
     const why = [job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean);
-    return [jobSentence(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
+    return [jobSentence(noun, told.ahead, told.wait_s, s.suspended), ...why.map(translate)].join(" ");
   }
 
   private actions(job: OwnJob | undefined): Part[] {
     if (!job) return [];
     const { noun } = this.named(job.kind);
-    const page = link(`Page of your ${noun}`, job.url);
-    return job.open ? [button(`Cancel my ${noun}`, "cancel"), page] : [page];
+    const page = link(gettext("Page of your {noun}", { noun }), job.url);
+    return job.open ? [button(gettext("Cancel my {noun}", { noun }), "cancel"), page] : [page];
   }
 
   private list(): void {
     const parts = this.open.map(({ job, own }): Part => {
-      const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
-      const text = `${this.words.where(job.args, job.kind)}: ${state}${own ? " (yours)" : ""}`;
+      const state =
+        job.state === "running"
+          ? gettext("on its way")
+          : this.page.snapshot?.suspended
+            ? gettext("waits for staff")
+            : waitWords(job.wait_s);
+      const text = `${this.words.where(job.args, job.kind)}: ${state}${own ? ` ${gettext("(yours)")}` : ""}`;
       return { key: job.id, template: html`<li class=${own ? "own" : ""}><b>${job.ahead}</b><span>${text}</span></li>` };
     });
     drawParts(byId("goals"), parts);
   }
 }
 
-function ended(job: OwnJob, { noun, done = "reached" }: JobName): string {
+function ended(job: OwnJob, { noun, done = gettext("reached") }: JobName): string {
   const words: Record<string, string> = {
-    done: `Your ${noun} was ${done}.`,
-    cancelled: `Your ${noun} was cancelled.`,
-    failed: `Your ${noun} was not ${done}.`,
-    unknown: `Nobody knows whether your ${noun} was ${done}.`,
+    done: gettext("Your {noun} was {done}.", { noun, done }),
+    cancelled: gettext("Your {noun} was cancelled.", { noun }),
+    failed: gettext("Your {noun} was not {done}.", { noun, done }),
+    unknown: gettext("Nobody knows whether your {noun} was {done}.", { noun, done }),
   };
-  const why = job.reason && job.reason !== "Cancelled." ? ` ${job.reason}` : "";
-  return `${words[job.state] ?? job.label}${why}`;
+  const why = job.reason && job.reason !== "Cancelled." ? ` ${translate(job.reason)}` : "";
+  return `${words[job.state] ?? translate(job.label)}${why}`;
 }

@@ -1,4 +1,6 @@
 /** Points of a plane (m, y up) on a screen (px, y down), and places of the plane in words. */
+import { gettext } from "../kit/text.ts";
+
 interface Point {
   x: number;
   y: number;
@@ -99,8 +101,11 @@ export function landmarks(old: ReadonlyMap<string, number>, places: ReadonlyMap<
 /** Return where a place is on the map as it is drawn: "top left", "centre", "bottom". */
 export function whereabouts(at: Point, places: ReadonlyMap<number, Point>): string {
   const box = fittingBox(null, [...places.values(), at])!;
-  const third = (share: number, names: [string, string, string]): string => names[share < 1 / 3 ? 0 : share < 2 / 3 ? 1 : 2];
-  const row = third((at.y - box.low) / (box.high - box.low), ["bottom", "", "top"]);
-  const column = third((at.x - box.left) / (box.right - box.left), ["left", "", "right"]);
-  return `${row} ${column}`.trim() || "centre";
+  const third = (share: number): 0 | 1 | 2 => (share < 1 / 3 ? 0 : share < 2 / 3 ? 1 : 2);
+  const words = [
+    [gettext("bottom left"), gettext("bottom"), gettext("bottom right")],
+    [gettext("left"), gettext("centre"), gettext("right")],
+    [gettext("top left"), gettext("top"), gettext("top right")],
+  ] as const;
+  return words[third((at.y - box.low) / (box.high - box.low))][third((at.x - box.left) / (box.right - box.left))];
 }

@@ -3,6 +3,7 @@ import { byId, make } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import { request } from "../kit/request.ts";
 import { storage } from "../kit/storage.ts";
+import { gettext, translate } from "../kit/text.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Judgement } from "../socket/messages.ts";
 
@@ -33,7 +34,7 @@ interface Saved {
   mine: boolean;
 }
 
-const TOO_LARGE = "Over this slow line the blocks are not loaded by themselves: they would hold up everything else.";
+const TOO_LARGE = gettext("Over this slow line the blocks are not loaded by themselves: they would hold up everything else.");
 const DRAFT_MS = 400; // after the last key, until the draft is stored on this device
 
 export class ProgramDesk<Step> {
@@ -81,7 +82,7 @@ export class ProgramDesk<Step> {
       await this.refresh();
     } catch {
       this.opened = false; // the next opening tries again
-      this.tell(`The list of ${this.noun}s did not come. What you write here works all the same.`, "warning");
+      this.tell(gettext("The list of saved ones did not come. What you write here works all the same."), "warning");
       return;
     }
     if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
@@ -100,7 +101,7 @@ export class ProgramDesk<Step> {
     if (this.blocks || this.loading) return;
     const box = byId(this.kind ? this.id("blocks") : "blocks");
     if (this.page.thin && !asked) {
-      this.offerBlocks(box, TOO_LARGE, "Load the blocks", () => void this.openBlocks(true));
+      this.offerBlocks(box, TOO_LARGE, gettext("Load the blocks"), () => void this.openBlocks(true));
       return;
     }
     this.loading = true;
@@ -110,10 +111,15 @@ export class ProgramDesk<Step> {
       this.blocks.show(this.steps);
     } catch (error) {
       // a browser does not load a module again that failed once
-      this.offerBlocks(box, "The blocks did not come. Reload the page when the connection is back.", "Reload the page", () => {
-        this.store();
-        location.reload();
-      });
+      this.offerBlocks(
+        box,
+        gettext("The blocks did not come. Reload the page when the connection is back."),
+        gettext("Reload the page"),
+        () => {
+          this.store();
+          location.reload();
+        },
+      );
       console.warn(error);
     }
     this.loading = false;
@@ -123,7 +129,7 @@ export class ProgramDesk<Step> {
   private offerBlocks(box: HTMLElement, why: string, label: string, act: () => void): void {
     const load = make("button", { type: "button", class: "button" }, label);
     load.addEventListener("click", act);
-    box.replaceChildren(make("p", { role: "status" }, `${why} Lines of text work without them.`), load);
+    box.replaceChildren(make("p", { role: "status" }, `${why} ${gettext("Lines of text work without them.")}`), load);
   }
 
   /** Return the id of an element of this desk. */
@@ -176,7 +182,7 @@ export class ProgramDesk<Step> {
   /** Show the judgements of its steps in the element `program-judged`, if the page has one. */
   judge(said: readonly Judgement[]): void {
     const items = said.map(({ text, at_s, refuses }) =>
-      make("li", { class: refuses ? "bad" : "warning" }, `${refuses ? "Will not run" : "Note"}, after ${minutes(at_s)}: ${text}`),
+      make("li", { class: refuses ? "bad" : "warning" }, judgement(refuses, minutes(at_s), translate(text))),
     );
     document.getElementById(this.id("judged"))?.replaceChildren(...items);
   }
@@ -189,10 +195,10 @@ export class ProgramDesk<Step> {
       return options.length ? [make("optgroup", { label }, ...options)] : [];
     };
     this.list.replaceChildren(
-      new Option(`A new ${this.noun}`, "0"),
-      ...group("Came with the robot", (p) => !p.by),
-      ...group("Mine", (p) => p.mine),
-      ...group("Gallery", (p) => p.by !== "" && !p.mine),
+      new Option(gettext("A new {noun}", { noun: this.noun }), "0"),
+      ...group(gettext("Came with the robot"), (p) => !p.by),
+      ...group(gettext("Mine"), (p) => p.mine),
+      ...group(gettext("Gallery"), (p) => p.by !== "" && !p.mine),
     );
     this.list.value = String(this.current?.id ?? 0);
   }
@@ -227,7 +233,7 @@ export class ProgramDesk<Step> {
     try {
       this.steps = this.language.parse(this.area.value);
     } catch (error) {
-      const why = (error as Error).message;
+      const why = translate((error as Error).message);
       this.tell(why, "bad");
       this.judge([]);
       this.use.refused(why);
@@ -267,7 +273,7 @@ export class ProgramDesk<Step> {
     this.current = said as Saved;
     this.keep();
     const awaited = this.current.shared && !this.current.approved;
-    this.tell(awaited ? "Saved. It appears in the gallery after staff have approved it." : "Saved.", "good");
+    this.tell(awaited ? gettext("Saved. It appears in the gallery after staff have approved it.") : gettext("Saved."), "good");
     await this.refresh();
     byId<HTMLButtonElement>(this.id("delete")).hidden = false;
   }
@@ -277,7 +283,7 @@ export class ProgramDesk<Step> {
     this.current = null;
     await this.refresh();
     this.clear();
-    this.tell("Deleted.", "");
+    this.tell(gettext("Deleted."), "");
   }
 
   /** Send a request. Resolves to the answer; null if it failed, which is shown, or while another request runs. */
@@ -293,14 +299,18 @@ export class ProgramDesk<Step> {
       });
       const said = (await answer.json()) as { error?: string };
       if (answer.ok) return said;
-      this.tell(said.error ?? `The ${this.noun} was not saved.`, "bad");
+      this.tell(said.error ? translate(said.error) : gettext("The {noun} was not saved.", { noun: this.noun }), "bad");
     } catch {
-      this.tell(`The server does not answer; your ${this.noun} is still here. Try again in a moment.`, "bad");
+      this.tell(gettext("The server does not answer; your {noun} is still here. Try again in a moment.", { noun: this.noun }), "bad");
     } finally {
       this.asking = false;
     }
     return null;
   }
+}
+
+function judgement(refuses: boolean, time: string, text: string): string {
+  return refuses ? gettext("Will not run, after {time}: {text}", { time, text }) : gettext("Note, after {time}: {text}", { time, text });
 }
 
 /** Return seconds as minutes and seconds. */

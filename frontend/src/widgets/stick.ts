@@ -1,6 +1,7 @@
 /** A stick on the screen for a held motion that is steered: up is speed, to the side is steering. */
 import { make } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
+import { gettext } from "../kit/text.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import { Pads } from "./gamepad.ts";
 import { KEEP_MS, onPress } from "./jog.ts";
@@ -31,9 +32,14 @@ export class Stick {
     private page: RobotPage,
     private kind: string,
     private args: (push: Push) => Record<string, number>,
-    label = "Stick",
+    label = gettext("Stick"),
   ) {
-    const how = `${label}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed`;
+    const how = gettext(
+      "{name}: push it up for speed and to the side for steering, or hold the arrow keys here, with Shift for full speed",
+      {
+        name: label,
+      },
+    );
     const attributes = { class: "stick", tabindex: 0, role: "application", "aria-label": how, "aria-describedby": "why" };
     this.element = make("div", attributes, this.knob);
     this.listen();

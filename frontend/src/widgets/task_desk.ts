@@ -1,14 +1,15 @@
 /** The blocks of tasks (Blockly), for every arm with objects; loaded by `import()` when its mode is opened. */
 import { type Blockly, type BlockState, choiceField, defineStep, numberField, StepWorkspace } from "./blockly.ts";
 import { PLATE, printTask, type TaskStep } from "./task_text.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 const TABLE = "table";
 const CATEGORIES = [
-  { name: "Objects", colour: "25", types: ["task-grasp", "task-on", "task-at", "task-stud"] },
-  { name: "Move", colour: "195", types: ["task-move", "task-posture", "task-hand"] },
-  { name: "Wait", colour: "60", types: ["task-wait"] },
-  { name: "Expect", colour: "290", types: ["task-lies", "task-holds", "task-empty"] },
-  { name: "Repeat", colour: "130", types: ["task-repeat"] },
+  { name: gettext("Objects"), colour: "25", types: ["task-grasp", "task-on", "task-at", "task-stud"] },
+  { name: gettext("Move"), colour: "195", types: ["task-move", "task-posture", "task-hand"] },
+  { name: gettext("Wait"), colour: "60", types: ["task-wait"] },
+  { name: gettext("Expect"), colour: "290", types: ["task-lies", "task-holds", "task-empty"] },
+  { name: gettext("Repeat"), colour: "130", types: ["task-repeat"] },
 ];
 
 /** Define the blocks for these objects and named postures. */
@@ -16,46 +17,58 @@ function define(names: readonly string[], postures: readonly string[], surfaces:
   const choice = (field: string, of: readonly string[]): object =>
     choiceField(
       field,
-      of.map((name) => [name, name]),
+      of.map((name) => [translate(name), name]),
     );
   const mm = (field: string, value = 0): object => numberField(field, -3000, 3000, value),
     degrees = (field: string): object => numberField(field, -360, 360);
   const thing = choice("name", names);
-  defineStep("task-grasp", 25, "Take an object.", "grasp %1", [thing]);
+  defineStep("task-grasp", 25, gettext("Take an object."), gettext("grasp %1"), [thing]);
   defineStep(
     "task-on",
     25,
-    "Put an object on another one; take it first if the gripper is empty.",
-    "put %1 on %2",
+    gettext("Put an object on another one; take it first if the gripper is empty."),
+    gettext("put %1 on %2"),
     [thing, choice("on", [...names, ...surfaces])],
     {
-      message1: "moved by %1 %2 mm, turned %3 °",
+      message1: gettext("moved by %1 %2 mm, turned %3 °"),
       args1: [mm("dx"), mm("dy"), degrees("turned")],
     },
   );
-  defineStep("task-at", 25, "Put an object on the table (mm).", "put %1 at x %2 y %3", [thing, mm("x", 450), mm("y")]);
+  defineStep("task-at", 25, gettext("Put an object on the table (mm)."), gettext("put %1 at x %2 y %3"), [thing, mm("x", 450), mm("y")]);
   const stud = (field: string): object => numberField(field, 1, 99, 1, 1);
   defineStep(
     "task-stud",
     25,
-    "Press an object onto the plate, with its corner on a stud.",
-    "put %1 on plate at column %2 row %3 turned %4 °",
+    gettext("Press an object onto the plate, with its corner on a stud."),
+    gettext("put %1 on plate at column %2 row %3 turned %4 °"),
     [thing, stud("column"), stud("row"), degrees("turned")],
   );
-  defineStep("task-move", 195, "Move the tool (mm); it keeps its rotation.", "move to x %1 y %2 z %3", [
+  defineStep("task-move", 195, gettext("Move the tool (mm); it keeps its rotation."), gettext("move to x %1 y %2 z %3"), [
     mm("x", 450),
     mm("y"),
     mm("z", 250),
   ]);
-  defineStep("task-posture", 195, "Move the arm to a posture that has a name.", "move to %1", [choice("posture", postures)]);
-  defineStep("task-hand", 195, "Open or close the gripper.", "%1 the gripper", [choice("do", ["open", "close"])]);
-  defineStep("task-wait", 60, "Wait so many seconds.", "wait %1 s", [numberField("seconds", 0, 30, 1)]);
-  defineStep("task-lies", 290, "Go on only if it is so.", "expect %1 on %2", [thing, choice("on", [...names, TABLE, ...surfaces])]);
-  defineStep("task-holds", 290, "Go on only if it is so.", "expect to hold %1", [thing]);
-  defineStep("task-empty", 290, "Go on only if it is so.", "expect an empty gripper");
+  defineStep("task-posture", 195, gettext("Move the arm to a posture that has a name."), gettext("move to %1"), [
+    choice("posture", postures),
+  ]);
+  defineStep("task-hand", 195, gettext("Open or close the gripper."), gettext("%1 the gripper"), [
+    choiceField("do", [
+      [gettext("open"), "open"],
+      [gettext("close"), "close"],
+    ]),
+  ]);
+  defineStep("task-wait", 60, gettext("Wait so many seconds."), gettext("wait %1 s"), [numberField("seconds", 0, 30, 1)]);
+  defineStep("task-lies", 290, gettext("Go on only if it is so."), gettext("expect %1 on %2"), [
+    thing,
+    choice("on", [...names, TABLE, ...surfaces]),
+  ]);
+  defineStep("task-holds", 290, gettext("Go on only if it is so."), gettext("expect to hold %1"), [thing]);
+  defineStep("task-empty", 290, gettext("Go on only if it is so."), gettext("expect an empty gripper"));
   const inside = [numberField("times", 1, 100, 2, 1), { type: "input_dummy" }, { type: "input_statement", name: "steps" }];
-  defineStep("task-repeat", 130, "Repeat the steps inside.", "repeat %1 times %2 %3", inside);
-  defineStep("task-line", 290, "A line that has no block of its own.", "line %1", [{ type: "field_input", name: "text", text: "" }]);
+  defineStep("task-repeat", 130, gettext("Repeat the steps inside."), gettext("repeat %1 times %2 %3"), inside);
+  defineStep("task-line", 290, gettext("A line that has no block of its own."), gettext("line %1"), [
+    { type: "field_input", name: "text", text: "" },
+  ]);
 }
 
 export class TaskBlocks extends StepWorkspace<TaskStep> {

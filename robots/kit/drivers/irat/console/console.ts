@@ -5,14 +5,15 @@ import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabou
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
+import { gettext, language, translate } from "/static/farhand/v1/text.js";
 
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
-const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
-const AT_DOCK = "This place is at the dock, where the robot goes only to charge. Choose one farther away from it.";
-const NOW = "Show the map of now",
-  PAST = `This is an earlier map, where the robot cannot be sent. Press "${NOW}" first.`;
-const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
+const NO_PLACE = gettext("The robot knows no place there. Click on one of the dots, or use the list of places.");
+const AT_DOCK = gettext("This place is at the dock, where the robot goes only to charge. Choose one farther away from it.");
+const NOW = gettext("Show the map of now"),
+  PAST = gettext("This is an earlier map, where the robot cannot be sent. Press “{button}” first.", { button: NOW });
+const HOW = gettext("Click on a dot of the map, or choose a place here; you need no account.");
 const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
 const page = new RobotPage();
@@ -38,7 +39,7 @@ class RoamingConsole extends Basics<RobotPage> {
 
   constructor() {
     super(page);
-    const words = { kind: GOAL, noun: "goal", how: HOW, where: (args: Values) => this.where(args) };
+    const words = { kind: GOAL, noun: gettext("goal"), how: HOW, where: (args: Values) => this.where(args) };
     this.goals = new JobPanel(page, words, () => this.marks());
     this.list = new SpotList(byId("spots"), (place) => this.picked(place));
     byId("earlier-show").addEventListener("click", () => this.turnBack(!this.past));
@@ -86,7 +87,7 @@ class RoamingConsole extends Basics<RobotPage> {
   private ended(earlier: Earlier | null): void {
     if (!earlier) return;
     this.earlier = earlier;
-    const words = endOf(earlier, new Date(earlier.endedMs).toLocaleString([], { dateStyle: "medium", timeStyle: "short" }));
+    const words = endOf(earlier, timeOf(earlier.endedMs));
     say(byId("earlier-said"), words);
     byId("earlier").hidden = false;
     byId("earlier-show").hidden = !earlier.map.spots.size;
@@ -99,7 +100,7 @@ class RoamingConsole extends Basics<RobotPage> {
   /** Show the earlier map, or the present one. */
   private turnBack(past: boolean): void {
     this.past = past && this.earlier !== null;
-    say(byId("earlier-show"), this.past ? NOW : "Show the earlier map");
+    say(byId("earlier-show"), this.past ? NOW : gettext("Show the earlier map"));
     byId("map-how").style.visibility = this.past ? "hidden" : ""; // it keeps its height
     this.map.show(this.past ? this.earlier!.map : this.known, true);
     this.map.place(null);
@@ -124,8 +125,8 @@ class RoamingConsole extends Basics<RobotPage> {
     });
     if (this.past) this.map.mark([], new Map());
     else this.map.mark(marks, new Map(labels));
-    const now = spots.size ? "" : "No map yet: it grows as the robot drives.";
-    say(byId("map-said"), this.past ? `Earlier map, number ${this.earlier!.map.number}` : now);
+    const now = spots.size ? "" : gettext("No map yet: it grows as the robot drives.");
+    say(byId("map-said"), this.past ? gettext("Earlier map, number {number}", { number: this.earlier!.map.number }) : now);
   }
 
   /** Return where a goal lies on this map; undefined if it belongs to another map. */
@@ -136,7 +137,7 @@ class RoamingConsole extends Basics<RobotPage> {
 
   private where(args: Values): string {
     const at = this.placeOf(args);
-    if (!at) return "on a map that was cleared";
+    if (!at) return gettext("on a map that was cleared");
     const letter = [...this.letters].find(([, id]) => id === Number(args["experience"]))?.[0];
     return `${letter ? `${letter}, ` : ""}${whereabouts(at, this.known.spots)}`;
   }
@@ -164,19 +165,29 @@ class RoamingConsole extends Basics<RobotPage> {
 function showReadings(): void {
   const told = (name: string, words: (value: number) => string): string => {
     const value = page.value(name);
-    return value === undefined ? "not known" : words(value);
+    return value === undefined ? gettext("not known") : words(value);
   };
   const charge = page.value("charge");
   byId<HTMLMeterElement>("charge").value = charge ?? 0;
-  say(byId("charge-said"), `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
+  say(
+    byId("charge-said"),
+    gettext("Battery {charge}, {voltage}", {
+      charge: told("charge", (v) => `${v.toFixed(0)} %`),
+      voltage: told("battery", (v) => `${v.toFixed(1)} V`),
+    }),
+  );
   fill(byId("readings").querySelector("tbody")!, [
-    ["Now", page.state?.mode || "not known"],
-    ["Charging", told("charging", (v) => (v > 0 ? "yes, current flows" : "no"))],
-    ["Remembered places", told("experiences", (v) => v.toFixed(0))],
-    ["Map", told("map", (v) => `number ${v.toFixed(0)}`)],
-    ["Dock seen from", told("docks", (v) => `${v.toFixed(0)} places`)],
-    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
+    [gettext("Now"), page.state?.mode ? translate(page.state.mode) : gettext("not known")],
+    [gettext("Charging"), told("charging", (v) => (v > 0 ? gettext("yes, current flows") : gettext("no")))],
+    [gettext("Remembered places"), told("experiences", (v) => v.toFixed(0))],
+    [gettext("Map"), told("map", (v) => gettext("number {number}", { number: v.toFixed(0) }))],
+    [gettext("Dock seen from"), told("docks", (v) => gettext("{count} places", { count: v.toFixed(0) }))],
+    [gettext("Driven"), told("driven", (v) => `${v.toFixed(1)} m`)],
   ]);
+}
+
+function timeOf(ms: number): string {
+  return new Intl.DateTimeFormat(language(), { dateStyle: "medium", timeStyle: "short", hourCycle: "h23" }).format(new Date(ms));
 }
 
 function round(metres: number): number {

@@ -19,12 +19,13 @@ import "./console.css";
 import { type SandFacts, whyNot } from "./rules.ts";
 import { type Description, type Map2, nozzlePixel, onSand, pixel, target } from "./scara.ts";
 import { Schematic } from "./schematic.ts";
+import { gettext } from "/static/farhand/v1/text.js";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
 
 const description = facts as typeof facts & Description;
 const page = new RobotPage();
-const NOT_YET = "You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.";
+const NOT_YET = gettext("You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.");
 
 class SandConsole extends Basics<RobotPage> {
   private aim: Aim | null = null;
@@ -116,7 +117,7 @@ class SandConsole extends Basics<RobotPage> {
   }
 
   override advice(f: Facts): string {
-    return f.busy ? "The arm is busy." : this.whyNot("go", f) || "Enter or “Move here” sends the arm.";
+    return f.busy ? gettext("The arm is busy.") : this.whyNot("go", f) || gettext("Enter or “Move here” sends the arm.");
   }
 
   private give(kind: string): void {
@@ -193,7 +194,7 @@ class SandConsole extends Basics<RobotPage> {
 /** Say how high the camera is: down, or so far above that. The paper's name of it stands beside, small. */
 function sayHeight(badge: HTMLElement, z: number | undefined): void {
   const up = z === undefined ? 0 : Math.round(z * 1000);
-  const words = z === undefined ? "" : z < 0.001 ? "Down" : `${up} mm up`;
+  const words = z === undefined ? "" : z < 0.001 ? gettext("Down") : gettext("{mm} mm up", { mm: up });
   if (badge.dataset["words"] === words) return;
   badge.dataset["words"] = words;
   badge.replaceChildren(...(words ? [`${words} `, make("small", {}, `Z = ${up}`)] : []));

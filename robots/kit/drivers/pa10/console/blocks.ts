@@ -1,36 +1,45 @@
 /** A program's steps as blocks (Blockly); loaded when the program mode is opened. */
 import { type Blockly, type BlockState, choiceField, defineStep, numberField, StepWorkspace } from "/static/farhand/v1/blocks.js";
 import type { Step } from "./program_text.ts";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 const POSE = ["x", "y", "z", "roll", "pitch", "yaw"];
 const CATEGORIES = [
-  { name: "Move", colour: "195", types: ["tool", "joints"] },
-  { name: "Gripper", colour: "25", types: ["grip"] },
-  { name: "Wait", colour: "60", types: ["wait"] },
-  { name: "Repeat", colour: "130", types: ["repeat"] },
+  { name: gettext("Move"), colour: "195", types: ["tool", "joints"] },
+  { name: gettext("Gripper"), colour: "25", types: ["grip"] },
+  { name: gettext("Wait"), colour: "60", types: ["wait"] },
+  { name: gettext("Repeat"), colour: "130", types: ["repeat"] },
 ];
 
 function define(axes: string[]): void {
   const angles = (names: string[]): object[] => names.map((name) => numberField(name, -720, 720));
-  const row = (names: string[]): string => names.map((name, i) => `${name} %${i + 1}`).join(" ");
+  const row = (names: string[]): string => names.map((name, i) => `${translate(name)} %${i + 1}`).join(" ");
   const speed = numberField("speed", 5, 100, 50, 0.1);
   const [first, last] = [axes.slice(0, 3), axes.slice(3)];
-  defineStep("joints", 195, "Move the six joints (degrees).", `joints ${row(first)}`, angles(first), {
+  defineStep("joints", 195, gettext("Move the six joints (degrees)."), `${gettext("joints")} ${row(first)}`, angles(first), {
     message1: `${row([...last, "speed"])} %%`,
     args1: [...angles(last), speed],
   });
-  const path = choiceField("path", Object.entries({ to: "k", "straight to": "l" }));
+  const path = choiceField("path", [
+    [gettext("to"), "k"],
+    [gettext("straight to"), "l"],
+  ]);
   const place = [numberField("x", -2000, 2000, 500), numberField("y", -2000, 2000), numberField("z", -2000, 2000, 150)];
-  defineStep("tool", 195, "Move the tool (mm, degrees).", "tool %1 x %2 y %3 z %4", [path, ...place], {
-    message1: "roll %1 pitch %2 yaw %3 speed %4 %%",
+  defineStep("tool", 195, gettext("Move the tool (mm, degrees)."), gettext("tool %1 x %2 y %3 z %4"), [path, ...place], {
+    message1: gettext("roll %1 pitch %2 yaw %3 speed %4 %%"),
     args1: [numberField("roll", -720, 720, 180), numberField("pitch", -720, 720), numberField("yaw", -720, 720, 180), speed],
   });
-  const closed = choiceField("closed", Object.entries({ close: "1", open: "0" }));
-  defineStep("grip", 25, "Open or close the gripper.", "gripper %1", [closed]);
-  defineStep("wait", 60, "Wait so many seconds.", "wait %1 s", [numberField("seconds", 0, 30, 1)]);
+  const closed = choiceField("closed", [
+    [gettext("close"), "1"],
+    [gettext("open"), "0"],
+  ]);
+  defineStep("grip", 25, gettext("Open or close the gripper."), gettext("gripper %1"), [closed]);
+  defineStep("wait", 60, gettext("Wait so many seconds."), gettext("wait %1 s"), [numberField("seconds", 0, 30, 1)]);
   const inside = [numberField("times", 1, 100, 2, 1), { type: "input_dummy" }, { type: "input_statement", name: "steps" }];
-  defineStep("repeat", 130, "Repeat the steps inside.", "repeat %1 times %2 %3", inside);
-  defineStep("line", 290, "A line that has no block of its own.", "line %1", [{ type: "field_input", name: "text", text: "" }]);
+  defineStep("repeat", 130, gettext("Repeat the steps inside."), gettext("repeat %1 times %2 %3"), inside);
+  defineStep("line", 290, gettext("A line that has no block of its own."), gettext("line %1"), [
+    { type: "field_input", name: "text", text: "" },
+  ]);
 }
 
 export class Blocks extends StepWorkspace<Step> {

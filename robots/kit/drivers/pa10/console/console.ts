@@ -4,6 +4,7 @@ import { RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
 import "./terminal.css";
 import { Programs } from "./programs.ts";
 import { Terminal } from "./terminal.ts";
+import { gettext } from "/static/farhand/v1/text.js";
 
 const FINGERS = ["left_finger", "right_finger"]; // the joints of the model for the one width in the state
 const page = new RobotPage();
@@ -19,7 +20,7 @@ page.begin(
     return {
       program: {
         asked: "run",
-        empty: "The program has no step.",
+        empty: gettext("The program has no step."),
         target: () => (programs.text() ? { kind: "program", args: { text: programs.text() } } : null),
         open: () => void programs.open(),
         state: (packet) => programs.state(packet),

@@ -3,6 +3,7 @@ import { deg, type Judge } from "/static/farhand/v1/arm.js";
 import { type PlanAnswer, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
 import { parse, print, type Step } from "./program_text.ts";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 interface Arm extends Judge {
   refuse(why: string): void;
@@ -19,7 +20,7 @@ export class Programs {
     private arm: Arm,
     private axes: string[],
   ) {
-    this.desk = new ProgramDesk<Step>(page, { parse, print }, "program", {
+    this.desk = new ProgramDesk<Step>(page, { parse, print }, gettext("program"), {
       blocks: async (box, changed) => new (await import("./blocks.ts")).Blocks(box, axes, changed),
       changed: () => arm.ask(),
       refused: (why) => arm.refuse(why),
@@ -28,7 +29,8 @@ export class Programs {
     for (const [name, run] of Object.entries(act)) document.querySelector(`[data-program="${name}"]`)?.addEventListener("click", run);
     page.on("try", () => arm.ask());
     page.on("run", () => {
-      if (page.command("program", { text: this.text() }, "run")) this.desk.tell("The program runs; the present step is shown.", "");
+      if (page.command("program", { text: this.text() }, "run"))
+        this.desk.tell(gettext("The program runs; the present step is shown."), "");
     });
   }
 
@@ -56,16 +58,17 @@ export class Programs {
   checked(answer: PlanAnswer): void {
     const said = answer.judgements ?? [];
     this.desk.judge(said);
-    if (answer.ok) this.desk.tell(`Checked: ${answer.seconds?.toFixed(0)} s, no forbidden box is touched.`, "good");
-    else this.desk.tell(said.length ? "" : answer.text, "bad");
+    if (answer.ok)
+      this.desk.tell(gettext("Checked: {seconds} s, no forbidden box is touched.", { seconds: answer.seconds?.toFixed(0) ?? "?" }), "good");
+    else this.desk.tell(said.length ? "" : translate(answer.text), "bad");
     if (answer.ok) this.arm.play(answer);
   }
 
   /** Show the step that runs, by the robot's state. */
   state(packet: StatePacket): void {
     const step = /^PROG EXEC: program \d+, step (\d+)/.exec(packet.mode)?.[1];
-    if (step) this.desk.tell(`Step ${step} runs.`, "");
-    else if (this.ran) this.desk.tell("The program has ended.", "");
+    if (step) this.desk.tell(gettext("Step {step} runs.", { step }), "");
+    else if (this.ran) this.desk.tell(gettext("The program has ended."), "");
     this.ran = step !== undefined;
   }
 }

@@ -2,6 +2,7 @@
 import type { Judge } from "/static/farhand/v1/arm.js";
 import { byId, type RobotPage } from "/static/farhand/v1/console.js";
 import { understood } from "./terminal_lines.ts";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 const LONGEST = 200;
 
@@ -37,7 +38,7 @@ export class Terminal {
     const answer = (words: string): void => void this.say(words, "answer", asked);
     if (line === "h") {
       this.page.live.send({ t: "stop" });
-      return answer("stop was sent; it stays until you release it");
+      return answer(gettext("stop was sent; it stays until you release it"));
     }
     if (line === "w") {
       const { state } = this.page;
@@ -49,9 +50,11 @@ export class Terminal {
       const why = this.console.whyNot("terminal", this.page.facts());
       if (why) return answer(why);
       const seq = this.page.issue(target.kind, target.args);
-      this.page.ladder.whenEnded(this.page.grant, seq, (c) => answer(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`));
+      this.page.ladder.whenEnded(this.page.grant, seq, (c) =>
+        answer(c.state === "completed" ? "ok" : `e ${translate(c.reason) || c.state}`),
+      );
     } catch (error) {
-      answer(`e ${(error as Error).message}`);
+      answer(`e ${translate((error as Error).message)}`);
     }
   }
 

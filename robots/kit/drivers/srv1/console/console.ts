@@ -24,19 +24,20 @@ import type { Made } from "./rules_check.ts";
 import { RulesPanel } from "./rules_panel.ts";
 import { StickPart } from "./stick_part.ts";
 import { UnseenPart } from "./unseen_part.ts";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 const GO = "go";
 const TURN_RAD = Math.PI / 2;
 const HISTORY: readonly Reading[] = [
-  { channel: "infrared", name: "Ahead, by infrared", words: (v) => `${(100 * v).toFixed(0)} cm`, least: 0.2 },
-  { channel: "sonar", name: "Ahead, by sonar", words: (v) => `${v.toFixed(2)} m`, least: 1 },
-  { channel: "spread", name: "Sure of its place", words: (v) => `within ${(100 * v).toFixed(0)} cm`, least: 0.1 },
-  { channel: "battery", name: "Battery", words: (v) => `${v.toFixed(2)} V`, least: 0.5 },
-  { channel: "temperature", name: "Temperature", words: (v) => `${v.toFixed(1)} °C`, least: 2 },
-  { channel: "humidity", name: "Humidity", words: (v) => `${v.toFixed(0)} %`, least: 10 },
-  { channel: "light", name: "Light", words: (v) => `${v.toFixed(0)} %`, least: 20 },
+  { channel: "infrared", name: gettext("Ahead, by infrared"), words: (v) => `${(100 * v).toFixed(0)} cm`, least: 0.2 },
+  { channel: "sonar", name: gettext("Ahead, by sonar"), words: (v) => `${v.toFixed(2)} m`, least: 1 },
+  { channel: "spread", name: gettext("Sure of its place"), words: (v) => within(v), least: 0.1 },
+  { channel: "battery", name: gettext("Battery"), words: (v) => `${v.toFixed(2)} V`, least: 0.5 },
+  { channel: "temperature", name: gettext("Temperature"), words: (v) => `${v.toFixed(1)} °C`, least: 2 },
+  { channel: "humidity", name: gettext("Humidity"), words: (v) => `${v.toFixed(0)} %`, least: 10 },
+  { channel: "light", name: gettext("Light"), words: (v) => `${v.toFixed(0)} %`, least: 20 },
 ];
-const HOW = "Click on the floor of the map, or choose a place here.";
+const HOW = gettext("Click on the floor of the map, or choose a place here.");
 type Values = Record<string, number | string>;
 const description = facts as typeof facts & Description & Judged & Made & { hall: { home: Pose } };
 const page = new RobotPage();
@@ -64,7 +65,13 @@ class HallConsole extends Basics<RobotPage> {
 
   constructor() {
     super(page);
-    const words = { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } };
+    const words = {
+      kind: GO,
+      noun: gettext("place"),
+      how: HOW,
+      where,
+      others: { [MISSION]: { noun: gettext("mission"), done: gettext("carried out") } },
+    };
     this.jobs = new JobPanel(page, words, () => this.mark());
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
     for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
@@ -73,7 +80,7 @@ class HallConsole extends Basics<RobotPage> {
   }
 
   private listPlace(name: string, x: number, y: number): void {
-    const button = make("button", { type: "button", class: "button" }, name);
+    const button = make("button", { type: "button", class: "button" }, translate(name));
     button.addEventListener("click", () => this.picked(x, y, name));
     byId("spots").append(make("li", {}, button));
     this.places.push(button);
@@ -155,6 +162,10 @@ function round(metres: number): number {
   return Math.round(metres * 100) / 100;
 }
 
+function within(metres: number): string {
+  return gettext("within {cm} cm", { cm: (100 * metres).toFixed(0) });
+}
+
 /** Return where the rover is; its home while that is not known. */
 function here(): Pose {
   const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
@@ -163,31 +174,34 @@ function here(): Pose {
 
 /** Return a place in words: its name if it has one. */
 function where(args: Values, kind: string): string {
-  if (kind === MISSION) return "a mission";
+  if (kind === MISSION) return gettext("a mission");
   const [x, y] = [Number(args["x"]), Number(args["y"])];
   const node = description.hall.node.find(({ at }) => Math.hypot(at[0] - x, at[1] - y) < 0.05);
-  return node?.name ?? `${x.toFixed(1)} m from the left, ${y.toFixed(1)} m from below`;
+  return node ? translate(node.name) : gettext("{x} m from the left, {y} m from below", { x: x.toFixed(1), y: y.toFixed(1) });
 }
 
 /** Show the rover's values in words. */
 function readings(): void {
   const told = (name: string, words: (value: number) => string): string => {
     const value = page.value(name);
-    return value === undefined ? "not known" : words(value);
+    return value === undefined ? gettext("not known") : words(value);
   };
   const far = description.infrared.far;
   fill(byId("readings").querySelector("tbody")!, [
-    ["Now", page.state?.mode || "not known"],
-    ["Ahead, by infrared", told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : "nothing within 80 cm"))],
-    ["Ahead, by sonar", told("sonar", (v) => `${v.toFixed(2)} m`)],
-    ["Looks", told("compass", (v) => `${v.toFixed(0)}° from north, clockwise`)],
-    ["Sure of its place", told("spread", (v) => (v > 1 ? "not known: let it look around" : `within ${(100 * v).toFixed(0)} cm`))],
-    ["Battery", told("battery", (v) => `${v.toFixed(2)} V`)],
-    ["Temperature", told("temperature", (v) => `${v.toFixed(1)} °C`)],
-    ["Humidity", told("humidity", (v) => `${v.toFixed(0)} %`)],
-    ["Light", told("light", (v) => `${v.toFixed(0)} %`)],
-    ["Visitors near it", told("presence", (v) => (v >= 0.5 ? "yes" : "no"))],
-    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
+    [gettext("Now"), page.state?.mode ? translate(page.state.mode) : gettext("not known")],
+    [
+      gettext("Ahead, by infrared"),
+      told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : gettext("nothing within 80 cm"))),
+    ],
+    [gettext("Ahead, by sonar"), told("sonar", (v) => `${v.toFixed(2)} m`)],
+    [gettext("Looks"), told("compass", (v) => gettext("{degrees}° from north, clockwise", { degrees: v.toFixed(0) }))],
+    [gettext("Sure of its place"), told("spread", (v) => (v > 1 ? gettext("not known: let it look around") : within(v)))],
+    [gettext("Battery"), told("battery", (v) => `${v.toFixed(2)} V`)],
+    [gettext("Temperature"), told("temperature", (v) => `${v.toFixed(1)} °C`)],
+    [gettext("Humidity"), told("humidity", (v) => `${v.toFixed(0)} %`)],
+    [gettext("Light"), told("light", (v) => `${v.toFixed(0)} %`)],
+    [gettext("Visitors near it"), told("presence", (v) => (v >= 0.5 ? gettext("yes") : gettext("no")))],
+    [gettext("Driven"), told("driven", (v) => `${v.toFixed(1)} m`)],
   ]);
 }
 

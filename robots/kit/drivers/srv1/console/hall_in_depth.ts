@@ -2,6 +2,7 @@
 import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import type { Description } from "./hall_map.ts";
+import { gettext } from "/static/farhand/v1/text.js";
 
 type Pose = readonly [number, number, number];
 const parts = (): Promise<typeof import("/static/farhand/v1/floor_view.js")> => import("/static/farhand/v1/floor_view.js");
@@ -29,14 +30,14 @@ export class HallInDepth {
     if (loaded) this.open(loaded.FloorView);
     else {
       this.face(false);
-      this.page.notice("The 3D view did not come. Reload the page when the connection is back; the map works.", "warning");
+      this.page.notice(gettext("The 3D view did not come. Reload the page when the connection is back; the map works."), "warning");
     }
   }
 
   /** Show the 3D view or the map. */
   private face(deep: boolean): void {
     this.button.setAttribute("aria-pressed", String(deep));
-    say(this.button, deep ? "Show it from above" : "Show it in 3D");
+    say(this.button, deep ? gettext("Show it from above") : gettext("Show it in 3D"));
     this.box.hidden = !deep;
     byId("hall").toggleAttribute("hidden", deep);
   }

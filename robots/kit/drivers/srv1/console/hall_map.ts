@@ -1,5 +1,6 @@
 /** The hall from above: walls, cases, exhibits, ways between places; the rover, what its sensors see, and where it goes. */
 import { set, shape } from "/static/farhand/v1/console.js";
+import { translate } from "/static/farhand/v1/text.js";
 
 export interface Case {
   name: string;
@@ -172,7 +173,7 @@ export class HallMap {
   }
 
   private name(words: string, x: number, y: number): void {
-    shape(this.svg, "text", { x, y: -y, "font-size": LINE_PX / 60, class: "name" }).textContent = words;
+    shape(this.svg, "text", { x, y: -y, "font-size": LINE_PX / 60, class: "name" }).textContent = translate(words);
   }
 }
 

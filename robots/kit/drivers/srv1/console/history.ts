@@ -1,4 +1,5 @@
 /** The last minutes of a reading: which samples are stored, how they are drawn, and how they are said. */
+import { gettext, ngettext } from "/static/farhand/v1/text.js";
 
 export interface Sample {
   at: number;
@@ -45,9 +46,17 @@ export function inWords(name: string, samples: readonly Sample[], words: (value:
   const range = extent(samples),
     first = samples[0],
     last = samples.at(-1);
-  if (!range || !first || !last) return `${name}: not known yet`;
+  if (!range || !first || !last) return gettext("{name}: not known yet", { name });
   const minutes = Math.max(1, Math.round((last.at - first.at) / 60_000));
-  const over = minutes === 1 ? "in the last minute" : `in the last ${minutes} minutes`;
-  const [low, high] = range.map(words);
-  return low === high ? `${name}: ${low} ${over}` : `${name}: from ${low} to ${high} ${over}, now ${words(last.value)}`;
+  const [low = "", high = ""] = range.map(words);
+  const same = { name, value: low },
+    values = { name, low, high, now: words(last.value) };
+  return low === high
+    ? ngettext("{name}: {value} in the last minute", "{name}: {value} in the last {count} minutes", minutes, same)
+    : ngettext(
+        "{name}: from {low} to {high} in the last minute, now {now}",
+        "{name}: from {low} to {high} in the last {count} minutes, now {now}",
+        minutes,
+        values,
+      );
 }

@@ -4,6 +4,7 @@ import { minutes, ProgramDesk } from "/static/farhand/v1/programs.js";
 import { ghostAt } from "./mission_ghost.ts";
 import { type Judged, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
+import { gettext, ngettext, translate } from "/static/farhand/v1/text.js";
 
 export const MISSION = "mission";
 const GHOST_TIMES = 8; // how much faster the ghost is than the rover
@@ -35,7 +36,7 @@ export class Missions {
     private around: Around,
   ) {
     const { hall } = around.description;
-    this.desk = new ProgramDesk<Step>(page, { parse: (text) => parse(text, hall), print }, "mission", {
+    this.desk = new ProgramDesk<Step>(page, { parse: (text) => parse(text, hall), print }, gettext("mission"), {
       blocks: async (box, changed) => new (await blocks()).MissionBlocks(box, hall, changed),
       changed: (steps) => this.judge(steps),
       refused: () => this.judge([]),
@@ -71,8 +72,8 @@ export class Missions {
 
   /** Return why the mission cannot be sent, apart from the page's own reasons; empty if it can. */
   whyNot(): string {
-    if (!this.steps.length) return "Write a mission first: choose blocks, write lines, or click on the map.";
-    return this.judged.said.find(({ refuses }) => refuses)?.text ?? "";
+    if (!this.steps.length) return gettext("Write a mission first: choose blocks, write lines, or click on the map.");
+    return this.judged.said.find(({ refuses }) => refuses)?.text ?? ""; // as it is judged: it is shown elsewhere, too
   }
 
   private judge(steps: readonly Step[]): void {
@@ -90,7 +91,11 @@ export class Missions {
       return row;
     });
     fill(byId<HTMLTableElement>("mission-steps").tBodies[0]!, rows);
-    if (steps.length && !bad) this.desk.tell(`${steps.length} step${steps.length === 1 ? "" : "s"}, about ${minutes(seconds)}.`, "good");
+    if (steps.length && !bad)
+      this.desk.tell(
+        ngettext("{count} step, about {time}.", "{count} steps, about {time}.", steps.length, { time: minutes(seconds) }),
+        "good",
+      );
     this.page.draw();
   }
 
@@ -118,10 +123,10 @@ export class Missions {
   }
 
   draw(): void {
-    say(byId("mission-send"), this.page.operating ? "Run it now" : "Send it as a job");
-    this.desk.enable(this.page.live.lost ? "The connection is lost; what you write stays here." : "");
+    say(byId("mission-send"), this.page.operating ? gettext("Run it now") : gettext("Send it as a job"));
+    this.desk.enable(this.page.live.lost ? gettext("The connection is lost; what you write stays here.") : "");
     const running = this.page.snapshot?.commands.find(({ kind, state }) => kind === MISSION && !FINAL.has(state));
     const told = running?.progress?.text;
-    if (told) this.desk.tell(`It runs: ${told}.`, "");
+    if (told) this.desk.tell(gettext("It runs: {step}.", { step: translate(told) }), "");
   }
 }

@@ -6,6 +6,7 @@ import { RuleMemory } from "./rule_memory.ts";
 import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
 import { parse, write } from "./rules_text.ts";
 import { cm, Surface } from "./surface.ts";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 const KIND = "rules";
 /** Where the terms of a reading have their peaks when it is chosen; those of infrared and sonar are the paper's. */
@@ -41,7 +42,7 @@ export class RulesPanel {
     if (!this.paper) return;
     this.known = new RuleMemory(this.paper);
     for (const select of this.inputs()) {
-      for (const name of Object.keys(READINGS)) select.append(new Option(name, name));
+      for (const name of Object.keys(READINGS)) select.append(new Option(translate(name), name));
       select.addEventListener("change", () => this.choose(Number(select.dataset["input"]), select.value));
     }
     const method = byId<HTMLSelectElement>("hall-rules-method");
@@ -66,16 +67,23 @@ export class RulesPanel {
       inForce = crc === undefined ? undefined : this.known.get(crc);
     say(byId("hall-rules-force"), force(crc, inForce !== undefined));
     if (!known) return say(byId("hall-rules-ghost"), "");
-    const here = this.rules.inputs.map(({ name, unit }, n) => `${name} ${(n ? second : first).toFixed(2)} ${unit}`).join(", ");
-    const other = inForce === undefined ? "" : `, by the set in force ${told(this.by(parse(inForce)))}`;
-    say(byId("hall-rules-ghost"), `Now: ${here}. By the set shown here ${told(this.by(this.rules))}${other}.`);
+    const here = this.rules.inputs.map(({ name, unit }, n) => `${translate(name)} ${(n ? second : first).toFixed(2)} ${unit}`).join(", ");
+    const values = { readings: here, speed: told(this.by(this.rules)) };
+    const words =
+      inForce === undefined
+        ? gettext("Now: {readings}. By the set shown here {speed}.", values)
+        : gettext("Now: {readings}. By the set shown here {speed}, by the set in force {other}.", {
+            ...values,
+            other: told(this.by(parse(inForce))),
+          });
+    say(byId("hall-rules-ghost"), words);
   }
 
   draw(): void {
     if (!this.paper) return;
     const onWay = this.sentUnder !== 0 && this.sentUnder === this.page.grant;
-    const why = this.page.whyNot(KIND) || (onWay ? "The rules are on their way to the rover." : "");
-    const first = this.unread || this.wrong[0]?.words || "";
+    const why = this.page.whyNot(KIND) || (onWay ? gettext("The rules are on their way to the rover.") : "");
+    const first = this.unread || translate(this.wrong[0]?.words ?? "");
     allow(document.querySelector<HTMLElement>("[data-command=rules-send]")!, why || first);
     allow(document.querySelector<HTMLElement>("[data-command=rules-back]")!, why);
   }
@@ -114,7 +122,7 @@ export class RulesPanel {
     try {
       this.changed(parse(text), true);
     } catch (error) {
-      this.unread = (error as Error).message;
+      this.unread = translate((error as Error).message);
       say(byId("hall-rules-said"), this.unread);
       this.draw();
     }
@@ -152,7 +160,7 @@ export class RulesPanel {
       field.removeAttribute("aria-describedby");
     }
     const items = this.wrong.map(({ words, rule, variable, peak }, n) => {
-      const item = make("li", { id: `hall-rules-wrong-${n}` }, words),
+      const item = make("li", { id: `hall-rules-wrong-${n}` }, translate(words)),
         field = rule ? this.selects[rule[0]]![rule[1]] : this.fields[variable ?? -1]?.[peak ?? 0];
       field?.setAttribute("aria-invalid", "true");
       field?.setAttribute("aria-describedby", item.id);
@@ -168,10 +176,10 @@ export class RulesPanel {
     const { inputs, output } = this.rules,
       [first, second] = inputs,
       table = byId<HTMLTableElement>("hall-rules-table");
-    const corner = make("th", {}, `${first.name} ↓ ${second.name} →`);
+    const corner = make("th", {}, `${translate(first.name)} ↓ ${translate(second.name)} →`);
     table.tHead!.replaceChildren(make("tr", {}, corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`))));
     this.selects = first.labels.map((label, i) =>
-      second.labels.map((other, j) => this.select(i, j, `Speed if ${first.name} is ${label} and ${second.name} is ${other}`)),
+      second.labels.map((other, j) => this.select(i, j, spoken(first.name, label, second.name, other))),
     );
     const rows = first.labels.map((label, i) =>
       make("tr", {}, heading(label, "row", `0,${i}`), ...this.selects[i]!.map((select) => make("td", {}, select))),
@@ -183,7 +191,7 @@ export class RulesPanel {
 
   /** Return the choice of the term of a rule. */
   private select(i: number, j: number, label: string): HTMLSelectElement {
-    const options = this.rules.output.labels.map((term, n) => new Option(term, String(n)));
+    const options = this.rules.output.labels.map((term, n) => new Option(translate(term), String(n)));
     const select = make("select", { "aria-label": label }, ...options, new Option("–", "-1"));
     select.addEventListener("change", () => {
       const table = this.rules.table.map((line) => [...line]);
@@ -195,7 +203,7 @@ export class RulesPanel {
 
   private peaks(one: Variable, n: number): HTMLTableRowElement {
     const fields = one.labels.map((label, k) => {
-      const name = `${one.name}: peak of ${label}, in ${one.unit}`;
+      const name = gettext("{name}: peak of {term}, in {unit}", { name: translate(one.name), term: translate(label), unit: one.unit });
       const field = make("input", { type: "number", step: "any", inputmode: "decimal", "aria-label": name });
       field.addEventListener("input", () => {
         const put = (v: Variable, m: number): Variable =>
@@ -206,23 +214,30 @@ export class RulesPanel {
       return field;
     });
     this.fields.push(fields);
-    return make("tr", {}, heading(`${one.name} (${one.unit})`, "row"), ...fields.map((field) => make("td", {}, field)));
+    return make("tr", {}, heading(`${translate(one.name)} (${one.unit})`, "row"), ...fields.map((field) => make("td", {}, field)));
   }
 }
 
+function spoken(first: string, label: string, second: string, other: string): string {
+  const [one, is, two, becomes] = [first, label, second, other].map(translate) as [string, string, string, string];
+  return gettext("Speed if {first} is {term} and {second} is {other}", { first: one, term: is, second: two, other: becomes });
+}
+
 function heading(label: string, scope: string, peak = ""): HTMLElement {
-  return make("th", { scope }, label, ...(peak ? [make("span", { "data-peak": peak })] : []));
+  return make("th", { scope }, translate(label), ...(peak ? [make("span", { "data-peak": peak })] : []));
 }
 
 function force(crc: number | undefined, known: boolean): string {
-  if (crc === undefined) return "Which rules are in force is not known.";
-  if (crc === 0) return "In force: the paper's rules.";
+  if (crc === undefined) return gettext("Which rules are in force is not known.");
+  if (crc === 0) return gettext("In force: the paper's rules.");
   const number = crc.toString(16).toUpperCase().padStart(4, "0");
-  return `In force: rule set ${number}${known ? ", sent from here" : ", sent by somebody else"}.`;
+  return known
+    ? gettext("In force: rule set {number}, sent from here.", { number })
+    : gettext("In force: rule set {number}, sent by somebody else.", { number });
 }
 
 function told(speed: number | undefined): string {
-  return speed === undefined || Number.isNaN(speed) ? "not known" : `${cm(speed)} cm/s`;
+  return speed === undefined || Number.isNaN(speed) ? gettext("not known") : `${cm(speed)} cm/s`;
 }
 
 function thousandths(value: number): number {

@@ -2,6 +2,7 @@
 import { make, type RobotPage } from "/static/farhand/v1/console.js";
 import { Stick } from "/static/farhand/v1/roaming.js";
 import { buzz, EVERY_MS, force, type Ranges, rumble } from "./force.ts";
+import { gettext } from "/static/farhand/v1/text.js";
 
 const KEPT = "farhand:srv1:force";
 
@@ -15,11 +16,13 @@ export class StickPart {
     private ranges: Ranges,
     pad: HTMLElement,
   ) {
-    this.stick = new Stick(page, "drive", ([x, y]) => ({ forward: rounded(y), turn: rounded(-x) }), "Drive by hand");
+    this.stick = new Stick(page, "drive", ([x, y]) => ({ forward: rounded(y), turn: rounded(-x) }), gettext("Drive by hand"));
     this.on.checked = kept() !== "off";
     this.on.addEventListener("change", () => keep(this.on.checked ? "on" : "off"));
     pad.prepend(this.stick.element);
-    pad.append(make("label", { class: "feel" }, this.on, " Feel what is near: the stick resists, a gamepad or a phone shakes"));
+    pad.append(
+      make("label", { class: "feel" }, this.on, ` ${gettext("Feel what is near: the stick resists, a gamepad or a phone shakes")}`),
+    );
     setInterval(() => this.feel(), EVERY_MS);
   }
 

@@ -1,6 +1,7 @@
 /** Figure 6: the speed over both readings as a heat map, in the layout of the table of rules, with the present readings. */
 import { set, shape } from "/static/farhand/v1/console.js";
 import { type RuleSet, speed, type Variable } from "./fuzzy.ts";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 const CELLS = 32,
   SIDE = 240,
@@ -41,15 +42,20 @@ export class Surface {
       }
     this.ticks.replaceChildren();
     for (const [n, label] of first.labels.entries())
-      this.words(`${label} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
+      this.words(`${translate(label)} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
     for (const [n, label] of second.labels.entries())
-      this.words(`${label} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
-    this.words(`${first.name} (${first.unit}) ↓`, 0, TOP - 30, "start");
-    this.words(`${second.name} (${second.unit}) →`, LEFT + SIDE, TOP - 30, "end");
+      this.words(`${translate(label)} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
+    this.words(`${translate(first.name)} (${first.unit}) ↓`, 0, TOP - 30, "start");
+    this.words(`${translate(second.name)} (${second.unit}) →`, LEFT + SIDE, TOP - 30, "end");
     const slow = Math.min(...all),
       fast = Math.max(...all);
     set(this.svg, {
-      "aria-label": `The speed over ${first.name} and ${second.name}: from ${cm(slow)} to ${cm(fast)} cm/s. The table has the same.`,
+      "aria-label": gettext("The speed over {first} and {second}: from {slow} to {fast} cm/s. The table has the same.", {
+        first: translate(first.name),
+        second: translate(second.name),
+        slow: cm(slow),
+        fast: cm(fast),
+      }),
     });
   }
 

@@ -1,4 +1,5 @@
 /** What the rover did without a connection, by its journal: read from the stream `unseen`, and in words. */
+import { gettext, ngettext } from "/static/farhand/v1/text.js";
 
 export type Point = readonly [number, number];
 export interface Unseen {
@@ -8,11 +9,11 @@ export interface Unseen {
 
 const MOST = 2000; // points and events
 const ENDED: Record<string, string> = {
-  expired: "came to rest at the end of its permit",
-  left: "came to rest at the edge of the area that it may drive in by itself",
-  fast: "came to rest because it was too fast",
-  encoder: "came to rest because an encoder counts nothing",
-  heard: "was reached again, and went on",
+  expired: gettext("and came to rest at the end of its permit"),
+  left: gettext("and came to rest at the edge of the area that it may drive in by itself"),
+  fast: gettext("and came to rest because it was too fast"),
+  encoder: gettext("and came to rest because an encoder counts nothing"),
+  heard: gettext("and was reached again, and went on"),
 };
 
 /** Read a packet; null if it cannot be read. */
@@ -45,9 +46,10 @@ export function unseenWords({ ways, events }: Unseen, atMs: number, clock: (ms: 
     if (begun === null) return;
     const way = ways[said.length] ?? [],
       metres = way.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - way[i]![0], y - way[i]![1]), 0);
-    const halts = reflexes ? `, turned away from something near ${reflexes === 1 ? "once" : `${reflexes} times`}` : "";
-    const driven = `it drove ${metres.toFixed(1)} m by itself${halts}${end ? `, and ${end}` : ""}`;
-    said.push(`Out of reach from ${clock(begun)} to ${clock(until)}: ${driven}.`);
+    const halts = ngettext("turned away from something near once", "turned away from something near {count} times", reflexes);
+    const driven = gettext("it drove {metres} m by itself", { metres: metres.toFixed(1) });
+    const what = [driven, ...(reflexes ? [halts] : []), ...(end ? [end] : [])].join(", ");
+    said.push(gettext("Out of reach from {from} to {until}: {what}.", { from: clock(begun), until: clock(until), what }));
     begun = null;
   };
   for (const { ago, event } of events) {

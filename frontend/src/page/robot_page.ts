@@ -3,7 +3,6 @@ import { byId, say } from "../kit/dom.ts";
 import { every } from "../kit/page_clock.ts";
 import { refusal } from "../kit/refusal.ts";
 import { focusStage } from "../kit/stage_focus.ts";
-import { translate } from "../kit/text.ts";
 import { ScreenWakeLock } from "../kit/wake_lock.ts";
 import { gettext, translate } from "../kit/text.ts";
 import { guardTurn } from "../queue/leave_guard.ts";

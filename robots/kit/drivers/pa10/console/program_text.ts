@@ -1,4 +1,5 @@
 /** Programs as text and as a tree of steps: the text is stored, sent and run. */
+import { gettext } from "/static/farhand/v1/text.js";
 
 export type Step =
   | { do: "joints"; values: number[]; speed?: number }
@@ -48,9 +49,16 @@ export function numeral(word: string): number {
 /** Return the words of a line. Throws a sentence if the line is longer than the arm allows, or not plain ASCII. */
 export function words(line: string): string[] {
   const said = line.replace(/^[ \t\r]+|[ \t\r]+$/g, "");
-  if (said.length > LONGEST_LINE) throw new Error(`the line is longer than ${LONGEST_LINE} characters.`);
-  if (!/^[\t -~]*$/.test(said)) throw new Error("the line must be plain ASCII text.");
+  if (said.length > LONGEST_LINE) throw new Error(gettext("the line is longer than {count} characters.", { count: LONGEST_LINE }));
+  if (!/^[\t -~]*$/.test(said)) throw new Error(gettext("the line must be plain ASCII text."));
   return said ? said.split(/[ \t]+/) : [];
+}
+
+/** Return that a step or a line has the wrong count of numbers. */
+export function wrongCount(letter: string, least: number, most: number, count: number): string {
+  return least === most
+    ? gettext("{letter} needs {least} numbers, not {count}.", { letter, least, count })
+    : gettext("{letter} needs {least} or {most} numbers, not {count}.", { letter, least, most, count });
 }
 
 /** A repetition, or the program itself, that is being read; `size`: its steps with inner repetitions written out. */
@@ -62,38 +70,45 @@ interface Open {
 
 /** Return the steps in a text. Throws a sentence that names the line. */
 export function parse(text: string): Step[] {
-  if ([...text].length > LONGEST_TEXT) throw new Error(`The program is longer than ${LONGEST_TEXT} characters.`);
+  if ([...text].length > LONGEST_TEXT) throw new Error(gettext("The program is longer than {count} characters.", { count: LONGEST_TEXT }));
   const stack: Open[] = [{ steps: [], times: 1, size: 0 }];
   let count = 0;
   for (const [i, raw] of text.split("\n").entries()) {
     try {
       const said = words(raw.split("#")[0] ?? "");
       if (!said.length) continue;
-      if (++count > LONGEST) throw new Error(`the program is longer than ${LONGEST} lines.`);
+      if (++count > LONGEST) throw new Error(gettext("the program is longer than {count} lines.", { count: LONGEST }));
       read(said, stack);
-      if (stack.reduce((sum, { size }) => sum + size, 0) > LONGEST) throw new Error(`the program is longer than ${LONGEST} steps.`);
+      if (stack.reduce((sum, { size }) => sum + size, 0) > LONGEST)
+        throw new Error(gettext("the program is longer than {count} steps.", { count: LONGEST }));
     } catch (error) {
-      throw new Error(`Line ${i + 1}: ${(error as Error).message}`);
+      throw new Error(gettext("Line {number}: {error}", { number: i + 1, error: (error as Error).message }));
     }
   }
-  if (stack.length > 1) throw new Error("A repetition (R) has no end (E).");
+  if (stack.length > 1) throw new Error(gettext("A repetition (R) has no end (E)."));
   return stack[0]!.steps;
 }
 
 /** Take the words of one line into the innermost repetition. */
 function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
   const form = Object.hasOwn(FORMS, letter) ? FORMS[letter] : undefined;
-  if (!form) throw new Error(`there is no step that begins with “${letter}”; known: ${Object.keys(FORMS).join(" ")}.`);
+  if (!form)
+    throw new Error(
+      gettext("there is no step that begins with “{letter}”; known: {letters}.", { letter, letters: Object.keys(FORMS).join(" ") }),
+    );
   const { least, values } = form,
     most = values.length,
     numbers = parts.map(numeral);
   const bad = numbers.findIndex((n) => !Number.isFinite(n));
-  if (bad >= 0) throw new Error(`“${parts[bad]}” is not a number.`);
-  if (numbers.length < least || numbers.length > most)
-    throw new Error(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
+  if (bad >= 0) throw new Error(gettext("“{text}” is not a number.", { text: parts[bad] ?? "" }));
+  if (numbers.length < least || numbers.length > most) throw new Error(wrongCount(letter, least, most, numbers.length));
   for (const [n, { low, high, whole }] of values.slice(0, numbers.length).entries())
     if (numbers[n]! < low || numbers[n]! > high || (whole && !Number.isInteger(numbers[n])))
-      throw new Error(`number ${n + 1} of ${letter} must be ${whole ? "a whole number " : ""}from ${low} to ${high}.`);
+      throw new Error(
+        whole
+          ? gettext("number {number} of {letter} must be a whole number from {low} to {high}.", { number: n + 1, letter, low, high })
+          : gettext("number {number} of {letter} must be from {low} to {high}.", { number: n + 1, letter, low, high }),
+      );
   const here = stack.at(-1)!,
     speed = numbers.length > 6 ? { speed: numbers[6]! } : {};
   const add = (step: Step): void => void (here.steps.push(step), (here.size += 1));
@@ -108,13 +123,13 @@ function read([letter = "", ...parts]: readonly string[], stack: Open[]): void {
     case "d":
       return add({ do: "wait", seconds: numbers[0]! });
     case "R": {
-      if (stack.length > DEEPEST) throw new Error(`repetitions stand at most ${DEEPEST} deep in each other.`);
+      if (stack.length > DEEPEST) throw new Error(gettext("repetitions stand at most {count} deep in each other.", { count: DEEPEST }));
       const steps: Step[] = [];
       here.steps.push({ do: "repeat", times: numbers[0]!, steps });
       return void stack.push({ steps, times: numbers[0]!, size: 0 });
     }
     case "E": {
-      if (stack.length === 1) throw new Error("E ends a repetition (R); there is none.");
+      if (stack.length === 1) throw new Error(gettext("E ends a repetition (R); there is none."));
       stack.pop();
       return void (stack.at(-1)!.size += here.times * here.size);
     }

@@ -1,6 +1,7 @@
 /** The arm's own lines as commands of the portal. */
 import type { Target } from "/static/farhand/v1/arm.js";
-import { numeral, words } from "./program_text.ts";
+import { numeral, words, wrongCount } from "./program_text.ts";
+import { gettext } from "/static/farhand/v1/text.js";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 
@@ -9,10 +10,9 @@ export function understood(line: string, axes: string[]): Target {
   const [letter = "", ...parts] = words(line);
   const numbers = parts.map(numeral);
   const bad = numbers.findIndex((n) => !Number.isFinite(n));
-  if (bad >= 0) throw new Error(`${parts[bad]} is not a number.`);
+  if (bad >= 0) throw new Error(gettext("{text} is not a number.", { text: parts[bad] ?? "" }));
   const count = (least: number, most: number): void => {
-    if (numbers.length < least || numbers.length > most)
-      throw new Error(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
+    if (numbers.length < least || numbers.length > most) throw new Error(wrongCount(letter, least, most, numbers.length));
   };
   const speed: Record<string, number> = numbers.length > 6 ? { speed: numbers[6] ?? 0 } : {};
   if (letter === "j") {
@@ -32,7 +32,7 @@ export function understood(line: string, axes: string[]): Target {
     count(1, 1);
     return { kind: "program", args: { number: numbers[0] ?? 0 } };
   }
-  throw new Error(`There is no command that begins with “${letter}”; known: j k l g p h w.`);
+  throw new Error(gettext("There is no command that begins with “{letter}”; known: j k l g p h w.", { letter }));
 }
 
 function rad(degrees: number): number {

@@ -42,7 +42,7 @@ def admin(client, admin_user):
 @pytest.mark.parametrize(
     "driver, names",
     [
-        ("mercury", {"setting_speed", *OF_STILLS}), ("pa10", {"setting_boxes", *OF_STILLS}), ("irat", set()),
+        ("mercury", {"setting_speed", *OF_STILLS}), ("pa10", {"setting_boxes", "setting_tidy_s", *OF_STILLS}), ("irat", set()),
         ("so101", set()), ("gone", set()),
     ],
 )  # fmt: skip

@@ -58,7 +58,7 @@ class Control:
                     self._connection.mend()
                 self._motion.run_due()
             if self._connection.connected and owned.robot.cycle == Cycle.HANDOVER:
-                with lane.taking(180.0):
+                with lane.taking(self._handover.longest_s):
                     self._handover.hand_over()
             self._look_if_unseen()
 

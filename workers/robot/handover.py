@@ -7,11 +7,20 @@ import logging
 
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.kit.contract.capabilities import Calibration
-from robots.kit.contract.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
+from robots.kit.contract.errors import (
+    BadRequest,
+    CameraFault,
+    GaveUp,
+    HardwareFault,
+    OutOfWorkspace,
+    RobotError,
+    StaleEpoch,
+)
 from robots.kit.contract.session import Permit, RobotState
+from robots.kit.contract.tidying import Tidy
 from robots.models import Grant
 from robots.services import asked_since_stop
-from robots.services.incidents import NOT_OFFERED, incident
+from robots.services.incidents import NOT_OFFERED, incident, note_tidy, note_untidy
 from robots.states import IN_ORDER, Cycle, GrantEnd, GrantKind
 from workers.authority.gate import Gate
 from workers.media.pictures import Pictures
@@ -35,6 +44,18 @@ class Handover:
         self._owned, self._gate, self._latch = owned, gate, gate.authority.latch
         self._pictures, self._connection, self._settings_reset = pictures, connection, settings_reset
 
+    @property
+    def longest_s(self) -> float:
+        """Return how long a handover may take now (s)."""
+        return LIMIT_S + self._tidy_s
+
+    @property
+    def _tidy_s(self) -> float:
+        """Return how long the robot may tidy up between two turns (s), by its settings."""
+        spec = self._owned.robot.spec()
+        tidy = spec.capability(Tidy)
+        return 0.0 if tidy is None else float(spec.for_driver(self._owned.robot.settings).get(tidy.setting.name, 0.0))
+
     def hand_over(self) -> None:
         """Put the robot in order; it ends ready, or in fault with a reason."""
         owned, robot, now = self._owned, self._owned.robot, self._owned.now
@@ -45,7 +66,7 @@ class Handover:
         if grant is not None:
             return
         try:
-            with granted(robot, GrantKind.HANDOVER, now, LIMIT_S) as opened:
+            with granted(robot, GrantKind.HANDOVER, now, self.longest_s) as opened:
                 self._put_in_order(opened)
         except StaleEpoch:  # the robot is in order; the handover is repeated under the new lease
             return
@@ -98,7 +119,20 @@ class Handover:
         if not owned.robot.calibration and owned.robot.spec().capability(Calibration) is not None:
             calibrate_and_keep(owned, self._pictures, permit)
             state = self._home(permit) or state
-        return state
+        return self._tidied(permit) or state
+
+    def _tidied(self, permit: Permit) -> RobotState | None:
+        """Tidy up, if the settings say so, and home the robot again; what is left is told staff, and no fault."""
+        owned, tidy, seconds = self._owned, self._owned.robot.spec().capability(Tidy), self._tidy_s
+        if tidy is None or seconds < 1.0:
+            return None
+        try:
+            owned.driver.execute(tidy.kind, {"seconds": seconds}, permit, lambda _: None)
+        except (BadRequest, OutOfWorkspace, GaveUp) as error:
+            note_untidy(owned.robot, str(error), owned.now())
+        else:
+            note_tidy(owned.robot, owned.now())
+        return self._home(permit)
 
     def _home(self, permit: Permit) -> RobotState | None:
         driver, state = self._owned.driver, None

@@ -2,12 +2,14 @@
 
 Their kinds (`soft_reset`, `calibrate`, `still`) are the portal's own words, the same for every robot, and stand in its
 history. Each is offered only where the robot has what it needs: a reset and a calibration that its spec declares, and a
-camera that its description names. Labels and limits come from the declaration.
+camera that its description names. For tidying up a robot has a command of its own. Labels and limits come from the
+declaration.
 """
 
 from robots.kit.contract.capabilities import Calibration, Reset
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import STAFF, CommandKind, Spec
+from robots.kit.contract.tidying import Tidy
 from robots.kit.description import load, views
 
 BY_STAFF = frozenset({STAFF})
@@ -23,6 +25,8 @@ def procedures(spec: Spec, cameras: int = 0) -> tuple[CommandKind, ...]:
         for kind, one in declared
         if one is not None
     )
+    tidy = spec.capability(Tidy)
+    own += tuple(one for one in spec.commands if tidy is not None and one.kind == tidy.kind)
     return (*own, PICTURE) if cameras else own
 
 

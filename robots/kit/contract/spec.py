@@ -28,6 +28,7 @@ from robots.kit.contract.ranges import from_to
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.streams import MOST as MOST_STREAMS
 from robots.kit.contract.streams import Stream
+from robots.kit.contract.tidying import Tidy
 
 Lane = Literal["motion", "config"]
 OWNERS = ("epoch", "folder", "token")  # settings of every driver beside those that its spec declares
@@ -295,7 +296,7 @@ def _wrong_motion(kind: str, owner: str, spec: Spec) -> Iterator[str]:
 
 def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
     name = type(capability).__name__
-    if isinstance(capability, Idle | Need | Programs):
+    if isinstance(capability, Idle | Need | Programs | Tidy):
         yield from _wrong_motion(capability.kind, name, spec)
     if isinstance(capability, Setting):
         yield from _wrong_with_setting(capability)

@@ -11,8 +11,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from robots.kit.arms.beliefs import How, ObjectModel, Snapshot
 from robots.kit.arms.chain import Matrix
+from robots.kit.arms.described import posture
 from robots.kit.arms.goals import goals_of
 from robots.kit.arms.hand import Hand
 from robots.kit.arms.judging import GoalJudge
@@ -20,17 +23,19 @@ from robots.kit.arms.motions import MotionPlanner
 from robots.kit.arms.object_streams import ObjectStreams
 from robots.kit.arms.objects import objects_of
 from robots.kit.arms.tasks import steps
-from robots.kit.arms.tasks.requests import AMEND, KINDS, TASK, amendment, task_of
+from robots.kit.arms.tasks.requests import AMEND, KINDS, TASK, TIDY, amendment, task_of
 from robots.kit.clock import SYSTEM, ms_of
 from robots.kit.contract.errors import BadRequest
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.session import JSON, Observation, OnStage, Outcome, Permit, RobotState, Session
+from robots.kit.contract.tidying import LONGEST_S as LONGEST_TIDY_S
 from robots.kit.description import load
 from robots.kit.drivers.arm_eyes import Sight, eyes_of
 from robots.kit.drivers.catching import Catch
 from robots.kit.drivers.sights import accept
 from robots.kit.drivers.step_judge import StepJudge
 from robots.kit.drivers.task_runner import TaskRunner
+from robots.kit.drivers.tidying import Tidying
 
 __all__ = ["KINDS", "ArmTasks"]
 FILE = "objects.json"
@@ -42,7 +47,7 @@ class ArmTasks:
     def __init__(
         self, session: Session, driver: str, planner: Callable[[], MotionPlanner], holds: Callable[[], int]
     ) -> None:
-        self._session, self._driver, self._planner = session, driver, planner
+        self._session, self._driver, self._planner, self._holds = session, driver, planner, holds
         table, folder = objects_of(driver), session.settings.get("folder")
         self._streams = ObjectStreams(table, lambda name, data, key: session.stream(name, data, key))
         self.hand = Hand(load(driver), spec_of(driver).joints)
@@ -62,6 +67,9 @@ class ArmTasks:
 
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Run a command of `KINDS`, whose values were checked. Raises as `Session.execute`."""
+        if kind == TIDY:
+            self._tidying().run(float(args.get("seconds", LONGEST_TIDY_S)), permit, on_stage)
+            return Outcome(dict(args), self._session.latest())
         if kind != AMEND:
             task_for = partial(task_of, self._driver, kind=kind, args=args)
             if kind == TASK:
@@ -75,6 +83,11 @@ class ArmTasks:
             raise BadRequest("A task runs with the objects now; stop it first, or wait until it has ended.")
         self.model.place(*amendment(self.model.table, args), How.STAFF)
         return Outcome(dict(args), self._session.latest())
+
+    def _tidying(self) -> Tidying:
+        ready = self._planner().planner.chain.forward(np.array(posture(load(self._driver), "ready")))
+        rough = self._eyes is not None and self._eyes.is_rough
+        return Tidying(self._session, self.model, self._runner, lambda: self._look(True, {}), self._holds, ready, rough)
 
     def report(self, on_stage: OnStage) -> None:
         """Store with the command that runs, with a picture, what has been won since the last one."""

@@ -19,6 +19,7 @@ from robots.kit.arms.preview import Trail, start_of
 from robots.kit.arms.tasks import steps
 from robots.kit.arms.tasks.acts import StepImpossible
 from robots.kit.arms.tasks.parsing import LONGEST_TEXT, BadTask, parse
+from robots.kit.arms.tasks.picking import LONGEST_S as LONGEST_STEP_S
 from robots.kit.arms.tasks.picking import PICK, PUT, picking, picking_commands, task_at
 from robots.kit.arms.tasks.planning import LONGEST_S, acts, plan
 from robots.kit.arms.tasks.steps import Task
@@ -26,11 +27,13 @@ from robots.kit.contract.capabilities import Foreseen, JobCheck, Judgement, Obje
 from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.kit.contract.objects import KnownObjects, Placed
 from robots.kit.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind
+from robots.kit.contract.tidying import LONGEST_S as LONGEST_TIDY_S
+from robots.kit.contract.tidying import Tidy
 from robots.kit.contract.values import number
 from robots.kit.description import load
 
-TASK, AMEND = "task", "amend"
-KINDS = (TASK, PICK, PUT, AMEND)
+TASK, AMEND, TIDY = "task", "amend", "tidy"
+KINDS = (TASK, PICK, PUT, AMEND, TIDY)
 FORESEEN = (TASK, PICK, PUT)  # kinds with a preview by the objects
 Packets = Iterable[tuple[bytes, bool]]
 
@@ -52,11 +55,26 @@ def task_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
     )  # fmt: skip
 
 
+def tidy_commands(driver: str) -> tuple[CommandKind, ...]:
+    """Return the command that brings the objects back; none for an arm that cannot see where they are."""
+    most = Argument("seconds", "s", 1.0, LONGEST_TIDY_S, required=False)
+    one = CommandKind(
+        TIDY, "Tidy the table", (most,), limit_s=LONGEST_TIDY_S + 2 * LONGEST_STEP_S, asked_by=frozenset({STAFF})
+    )
+    return (one,) if has_eyes(driver) else ()
+
+
+def has_eyes(driver: str) -> bool:
+    """Return whether an arm sees its objects: calibrated cameras, and markers or colours."""
+    description = load(driver)
+    return "view" in description and bool({"markers", "colours"} & description.keys())
+
+
 def task_capabilities(driver: str, job_check: str) -> tuple[Any, ...]:
     """Return the capabilities of an arm with objects; `job_check` is a function as `JobCheck` names it."""
     return (
         Programs(TASK, "steps with objects"), JobCheck(OBJECTS, job_check), Objects(OBJECTS, objects_of(driver).box),
-        picking(driver),
+        picking(driver), *((Tidy(TIDY), Tidy(TIDY).setting) if has_eyes(driver) else ()),
     )  # fmt: skip
 
 

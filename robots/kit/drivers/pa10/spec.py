@@ -5,7 +5,7 @@ from robots.kit.arms.described import chain
 from robots.kit.arms.kinds import arm_commands, joint_scales
 from robots.kit.arms.object_streams import STREAMS
 from robots.kit.arms.objects import objects_of
-from robots.kit.arms.tasks.requests import task_capabilities, task_commands
+from robots.kit.arms.tasks.requests import task_capabilities, task_commands, tidy_commands
 from robots.kit.contract.capabilities import ArmModel, Check, Preview, Programs, Reset
 from robots.kit.contract.channels import IN_SPACE, Pose, Scale
 from robots.kit.contract.spec import Argument, CommandKind, Spec
@@ -53,6 +53,7 @@ def spec() -> Spec:
             *map(kinds.__getitem__, ("joints", "pose", "line", "gripper")),
             CommandKind("program", "Program", program, limit_s=LONGEST_PROGRAM_S),
             *task_commands(objects_of("pa10")),
+            *tidy_commands("pa10"),
             *map(kinds.__getitem__, ("jog_joints", "jog_tool", "follow", "ready", "home", "noop")),
         ),
     )

@@ -5,7 +5,7 @@ from robots.kit.arms.described import chain
 from robots.kit.arms.kinds import BEYOND, arm_commands, joint_scales
 from robots.kit.arms.object_streams import STREAMS
 from robots.kit.arms.objects import objects_of
-from robots.kit.arms.tasks.requests import task_capabilities, task_commands
+from robots.kit.arms.tasks.requests import task_capabilities, task_commands, tidy_commands
 from robots.kit.contract.capabilities import ArmModel, Check, Preview, Reset, Setting
 from robots.kit.contract.channels import IN_SPACE, Pose, Scalar, Scale
 from robots.kit.contract.spec import Spec
@@ -51,5 +51,6 @@ def spec() -> Spec:
         commands=(
             *arm_commands("puma", PLANNED_S, replaceable=False).values(),
             *task_commands(objects_of("puma")),
+            *tidy_commands("puma"),
         ),
     )  # fmt: skip

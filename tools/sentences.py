@@ -52,6 +52,7 @@ FORMAT = re.compile(r"\{[\w.]*(?:![rs])?(?::[^{}]*)?\}")
 LABELS = ("name", "tagline", "label", "title", "help", "reason", "unit_label", "hint", "nothing", "language",
           "once", "often", "modes", "ends", "directions", "job", "done", "against", "over_time", "joints", "coordinates", "words")  # fmt: skip
 WORDS = "words"  # the table of plain words for a robot's own
+WRITERS = ("steps.words", "steps._lines", "missions.__str__", "fuzzy_text.write")  # of languages of tasks and rules
 TOLD = ("Observation", "Progress")  # their texts have one word at times
 WRITTEN = ("object", "goal", "node", "feature")  # tables of robot.toml whose names people write in tasks and missions
 WORD, NAME = re.compile("[A-Za-z][a-z]"), re.compile("[a-z]{3}")
@@ -66,7 +67,7 @@ def sentences(root: Path) -> list[str]:
         for path in sorted(top.rglob("*.py")) if top.is_dir() else [top]:
             folders = path.relative_to(root).parts[:-1]
             if not {*folders, path.stem} & {*ENGLISH} and not str(path).endswith(PROTOCOLS):
-                texts.update(of_source(path.read_text(), str(path).endswith(ANSWERS)))
+                texts.update(of_source(path.read_text(), path))
     for path in sorted(root.glob("robots/kit/drivers/*/robot.toml")):
         texts.update(of_table(tomllib.loads(path.read_text())))
         spec = spec_of(path.parent.name)
@@ -75,10 +76,10 @@ def sentences(root: Path) -> list[str]:
     return sorted(texts)
 
 
-def of_source(source: str, answers: bool = False) -> Iterator[str]:
-    """Yield the sentences of a module, with a placeholder for each value. `answers`: its ValueErrors are for people."""
+def of_source(source: str, path: Path = Path("module.py")) -> Iterator[str]:
+    """Yield the sentences of a module, with a placeholder for each value."""
     tree = ast.parse(source)
-    silent = set(_not_for_people(tree, answers))
+    silent = set(_not_for_people(tree, path))
     for node in ast.walk(tree):
         if id(node) not in silent and isinstance(node, ast.Constant | ast.JoinedStr):
             text = _template(node).strip()
@@ -109,6 +110,8 @@ def of_spec(spec: Spec) -> Iterator[str]:
     yield from of_table(_labels(spec))
     yield from (name for name in spec.names() if NAME.search(name))
     coordinates = spec.pose.coordinates if spec.pose else ()
+    for scalar in spec.pose.scalars() if spec.pose else ():
+        yield from _of_argument(Argument(scalar.name, scalar.unit, scalar.low, scalar.high))
     for command in spec.commands:
         if command.says:
             yield from (OPTIONAL.sub("", command.says), OPTIONAL.sub(r"\1", command.says))
@@ -131,11 +134,11 @@ def _of_argument(argument: Argument) -> Iterator[str]:
         return
     for unit in {"m": (" cm", " m"), "rad": ("°",)}.get(argument.unit, (f" {argument.unit}".rstrip(),)):
         if argument.directions:
-            yield from (f"{{value}}{unit} {direction}" for direction in argument.directions)
+            yield from (f"{{number}}{unit} {direction}" for direction in argument.directions)
         elif argument.label and argument.unit:
-            yield f"{{value}}{unit} {argument.label}"
+            yield f"{{number}}{unit} {argument.label}"
         elif NAME.search(argument.title):
-            yield f"{argument.title} {{value}}{unit}"
+            yield f"{argument.title} {{number}}{unit}"
 
 
 def _labels(part: Any) -> Any:
@@ -173,7 +176,8 @@ def _of_choices(node: ast.ClassDef) -> Iterator[str]:
             yield str(label.value)
 
 
-def _not_for_people(tree: ast.AST, answers: bool) -> Iterator[int]:
+def _not_for_people(tree: ast.AST, path: Path) -> Iterator[int]:
+    answers = str(path).endswith(ANSWERS)
     for node in ast.walk(tree):
         parts: Iterable[ast.AST] = ()
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
@@ -189,6 +193,8 @@ def _not_for_people(tree: ast.AST, answers: bool) -> Iterator[int]:
         elif isinstance(node, ast.ClassDef) and "models.Model" in map(ast.unparse, node.bases):
             named = [one for one in node.body if getattr(one, "name", "") in ("Meta", "__str__")]
             parts = (part for one in named for part in ast.walk(one))  # the admin's
+        elif isinstance(node, ast.FunctionDef) and f"{path.stem}.{node.name}" in WRITERS:
+            parts = ast.walk(node)
         elif isinstance(node, ast.AnnAssign | ast.arg) and node.annotation:
             parts = ast.walk(node.annotation)
         elif isinstance(node, ast.keyword) and node.arg == "dispatch_uid":

@@ -13,6 +13,7 @@ from functools import lru_cache
 PLACE = re.compile(r"\{(\w+)\}")
 ENDS = (re.compile(r"(?<=[.!?]) "), re.compile(r"(?<=[:;,]) "))  # the parts of a text for which there is no entry
 SENTENCES = re.compile(r"[.!?] .*[^.!?]$", re.DOTALL)  # a whole sentence and a part of another
+NUMERAL = re.compile(r"[-+]?[0-9][0-9.e+-]*")  # fits a placeholder whose name begins with "number"
 NUMBER, LETTER, WORD = re.compile(r"[-+]?[0-9]"), re.compile("[A-Za-z]"), re.compile(r"[^\W\d_]")
 FEW = 6  # letters; an entry with fewer that begins with a placeholder, as "{low} to {high}", fits numbers only
 LONGEST, DEEPEST = 1000, 6  # characters; placeholders within placeholders
@@ -68,7 +69,7 @@ class Sentences:
             return self._whole[text]
         for words, names, other in self._candidates(text):
             values = fit(words, text)
-            if values is not None and not any(map(SENTENCES.search, values)):
+            if values is not None and all(map(_may_be, names, values)):
                 known = {name: self._translate(value, depth + 1) for name, value in zip(names, values, strict=True)}
                 return PLACE.sub(lambda place, known=known: known.get(place[1], place[0]), other)  # type: ignore[misc]
         return None
@@ -76,6 +77,11 @@ class Sentences:
     def _candidates(self, text: str) -> Iterator[_Entry]:
         yield from self._by_word.get(text.split(" ", 1)[0], ())
         yield from self._by_word.get("", ())
+
+
+def _may_be(name: str, value: str) -> bool:
+    """Tell whether the placeholder `name` may stand for the value: a number, or what ends where its sentence ends."""
+    return bool(NUMERAL.fullmatch(value)) if name.startswith("number") else not SENTENCES.search(value)
 
 
 def fit(words: list[str], text: str) -> list[str] | None:

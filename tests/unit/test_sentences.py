@@ -29,6 +29,8 @@ CATALOGUE = {
     "Release": "",
     "Twice {a} and {b}": "Zweimal {b} und {a}",
     "{low} to {high}": "{low} bis {high}",
+    "turn {number}": "Drehung {number}",
+    "{number} m from the wall": "{number} m von der Wand",
     "{error} The arm was held.": "{error} Der Arm wurde angehalten.",
     "The gripper is empty: {what}": "Der Greifer ist leer: {what}",
     "nothing was there": "nichts war da",
@@ -41,6 +43,7 @@ TEXTS = (
     "The red block. The arm is off. Nobody knows that.", "0.5 to 3 m", "Go to bed", "-1 to 1",
     "The lamp is off. The arm is off. The arm was held.", "The gripper is empty: nothing was there.",
     "The red block: the gripper is empty: nothing was there. The arm was held.", "Nothing was there",
+    "turn 1.5", "Turn in place: turn -3", "Go: 2 m from the wall, 3 m from the wall",
     "ähnlich", "The arm is off. The lamp", "The arm is off, the red block. Stop",
 )  # fmt: skip
 WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)
@@ -78,6 +81,12 @@ def test_a_sentence_in_another_may_begin_with_a_small_letter():
         "Nobody knows: Der Greifer ist leer: nichts war da."
     )
     assert translate("Nothing was there.") == "Nichts war da."
+
+
+def test_a_placeholder_for_a_number_fits_numbers_only():
+    translate = Sentences(CATALOGUE).translate
+    assert translate("turn in place: turn -0.5") == "turn in place: Drehung -0.5"
+    assert translate("Go: 2 m from the wall, 3 m from the wall") == "Go: 2 m von der Wand, 3 m von der Wand"
 
 
 def test_an_entry_of_few_letters_fits_numbers_only():
@@ -126,7 +135,7 @@ class State(TextChoices):
 def test_errors_between_programs_are_left_out_where_they_are_no_answers():
     source = 'raise ValueError("the bits are none")\nraise BadRequest("That is no number.")'
     assert list(of_source(source)) == ["That is no number."]
-    assert set(of_source(source, answers=True)) == {"the bits are none", "That is no number."}
+    assert set(of_source(source, Path("drivers/srv1/missions.py"))) == {"the bits are none", "That is no number."}
 
 
 def test_labels_of_packages_are_read_and_names_that_people_write_in_tasks_are_not():
@@ -140,12 +149,12 @@ def test_a_spec_gives_the_words_of_its_commands():
     assert {
         "Move",
         "Move to {words}",
-        "{value} cm right",
-        "{value} m down",
+        "{number} cm right",
+        "{number} m down",
         "Blow air",
         "Blow air for {seconds}",
     } <= found
-    assert {"left", "speed {value} m/s", "Raise the camera", "bursts", "theta"} <= found
+    assert {"left", "speed {number} m/s", "Raise the camera", "bursts", "theta"} <= found
     assert not {"move", "air", "q1", "x"} & found
 
 
@@ -170,8 +179,8 @@ def test_the_labels_of_a_spec_are_found_also_those_of_one_word_and_no_names():
     )
     spec = Spec("Some", commands, modes=("idle", "NO CTRL"))
     assert set(of_spec(spec)) == {
-        "Air", "Blow air", "Blow air for {seconds}", "seconds", "seconds {value} s", "Go", "long way", "idle",
-        "right", "left", "{value} cm right", "{value} m right", "{value} cm left", "{value} m left",
+        "Air", "Blow air", "Blow air for {seconds}", "seconds", "seconds {number} s", "Go", "long way", "idle",
+        "right", "left", "{number} cm right", "{number} m right", "{number} cm left", "{number} m left",
     }  # fmt: skip
 
 

@@ -16,6 +16,7 @@ const PLACE = /\{(\w+)\}/;
 const ENDS = [/(?<=[.!?]) /, /(?<=[:;,]) /],
   SENTENCES = /[.!?] .*[^.!?]$/s,
   NUMBER = /^[-+]?[0-9]/,
+  NUMERAL = /^[-+]?[0-9][0-9.e+-]*$/,
   WORD = /\p{L}/gu;
 const FEW = 6,
   LONGEST = 1000,
@@ -95,7 +96,7 @@ export class Sentences {
     if (whole !== undefined) return whole;
     for (const entry of this.#candidates(text)) {
       const values = fit(entry.words, text);
-      if (values && !values.some((value) => SENTENCES.test(value)))
+      if (values?.every((value, i) => mayBe(entry.names[i] ?? "", value)))
         return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.translate(values[i] ?? "", depth + 1)])));
     }
     return undefined;
@@ -125,6 +126,11 @@ export class Sentences {
   #candidates(text: string): Entry[] {
     return [...(this.#byWord.get(text.split(" ", 1)[0] ?? "") ?? []), ...(this.#byWord.get("") ?? [])];
   }
+}
+
+/** Tell whether the placeholder `name` may stand for the value: a number, or what ends where its sentence ends. */
+function mayBe(name: string, value: string): boolean {
+  return name.startsWith("number") ? NUMERAL.test(value) : !SENTENCES.test(value);
 }
 
 /** Return what stands between the words, at least one character each; undefined if the text has other words. */

@@ -160,7 +160,7 @@ def words(action: Action) -> str:
         case Grasp(name):
             return f"grasp {name}"
         case Feel(at):
-            return f"pick up at {number(at[0])} {number(at[1])}"
+            return _felt(at)
         case PutOn(name, on, by, turned, stud):
             moved = "" if by is None else f" by {number(by[0])} {number(by[1])}"
             moved = moved if stud is None else f" at {stud[0]} {stud[1]}"
@@ -181,6 +181,11 @@ def words(action: Action) -> str:
             return "expect empty"
         case ExpectHeld(name):
             return f"expect holding {name}"
+
+
+def _felt(at: Pair) -> str:
+    """Return in words what is no line of a text: people read it, and it is translated."""
+    return f"pick up at {number(at[0])} {number(at[1])}"
 
 
 def number(value: float) -> str:

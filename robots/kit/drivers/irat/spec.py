@@ -119,7 +119,7 @@ def spec() -> Spec:
             ),
             CommandKind(
                 "pruning", "Prune the map (1) or clear it now and then (0)",
-                (Argument("on", "", 0.0, 1.0, whole=True),),
+                (Argument("on", "", 0.0, 1.0, whole=True, label="choice"),),
                 asked_by=BY_STAFF, lane="config", moves=False, still_after=False,
             ),
         ),

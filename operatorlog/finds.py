@@ -6,6 +6,7 @@ from math import isfinite
 from typing import Any
 
 from django.db import IntegrityError, transaction
+from django.utils.translation import gettext
 
 from operatorlog.errors import LogError
 from operatorlog.models import Find, Piece, Round
@@ -77,29 +78,30 @@ def _hide(made: Round, declared: Excavation) -> None:
 def report(turn: Turn, user: Any, filled_in: Report, now: datetime) -> Find:
     """Store what the operator of an ended turn has found, for a moderator. Raises LogError."""
     if not is_person(user, turn.user_id):
-        raise LogError("Only the operator of a turn can report what was found in it.")
+        raise LogError(gettext("Only the operator of a turn can report what was found in it."))
     if turn.ended_at is None:
-        raise LogError("The turn is still running; report when it has ended.")
+        raise LogError(gettext("The turn is still running; report when it has ended."))
     declared = excavation_of(turn.robot)
     if declared is None:
-        raise LogError("With this robot nothing is hidden.")
+        raise LogError(gettext("With this robot nothing is hidden."))
     name = one_line(filled_in.name)
     if not name or not storable(filled_in.name):
-        raise LogError("Say in a few words what you have found.")
+        raise LogError(gettext("Say in a few words what you have found."))
     if len(name) > LONGEST_NAME:
-        raise LogError(f"Say what you have found in at most {LONGEST_NAME} characters; yours are {len(name)}.")
+        said = gettext("Say what you have found in at most {most} characters; yours are {count}.")
+        raise LogError(said.format(most=LONGEST_NAME, count=len(name)))
     frame = (
         Frame.objects.filter(pk=filled_in.frame, grant=turn.grant_id).first() if filled_in.frame is not None else None
     )
     if filled_in.frame is not None and frame is None:
-        raise LogError("Choose a picture of your own turn.")
+        raise LogError(gettext("Choose a picture of your own turn."))
     x, y = _place(turn.robot, declared, filled_in, frame)
     begin_first(turn.robot, now)
     known = Round.objects.filter(robot=turn.robot)
     of_turn = known.filter(began_at__lte=turn.started_at).order_by("-number").first()
     of_turn = of_turn or known.order_by("number").first()
     if of_turn is None:
-        raise LogError("Nothing is hidden yet.")
+        raise LogError(gettext("Nothing is hidden yet."))
     with transaction.atomic():
         Turn.objects.select_for_update().get(pk=turn.pk)
         earlier = Find.objects.filter(turn=turn)
@@ -107,7 +109,8 @@ def report(turn: Turn, user: Any, filled_in: Report, now: datetime) -> Find:
         if same is not None:
             return same  # a double press
         if earlier.count() >= MOST_OF_A_TURN:
-            raise LogError(f"You have reported {MOST_OF_A_TURN} finds of this turn; more are not taken.")
+            said = gettext("You have reported {most} finds of this turn; more are not taken.")
+            raise LogError(said.format(most=MOST_OF_A_TURN))
         made = Find.objects.create(
             round=of_turn, turn=turn, author=user, name=name, x=x, y=y, frame=frame, reported_at=now,
             seen_at=frame.taken_at if frame else turn.ended_at,
@@ -124,20 +127,22 @@ def _place(robot: Robot, declared: Excavation, filled_in: Report, frame: Frame |
         (shown.get("y") if filled_in.y is None else filled_in.y),
     )
     if x is None or y is None or not (isfinite(x) and isfinite(y)):
-        raise LogError("Choose the picture that shows what you have found, or give its place in numbers.")
+        raise LogError(gettext("Choose the picture that shows what you have found, or give its place in numbers."))
     x0, y0, x1, y1 = declared.area
     if not (x0 <= x <= x1 and y0 <= y <= y1):
-        raise LogError(
-            f"The place of a find lies in the area of the map: from {100 * x0:g} to {100 * x1:g} cm across, "
-            f"from {100 * y0:g} to {100 * y1:g} cm along."
+        said = gettext(
+            "The place of a find lies in the area of the map: from {left} to {right} cm across, "
+            "from {low} to {high} cm along."
         )
+        named = zip(("left", "low", "right", "high"), declared.area, strict=True)
+        raise LogError(said.format(**{name: f"{100 * value:g}" for name, value in named}))
     return round(x, 4), round(y, 4)
 
 
 def decide(find: Find, user: Any, state: Find.State, piece: Piece | None, now: datetime) -> bool:
     """Confirm a find as a piece of its round, or decline it. Return whether that changed it. Raises LogError."""
     if not user.has_perm("operatorlog.change_find"):
-        raise LogError("This is for moderators.")
+        raise LogError(gettext("This is for moderators."))
     piece = check_decision(find, state, piece)
     with transaction.atomic():
         row = Find.objects.select_for_update().get(pk=find.pk)
@@ -153,9 +158,9 @@ def check_decision(find: Find, state: Find.State, piece: Piece | None) -> Piece 
     if state != Find.State.CONFIRMED:
         return None
     if piece is None:
-        raise LogError("Choose which piece it is.")
+        raise LogError(gettext("Choose which piece it is."))
     if piece.round_id != find.round_id:
-        raise LogError(f"Choose a piece of {find.round}, in which it was found.")
+        raise LogError(gettext("Choose a piece of {round}, in which it was found.").format(round=find.round))
     return piece
 
 
@@ -169,7 +174,7 @@ def bury_again(ending: Round, user: Any, now: datetime) -> bool:
         RobotError: not permitted; the robot is in use, or no command reaches it.
     """
     if not user.has_perm("operatorlog.renew_round"):
-        raise NotPermitted("This is for staff who may hide the pieces again.")
+        raise NotPermitted(gettext("This is for staff who may hide the pieces again."))
     with transaction.atomic():
         robot = Robot.objects.select_for_update().get(pk=ending.robot_id)
         present = Round.objects.select_for_update().get(pk=ending.pk)
@@ -177,7 +182,7 @@ def bury_again(ending: Round, user: Any, now: datetime) -> bool:
             return False
         declared = excavation_of(robot)
         if declared is None:
-            raise BadRequest("With this robot nothing is hidden.")
+            raise BadRequest(gettext("With this robot nothing is hidden."))
         if present.command is not None and present.command.state not in COMMAND_FINAL:
             return False
         if present.command is not None and present.command.state != CommandState.COMPLETED:
@@ -214,5 +219,5 @@ def _renewed(robot: Robot, declared: Excavation, user: Any, number: int, now: da
         return None
     grant = robot_services.open_grant(robot)
     if grant is not None and grant.kind in (GrantKind.TURN, GrantKind.JOB):
-        raise NotPermitted("Somebody uses the robot; hide the pieces again when the turn or job is over.")
+        raise NotPermitted(gettext("Somebody uses the robot; hide the pieces again when the turn or job is over."))
     return robot_services.configure(robot, user, declared.renewed_by, {"number": number}, now)

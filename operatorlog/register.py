@@ -12,6 +12,7 @@ from django.core.cache import cache
 from django.db.models import Count, Exists, F, FloatField, OuterRef
 from django.db.models.fields.json import KeyTextTransform, KeyTransform
 from django.db.models.functions import Cast, Floor
+from django.utils.translation import gettext, pgettext_lazy
 
 from operatorlog.finds import excavation_of, present_round
 from operatorlog.models import Entry, Find, Piece, Round, Visibility
@@ -19,13 +20,20 @@ from robots.kit.contract.excavation import Excavation
 from robots.kit.contract.find import function
 from robots.kit.contract.words import quantity
 from robots.models import Command, Frame, Robot
+from robots.sentences import translate
 from robots.states import CommandState
 
 WIDTH, MARGIN = 640.0, 16.0  # px of the map
 MOST_FINDS, MOST_ROUNDS = 500, 20
 FRESH_S = 30  # what was dug is counted again after so long
 LEVELS = 5
-NUMBERS = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"]
+NUMBERS = [
+    pgettext_lazy("number", "no"), pgettext_lazy("number", "one"), pgettext_lazy("number", "two"),
+    pgettext_lazy("number", "three"), pgettext_lazy("number", "four"), pgettext_lazy("number", "five"),
+    pgettext_lazy("number", "six"), pgettext_lazy("number", "seven"), pgettext_lazy("number", "eight"),
+    pgettext_lazy("number", "nine"), pgettext_lazy("number", "ten"), pgettext_lazy("number", "eleven"),
+    pgettext_lazy("number", "twelve"),
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -103,7 +111,8 @@ def register_of(robot: Robot) -> Register | None:
     return Register(
         present, of_round.get(present.pk, ()) if present else (), pieces, cells,
         tuple(Milestone(one, of_round.get(one.pk, ()), totals.get(one.pk, 0)) for one in rounds),
-        WIDTH, round(2 * MARGIN + (y1 - y0) * _scale(declared)), sum(cell.count for cell in cells), declared.often,
+        WIDTH, round(2 * MARGIN + (y1 - y0) * _scale(declared)), sum(cell.count for cell in cells),
+        translate(declared.often),
     )  # fmt: skip
 
 
@@ -178,11 +187,14 @@ def _cell(declared: Excavation, column: int, row: int, size: float, count: int) 
 
 def _square(declared: Excavation, left: float, low: float) -> str:
     right, high = left + declared.cell_m, low + declared.cell_m
-    return f"x {100 * left:.0f} to {100 * right:.0f} cm, y {100 * low:.0f} to {100 * high:.0f} cm"
+    ends = {"left": left, "right": right, "low": low, "high": high}
+    said = gettext("x {left} to {right} cm, y {low} to {high} cm")
+    return said.format(**{name: f"{100 * value:.0f}" for name, value in ends.items()})
 
 
 def digs_said(declared: Excavation, count: int) -> str:
     """Return how often something was dug, as "about five bursts here"."""
     if count == 1:
-        return f"one {declared.once} here"
-    return f"about {NUMBERS[count] if count < len(NUMBERS) else count} {declared.often} here"
+        return gettext("one {burst} here").format(burst=translate(declared.once))
+    number = NUMBERS[count] if count < len(NUMBERS) else count
+    return gettext("about {number} {bursts} here").format(number=number, bursts=translate(declared.often))

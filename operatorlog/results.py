@@ -9,7 +9,8 @@ from typing import Any
 from django.contrib.auth.decorators import permission_required
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import render
-from django.utils.translation import ngettext
+from django.utils.formats import localize
+from django.utils.translation import gettext, ngettext
 from django.views.decorators.cache import never_cache
 
 from operatorlog.models import SurveyQuestion, SurveyResponse
@@ -52,8 +53,11 @@ def _plot(kind: str, values: list[str], choices: list[str]) -> dict[str, Any]:
     most = max([*counts.values(), 1])
     bars = [{"label": label, "count": counts[label], "share": round(100 * counts[label] / most)} for label in labels]
     numbers = [int(value) for value in values if value in SurveyQuestion(kind=SCALE).choices()] if kind == SCALE else []
-    mean = f", mean {sum(numbers) / len(numbers):.1f} of 5" if numbers else ""
-    return {"bars": bars, "summary": answers_in_words(len(values)) + mean}
+    said = answers_in_words(len(values))
+    if numbers:
+        mean = localize(round(sum(numbers) / len(numbers), 1))
+        said = gettext("%(answers)s, mean %(mean)s of 5") % {"answers": said, "mean": mean}
+    return {"bars": bars, "summary": said}
 
 
 @never_cache

@@ -9,6 +9,7 @@ from django.db import IntegrityError, transaction
 from django.db.models import Exists, F, OuterRef, Q, QuerySet
 from django.db.models.signals import post_delete
 from django.dispatch import receiver
+from django.utils.translation import gettext
 
 from operatorlog.errors import LogError as LogError
 from operatorlog.finds import Report, report
@@ -51,7 +52,7 @@ def hand_in(
         answered = answer_survey(turn, user, answers, now) if answers else None
         reported = report(turn, user, find, now) if find is not None else None
         if written is None and answered is None and reported is None:
-            raise LogError("Write a few words or answer a question first; either is enough.")
+            raise LogError(gettext("Write a few words or answer a question first; either is enough."))
         return written, answered, reported
 
 
@@ -72,7 +73,7 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
     except IntegrityError:
         same = Entry.objects.filter(turn=turn, text=text, frame=frame).first()
         if same is None:
-            raise LogError("You have written about this turn already; edit that entry.") from None
+            raise LogError(gettext("You have written about this turn already; edit that entry.")) from None
         return same  # a double press
     _keep(entry.frame_id)
     bus.publish_on_commit(turn.robot.slug, Changed("log"))
@@ -92,9 +93,9 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
     is.
     """
     if not is_person(user, entry.author_id):
-        raise LogError("Only its author can edit an entry.")
+        raise LogError(gettext("Only its author can edit an entry."))
     if not may_edit(entry, user, now):
-        raise LogError("The time for corrections is over; an entry can be edited for 15 minutes.")
+        raise LogError(gettext("The time for corrections is over; an entry can be edited for 15 minutes."))
     text, frame = _text(text), _picture(entry.turn, frame_id)
     with transaction.atomic():
         kept = Entry.objects.select_for_update().get(pk=entry.pk)
@@ -112,7 +113,7 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
 def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
     """Publish, feature, or hide an entry; hiding needs a reason, and removes time-lapses. Raises LogError."""
     if not user.has_perm("operatorlog.change_entry"):
-        raise LogError("This is for moderators.")
+        raise LogError(gettext("This is for moderators."))
     reason = reason_for(visibility, reason)
     entry.visibility = visibility
     entry.hidden_reason = reason
@@ -138,7 +139,7 @@ def reason_for(visibility: Visibility, reason: str) -> str:
     if visibility != Visibility.HIDDEN:
         return ""
     if not reason.strip():
-        raise LogError("Give the reason for hiding it; the author sees it.")
+        raise LogError(gettext("Give the reason for hiding it; the author sees it."))
     return reason.strip()[:200]
 
 
@@ -191,19 +192,20 @@ def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
 
 def _own(turn: Turn, user: Any) -> None:
     if turn.robot.practice:
-        raise LogError("This was practice on a simulator; the log is about the robots.")
+        raise LogError(gettext("This was practice on a simulator; the log is about the robots."))
     if not is_person(user, turn.user_id):
-        raise LogError("Only the operator of a turn can write about it.")
+        raise LogError(gettext("Only the operator of a turn can write about it."))
     if turn.ended_at is None:
-        raise LogError("The turn is still running; write when it has ended.")
+        raise LogError(gettext("The turn is still running; write when it has ended."))
 
 
 def _text(text: str) -> str:
     text = text.strip()
     if not text:
-        raise LogError("Write a few words first.")
+        raise LogError(gettext("Write a few words first."))
     if len(text) > LONGEST:
-        raise LogError(f"An entry has at most {LONGEST} characters; yours has {len(text)}.")
+        said = gettext("An entry has at most {most} characters; yours has {count}.")
+        raise LogError(said.format(most=LONGEST, count=len(text)))
     return text
 
 
@@ -212,7 +214,7 @@ def _picture(turn: Turn, frame_id: int | None) -> Frame | None:
         return None
     frame = Frame.objects.filter(pk=frame_id, grant=turn.grant_id).first()
     if frame is None:
-        raise LogError("Choose a picture of your own turn.")
+        raise LogError(gettext("Choose a picture of your own turn."))
     return frame
 
 
@@ -242,7 +244,7 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
     except IntegrityError:
         response = SurveyResponse.objects.get(turn=turn)
         if dict(response.answers.values_list("question", "value")) != {q.pk: value for q, value in good.items()}:
-            raise LogError("You have answered the survey of this turn already. Thank you!") from None
+            raise LogError(gettext("You have answered the survey of this turn already. Thank you!")) from None
         return response  # a double press
 
 
@@ -254,10 +256,10 @@ def answer_survey_of_job(job: Job, asker: Asker, answers: dict[int, str], now: d
     """
     good = _checked(answers, SurveyQuestion.After.JOB)
     if not good:
-        raise LogError("Answer a question first; one is enough.")
+        raise LogError(gettext("Answer a question first; one is enough."))
     with transaction.atomic():
         if not note_answered(job, asker):
-            raise LogError("The survey is for who asked for this job, once, after its end.")
+            raise LogError(gettext("The survey is for who asked for this job, once, after its end."))
         day = now.replace(hour=0, minute=0, second=0, microsecond=0)  # the minute would show whose answers they are
         return _stored(SurveyResponse(robot=job.robot, at=day), good)
 
@@ -276,7 +278,8 @@ def _checked(answers: dict[int, str], after: SurveyQuestion.After) -> dict[Surve
         if question is None or not value:
             continue
         if question.kind != question.Kind.TEXT and value not in question.choices():
-            raise LogError(f"Choose one of the answers to “{question.prompt}”.")
+            said = gettext("Choose one of the answers to “{question}”.")
+            raise LogError(said.format(question=gettext(question.prompt)))
         good[question] = value[:LONGEST_ANSWER]
     return good
 

@@ -11,11 +11,13 @@ from itertools import groupby
 from typing import Any
 
 from django.core.paginator import Page, Paginator
+from django.utils.translation import gettext
 
 from queueing.models import Turn
 from robots.kit.contract.spec import Spec
 from robots.kit.contract.words import Place, command_words, place_of, way_words
 from robots.models import Command, Frame, Robot
+from robots.sentences import translate
 from robots.states import CommandState, Lane
 
 ON_A_PAGE = 24
@@ -163,17 +165,21 @@ def _words(spec: Spec | None, first: Command, count: int, before: Place, after: 
         return first.kind
     kind = spec.command(first.kind)
     if kind is None or not kind.held:
-        return command_words(spec, first.kind, first.args, before)
-    way = way_words(spec, before, after)
-    said = kind.label if way or count > 1 else command_words(spec, first.kind, first.args)
-    times = f", {count} times" if count > 1 else ""
-    return f"{said}{times}{': ' if way else ''}{way}{' in all' if way and count > 1 else ''}"
+        return translate(command_words(spec, first.kind, first.args, before))
+    told = {"what": translate(kind.label), "count": count, "way": translate(way_words(spec, before, after))}
+    if told["way"]:
+        form = gettext("{what}, {count} times: {way} in all") if count > 1 else "{what}: {way}"
+        return form.format(**told)
+    if count > 1:
+        return gettext("{what}, {count} times").format(**told)
+    return translate(command_words(spec, first.kind, first.args))
 
 
 def _outcome(last: Command, states: Sequence[str]) -> str:
-    """Return how a step ended: its state in words, of several commands how many ended in which."""
+    """Return how a step ended, in the reader's language: its state, of several commands how many ended in which."""
     labels = dict(CommandState.choices)
     said = ", ".join(f"{labels.get(state, state)} {n}" for state, n in Counter(states).items())
     words = said if len(set(states)) > 1 else str(last.get_state_display())
-    clamped = f", with {last.clamped_words}" if last.clamped_words else ""
-    return f"{words}{clamped}{f': {last.reason}' if last.reason else ''}"
+    if last.clamped_words:
+        words = gettext("{outcome}, with {clamped}").format(outcome=words, clamped=last.clamped_words)
+    return f"{words}: {translate(last.reason)}" if last.reason else words

@@ -6,6 +6,7 @@ from django.contrib import messages
 from django.core.paginator import Paginator
 from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
+from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
 
 from operatorlog import services
@@ -61,11 +62,14 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     except services.LogError as error:
         return _show(request, turn, str(error), status=422 if is_person(request.user, turn.user_id) else 403)
     if reported:
-        messages.success(request, f"“{reported.name}” is reported; a moderator looks at it.")
+        said = gettext("“%(name)s” is reported; a moderator looks at it.")
+        messages.success(request, said % {"name": reported.name})
     if written and answered:
-        messages.success(request, "It is in the log, and your answers are kept. Thank you!")
-    elif written or answered:
-        messages.success(request, "It is in the log. Thank you!" if written else "Thank you for your answers!")
+        messages.success(request, gettext("It is in the log, and your answers are kept. Thank you!"))
+    elif written:
+        messages.success(request, gettext("It is in the log. Thank you!"))
+    elif answered:
+        messages.success(request, gettext("Thank you for your answers!"))
     return redirect(turn)
 
 
@@ -83,7 +87,7 @@ def _metres(text: str) -> float | None:
     if not text:
         return None
     if len(text) > LONGEST_NUMBER or not NUMERAL.fullmatch(text.replace(",", ".")):
-        raise services.LogError("The place of a find is two numbers in cm, or empty.")
+        raise services.LogError(gettext("The place of a find is two numbers in cm, or empty."))
     return float(text.replace(",", ".")) / 100
 
 

@@ -5,6 +5,7 @@ import secrets
 from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group, Permission
 from django.db import transaction
+from django.utils.translation import gettext_noop
 
 from accounts.models import User
 from accounts.services import load_bank
@@ -18,19 +19,28 @@ from robots.services import twin_of
 from robots.services.programs import load_gallery
 from robots.states import Cycle
 
-SURVEY = (
-    ("How easy was it to do with the robot what you wanted?", "scale", "", "hard", "easy"),
-    ("Did it feel as if you were there?", "scale", "", "not at all", "very much"),
-    ("Did you feel that you moved a real thing?", "choice", "Yes\nNo\nNot sure", "", ""),
-    ("What would you use a robot on the web for?", "text", "", "", ""),
-)
-LAYOUT = "Pleasing and easy to use\nEasy to use, not pleasing\nHard to use"
-WATCHED = "About a minute\nUp to 20 minutes\nUp to two hours\nLonger"
+SURVEY = (  # rows of the database, which pages translate
+    (gettext_noop("How easy was it to do with the robot what you wanted?"), "scale", (),
+     gettext_noop("hard"), gettext_noop("easy")),
+    (gettext_noop("Did it feel as if you were there?"), "scale", (),
+     gettext_noop("not at all"), gettext_noop("very much")),
+    (gettext_noop("Did you feel that you moved a real thing?"), "choice",
+     (gettext_noop("Yes"), gettext_noop("No"), gettext_noop("Not sure")), "", ""),
+    (gettext_noop("What would you use a robot on the web for?"), "text", (), "", ""),
+)  # fmt: skip
+LAYOUT = (
+    gettext_noop("Pleasing and easy to use"), gettext_noop("Easy to use, not pleasing"), gettext_noop("Hard to use"),
+)  # fmt: skip
+WATCHED = (
+    gettext_noop("About a minute"), gettext_noop("Up to 20 minutes"), gettext_noop("Up to two hours"),
+    gettext_noop("Longer"),
+)  # fmt: skip
+VIDEO = (gettext_noop("Smooth"), gettext_noop("Choppy"), gettext_noop("There was none"))
 JOB_SURVEY = (  # as in the paper of the iRat
-    ("What do you think of the layout of the page?", "choice", LAYOUT, "", ""),
-    ("How did the video look?", "choice", "Smooth\nChoppy\nThere was none", "", ""),
-    ("How long did you watch the robot?", "choice", WATCHED, "", ""),
-    ("What should the robot do better?", "text", "", "", ""),
+    (gettext_noop("What do you think of the layout of the page?"), "choice", LAYOUT, "", ""),
+    (gettext_noop("How did the video look?"), "choice", VIDEO, "", ""),
+    (gettext_noop("How long did you watch the robot?"), "choice", WATCHED, "", ""),
+    (gettext_noop("What should the robot do better?"), "text", (), "", ""),
 )
 SHIPPED = ("mercury", "pa10", "irat", "srv1", "puma")
 PRACTISED = "mercury"  # the robot of which a demo has a twin for practice; each costs a worker
@@ -65,8 +75,9 @@ def seed() -> str | None:
         told = [(after.TURN, one) for one in SURVEY] + [(after.JOB, one) for one in JOB_SURVEY]
         for position, (what, (prompt, kind, options, low, high)) in enumerate(told):
             SurveyQuestion.objects.create(
-                prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position, after=what
-            )
+                prompt=prompt, kind=kind, options="\n".join(options), low_label=low, high_label=high,
+                position=position, after=what,
+            )  # fmt: skip
     group, made = Group.objects.get_or_create(name="Moderators")
     if made:
         group.permissions.set(Permission.objects.filter(codename__in=MODERATORS))

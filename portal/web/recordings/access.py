@@ -1,17 +1,24 @@
 """Access to recordings: a person may see as much of a recording as of the turn or job that it shows."""
 
+import re
 from dataclasses import dataclass
+from datetime import date, datetime
 from typing import Any
 
 from django.http import Http404
+from django.utils.formats import date_format
+from django.utils.timezone import localtime
+from django.utils.translation import gettext, pgettext
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
 from queueing.services import label_of
 from robots.models import Recording, RecordingState
 from robots.people import is_person
+from robots.sentences import translate
 
 NONE = "There is no such recording."
+DATED = re.compile(r"(\d{1,2} [A-Z][a-z]+ \d{4}): (.*)", re.DOTALL)  # the reason for a removal, as it is stored
 
 
 @dataclass(frozen=True)
@@ -36,12 +43,11 @@ def about(recording: Recording) -> About | None:
     if turn is not None:
         hidden = Entry.objects.filter(turn=turn, visibility=Visibility.HIDDEN).exists()
         name = turn.operator_name
-        return About(f"Turn of {name}", name, turn.get_absolute_url(), False, hidden)
+        return About(gettext("Turn of {name}").format(name=name), name, turn.get_absolute_url(), False, hidden)
     job = Job.objects.select_related("user", "robot").filter(runs__grant=recording.grant_id).first()
     if job is not None:
-        return About(
-            f"{label_of(job.robot, job.kind)} (a job)", job.shown_name, job.get_absolute_url(), job.user is None, False
-        )
+        title = gettext("{label} (a job)").format(label=translate(label_of(job.robot, job.kind)))
+        return About(title, job.shown_name, job.get_absolute_url(), job.user is None, False)
     return None
 
 
@@ -75,15 +81,28 @@ def to_offer(grants: Any, user: Any) -> list[Recording]:
 
 
 def words_for(recording: Recording) -> str:
-    """Return what to say of a recording in one sentence."""
+    """Return what to say of a recording, in the reader's language."""
     if recording.state == RecordingState.RUNNING:
-        return "It is being recorded."
+        return gettext("It is being recorded.")
     if recording.state == RecordingState.REMOVED:
-        return f"The recording was removed. {recording.reason}".strip()
-    left_out = "The disk was too slow: some pictures were left out." if recording.dropped else ""
-    said = (
-        f"Kept until {recording.kept_until:%-d %B %Y} at most, less if space is needed.",
-        recording.reason,
-        left_out,
-    )
+        return f"{gettext('The recording was removed.')} {_reason(recording)}".strip()
+    left_out = gettext("The disk was too slow: some pictures were left out.") if recording.dropped else ""
+    kept = gettext("Kept until {day} at most, less if space is needed.")
+    said = (kept.format(day=day_words(localtime(recording.kept_until))), _reason(recording), left_out)
     return " ".join(part for part in said if part)
+
+
+def day_words(day: date) -> str:
+    """Return a day as people read it."""
+    return date_format(day, pgettext("format of a date", "j F Y"))
+
+
+def _reason(recording: Recording) -> str:
+    dated = DATED.fullmatch(recording.reason)
+    if dated is None:
+        return translate(recording.reason)
+    try:
+        day = datetime.strptime(dated[1], "%d %B %Y").date()  # noqa: DTZ007 - a day has no zone
+    except ValueError:
+        return translate(recording.reason)
+    return f"{day_words(day)}: {translate(dated[2])}"

@@ -10,6 +10,7 @@ from typing import Any
 from django.contrib import messages
 from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
 from django.shortcuts import get_object_or_404, redirect
+from django.utils.translation import gettext, gettext_lazy
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_POST, require_safe
 
@@ -22,16 +23,19 @@ from robots.kit.contract.errors import BadRequest
 from robots.models import Movie, Recording, RecordingState, Robot
 from robots.models.recordings import SHOWN
 from robots.recordings import keeping, movies
+from robots.sentences import translate
 
 MEDIA = {"mp4": "video/mp4", "webm": "video/webm"}
-TOO_OFTEN = "Your network asks for too many movies; ask again in an hour."
-MADE_SOON = "The movie is being made. This takes up to some minutes; this page shows how far it is, and then the movie."
+TOO_OFTEN = gettext_lazy("Your network asks for too many movies; ask again in an hour.")
+MADE_SOON = gettext_lazy(
+    "The movie is being made. This takes up to some minutes; this page shows how far it is, and then the movie."
+)
 SOON = timedelta(minutes=15)  # after the end of a run: later its page waits no more for a movie that was not asked for
 
 
 def _tell_soon(request: HttpRequest, movie: Movie) -> None:
     if movie.state != Movie.State.READY:
-        messages.info(request, MADE_SOON)
+        messages.info(request, str(MADE_SOON))
 
 
 @require_POST
@@ -39,12 +43,12 @@ def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
     """Have a movie of a recording made."""
     recording, _ = access.visible(key, request.user)
     if not within(request, "movie"):
-        messages.warning(request, TOO_OFTEN)
+        messages.warning(request, str(TOO_OFTEN))
         return redirect(recording)
     try:
         _tell_soon(request, movies.ask(recording, request.POST.get("kind", ""), SYSTEM.now()))
     except BadRequest as error:
-        messages.warning(request, str(error))
+        messages.warning(request, translate(error))
     return redirect(recording)
 
 
@@ -89,16 +93,16 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     back = redirect("recordings", slug)
     if not within(request, "movie"):
-        messages.warning(request, TOO_OFTEN)
+        messages.warning(request, str(TOO_OFTEN))
         return back
     try:
         day = date.fromisoformat(request.POST.get("day", ""))
         shown = of_day(robot, day), stills_of(robot, day)
         _tell_soon(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
     except ValueError:
-        messages.warning(request, "Choose a day.")
+        messages.warning(request, gettext("Choose a day."))
     except BadRequest as error:
-        messages.warning(request, str(error))
+        messages.warning(request, translate(error))
     return back
 
 

@@ -10,6 +10,8 @@ from itertools import pairwise
 from math import dist
 from typing import Any
 
+from django.utils.translation import gettext
+
 from robots.kit.contract.floor import Box, Floor
 from robots.kit.recording.floors import floor_of
 from robots.kit.recording.paths import IN_PLANE, POINTS, Line, Place, is_place, plot_bounds
@@ -130,15 +132,27 @@ def length(lines: Sequence[Line]) -> float:
 def words_of(run: Run) -> str:
     """Return a figure in words."""
     begin, end = run.driven[0][0], run.driven[-1][-1]
-    way = "In straight lines between the places at which it noted something" if run.joined else "It drove"
-    said = [f"{way}{':' if run.joined else ''} {length(run.driven):.1f} m, from {_m(begin)} to {_m(end)}."]
+    if run.joined:
+        way = gettext(
+            "In straight lines between the places at which it noted something: {length} m, from {begin} to {end}."
+        )
+    else:
+        way = gettext("It drove {length} m, from {begin} to {end}.")
+    said = [way.format(length=f"{length(run.driven):.1f}", begin=_m(begin), end=_m(end))]
     if run.plan:
+        planned = gettext("Planned were {length} m; it ended {away} m from where the plan ends.")
         away = dist(end, run.plan[-1][-1])
-        said.append(f"Planned were {length(run.plan):.1f} m; it ended {away:.1f} m from where the plan ends.")
+        said.append(planned.format(length=f"{length(run.plan):.1f}", away=f"{away:.1f}"))
     if run.pictures:
-        places = [f"{number} at {_m(place)}" for number, place in run.pictures[:SAID]]
+        at = gettext("{number} at {place}")
+        places = ", ".join(at.format(number=number, place=_m(place)) for number, place in run.pictures[:SAID])
         more = len(run.pictures) - SAID
-        said.append(f"Pictures: {', '.join(places)}{f', and {more} more' if more > 0 else ''} (x, y in m).")
+        form = (
+            gettext("Pictures: {places}, and {more} more (x, y in m).")
+            if more > 0
+            else gettext("Pictures: {places} (x, y in m).")
+        )
+        said.append(form.format(places=places, more=more))
     return " ".join(said)
 
 

@@ -7,12 +7,14 @@ from typing import Any
 from django.conf import settings
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
+from django.utils.timezone import localtime
+from django.utils.translation import gettext, gettext_lazy
 
 from portal.web.recordings import access
 from robots.models import Recording
 
 LONGEST = timedelta(hours=12)  # of a turn or a job
-NO_TIME = "The link names no time in this recording, so it begins at the start."
+NO_TIME = gettext_lazy("The link names no time in this recording, so it begins at the start.")
 
 
 def length_s(recording: Recording) -> int:
@@ -27,9 +29,9 @@ def moment_in(text: str, recording: Recording) -> tuple[int, str]:
     try:
         at = float(text[:20]) if text else 0.0
     except ValueError:
-        return 0, NO_TIME
+        return 0, str(NO_TIME)
     if not isfinite(at) or not 0 <= at <= length_s(recording):
-        return 0, NO_TIME
+        return 0, str(NO_TIME)
     return int(at), ""
 
 
@@ -46,13 +48,14 @@ def card_tags(recording: Recording, about: access.About | None, second: int) -> 
     if about is None or not about.public or not recording.replayable:
         return SafeString("")
     site, here = settings.SITE_ADDRESS, recording.get_absolute_url()
+    day = access.day_words(localtime(recording.began_at))
     told: dict[str, Any] = {
         "og:site_name": settings.SITE_NAME, "og:type": "website",
-        "og:title": f"{about.title} on {recording.robot.full_name}",
-        "og:description": f"A recording of {recording.began_at:%-d %B %Y}, to be looked at from this moment on.",
+        "og:title": gettext("{title} on {robot}").format(title=about.title, robot=recording.robot.full_name),
+        "og:description": gettext("A recording of {day}, to be looked at from this moment on.").format(day=day),
         "og:url": f"{site}{here}" + (f"?t={second}" if second else ""),
         "og:image": f"{site}{picture_address(recording, second)}",
-        "og:image:alt": f"What the camera of {recording.robot.name} saw at that moment",
+        "og:image:alt": gettext("What the camera of {robot} saw at that moment").format(robot=recording.robot.name),
     }  # fmt: skip
     tags = [format_html('<meta property="{}" content="{}">', name, content) for name, content in told.items()]
     return SafeString("\n".join([*tags, '<meta name="twitter:card" content="summary_large_image">']))

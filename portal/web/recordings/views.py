@@ -10,6 +10,7 @@ from django.conf import settings
 from django.core.cache import cache
 from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
 from django.shortcuts import get_object_or_404, render
+from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
@@ -50,7 +51,7 @@ class Listed:
         ended = self.recording.ended_at or self.recording.began_at
         passed = ended - self.recording.began_at
         if not timedelta() <= passed < LONGEST:
-            return "not known: the time of day was set"
+            return gettext("not known: the time of day was set")
         minutes, seconds = divmod(int(passed.total_seconds()), 60)
         return f"{minutes}:{seconds:02}"
 

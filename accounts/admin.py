@@ -15,6 +15,7 @@ from django.contrib.auth.models import Group
 from django.core.exceptions import PermissionDenied
 from django.db import DataError
 from django.http import HttpRequest, HttpResponse
+from django.utils.translation import gettext, gettext_lazy, ngettext
 
 from accounts import handles, staff
 from accounts.bank import load_bank
@@ -25,6 +26,7 @@ from robots.admin.verbs import after_adding
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.models import Robot
+from robots.sentences import english, translate
 
 
 @after_adding
@@ -35,12 +37,25 @@ def load_questions(robot: Robot) -> str:
     except OSError:
         added = 0
     except (DataError, LookupError, TypeError, ValueError) as error:  # a package of somebody else
-        return f"clearance.toml of its package cannot be read ({error!r}); write questions under Clearance questions."
+        words = gettext(
+            "clearance.toml of its package cannot be read ({error}); write questions under Clearance questions."
+        )
+        return words.format(error=repr(error))
     if not added and (kept := Question.objects.filter(robot=robot).count()):
-        return f"It has {kept} questions for the clearance test, and its package brings no others."
+        words = ngettext(
+            "It has {count} question for the clearance test, and its package brings no others.",
+            "It has {count} questions for the clearance test, and its package brings no others.",
+            kept,
+        )
+        return words.format(count=kept)
     if not added:
-        return "Its package brings no questions for the clearance test; write them under Clearance questions."
-    return f"{added} questions for the clearance test came with its package; read them under Clearance questions."
+        return gettext("Its package brings no questions for the clearance test; write them under Clearance questions.")
+    words = ngettext(
+        "{count} question for the clearance test came with its package; read it under Clearance questions.",
+        "{count} questions for the clearance test came with its package; read them under Clearance questions.",
+        added,
+    )
+    return words.format(count=added)
 
 
 class ChoiceInline(NamedInline):
@@ -63,7 +78,7 @@ class QuestionAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
 class NoteForm(ActionForm):
     """An action with a note."""
 
-    note = forms.CharField(required=False, max_length=staff.LONGEST, label="Note to the person:")
+    note = forms.CharField(required=False, max_length=staff.LONGEST, label=gettext_lazy("Note to the person:"))
 
 
 def _decides(user: Any, clearance: Clearance | None) -> bool:
@@ -81,9 +96,10 @@ class ClearanceForm(forms.ModelForm):  # type: ignore[type-arg]
         """Return the person."""
         person: User = self.cleaned_data["user"]
         if person.pk == self.by.pk and not self.by.is_superuser:
-            raise forms.ValidationError("Nobody clears themselves; ask other staff.")
+            raise forms.ValidationError(gettext("Nobody clears themselves; ask other staff."))
         if may_do_more(person, self.by):
-            raise forms.ValidationError("This person has rights that you have not; a superuser decides on this.")
+            words = gettext("This person has rights that you have not; a superuser decides on this.")
+            raise forms.ValidationError(words)
         return person
 
 
@@ -117,27 +133,31 @@ class ClearanceAdmin(FormFieldsAdmin, GuardedAdmin):
         """Return False for one's own clearance and for a person with more rights."""
         return _decides(request.user, obj) and super().has_delete_permission(request, obj)
 
-    @admin.action(description="Withdraw the clearance (with a note)", permissions=["change"])
+    @admin.action(description=gettext_lazy("Withdraw the clearance (with a note)"), permissions=["change"])
     def withdraw(self, request: HttpRequest, queryset: Any) -> None:
         """Withdraw the chosen clearances."""
-        self._decide(request, queryset, staff.withdraw, "withdrawn")
+        self._decide(request, queryset, staff.withdraw, gettext_lazy("withdrawn"))
 
-    @admin.action(description="Lift the withdrawal: the test may be taken again (with a note)", permissions=["change"])
+    @admin.action(
+        description=gettext_lazy("Lift the withdrawal: the test may be taken again (with a note)"),
+        permissions=["change"],
+    )
     def lift(self, request: HttpRequest, queryset: Any) -> None:
         """Let the chosen people take the test again."""
-        self._decide(request, queryset, staff.lift, "withdrawal lifted")
+        self._decide(request, queryset, staff.lift, gettext_lazy("withdrawal lifted"))
 
-    def _decide(self, request: HttpRequest, queryset: Any, verb: Callable[..., bool], word: str) -> None:
+    def _decide(self, request: HttpRequest, queryset: Any, verb: Callable[..., bool], word: Any) -> None:
         note = request.POST.get("note", "")
         for clearance in queryset:
             try:
                 done = verb(clearance, request.user, note, SYSTEM.now())
             except RobotError as error:
-                messages.error(request, str(error))
+                messages.error(request, translate(error))
                 return
             if done:
-                self.log_change(request, clearance, f"{word}: {note.strip()}")
-            messages.info(request, f"{clearance}: {word if done else 'nothing to do'}.")
+                self.log_change(request, clearance, f"{english(word)}: {note.strip()}")
+            said = word if done else gettext("nothing to do")
+            messages.info(request, f"{clearance}: {said}.")
 
 
 @admin.register(Attempt)
@@ -158,7 +178,7 @@ class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
         if handle != self.initial.get("username"):
             handles.validate(handle)
             if handles.is_taken(handle, but=self.instance.pk):
-                raise forms.ValidationError("That handle is taken, or looks like one that is taken.")
+                raise forms.ValidationError(gettext("That handle is taken, or looks like one that is taken."))
         return handle
 
 
@@ -241,9 +261,9 @@ class RightsAdmin(ForSuperusers, GroupAdmin):
 class AddressAdmin(ForSuperusers, EmailAddressAdmin):  # type: ignore[misc]
     """Verified addresses. They get the link to a new password, so an own address at another account would open it."""
 
-    @admin.action(description="Mark as verified")
+    @admin.action(description=gettext_lazy("Mark as verified"))
     def make_verified(self, request: HttpRequest, queryset: Any) -> None:
         """Mark the chosen addresses. allauth reports those that were not marked before."""
         if before := queryset.filter(verified=True).count():
-            messages.info(request, f"Verified before: {before}.")
+            messages.info(request, gettext("Verified before: {count}.").format(count=before))
         super().make_verified(request, queryset)

@@ -1,13 +1,14 @@
 """The accounts app."""
 
 from django.apps import AppConfig
+from django.utils.translation import gettext_lazy
 
 
 class AccountsConfig(AppConfig):
     """People and their clearances."""
 
     name = "accounts"
-    verbose_name = "People and clearance"
+    verbose_name = gettext_lazy("People and clearance")
 
     def ready(self) -> None:
         """Connect the signals that end sessions with their account."""

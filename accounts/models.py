@@ -5,6 +5,7 @@ from django.contrib.auth.models import AbstractUser
 from django.core.validators import RegexValidator
 from django.db import models
 from django.db.models import Q
+from django.utils.translation import gettext, gettext_lazy
 
 from accounts.handles import HandleKey
 
@@ -13,16 +14,20 @@ class User(AbstractUser):
     """A person; the username is the handle shown to others."""
 
     username = models.CharField(
-        "handle", max_length=30, unique=True,
-        validators=[RegexValidator(r"^[\w.-]{2,30}\Z", "Use 2 to 30 letters, digits, dots, dashes or underscores.")],
-        help_text="Shown to others when you drive. 2 to 30 letters, digits, . - _",
-        error_messages={"unique": "That handle is taken."},
+        gettext_lazy("handle"), max_length=30, unique=True,
+        validators=[
+            RegexValidator(
+                r"^[\w.-]{2,30}\Z", gettext_lazy("Use 2 to 30 letters, digits, dots, dashes or underscores.")
+            )
+        ],
+        help_text=gettext_lazy("Shown to others when you drive. 2 to 30 letters, digits, . - _"),
+        error_messages={"unique": gettext_lazy("That handle is taken.")},
     )  # fmt: skip
     handle_key = HandleKey(max_length=255, unique=True, null=True, editable=False)
-    email = models.EmailField("email address", unique=True)
+    email = models.EmailField(gettext_lazy("email address"), unique=True)
     guest = models.BooleanField(
         default=False, db_default=False, editable=False,
-        help_text="Somebody without an account, who may only practise on a simulator.",
+        help_text=gettext_lazy("Somebody without an account, who may only practise on a simulator."),
     )  # fmt: skip
 
     language = models.CharField(
@@ -30,7 +35,7 @@ class User(AbstractUser):
     )  # of mails; empty: English
 
     class Meta(AbstractUser.Meta):
-        verbose_name, verbose_name_plural = "person", "people"
+        verbose_name, verbose_name_plural = gettext_lazy("person"), gettext_lazy("people")
 
     def __str__(self) -> str:
         return self.username
@@ -41,19 +46,25 @@ class Question(models.Model):
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="questions")
     text = models.CharField(max_length=300)
-    topic = models.CharField(max_length=60, blank=True, help_text="Shown to a person who answers it wrongly.")
-    section = models.CharField(
-        max_length=80, blank=True, help_text="Heading of the orientation's section that answers it."
+    topic = models.CharField(
+        max_length=60, blank=True, help_text=gettext_lazy("Shown to a person who answers it wrongly.")
     )
-    paragraph = models.PositiveSmallIntegerField(default=1, help_text="Of that section; list items count.")
+    section = models.CharField(
+        max_length=80, blank=True, help_text=gettext_lazy("Heading of the orientation's section that answers it.")
+    )
+    paragraph = models.PositiveSmallIntegerField(
+        default=1, help_text=gettext_lazy("Of that section; list items count.")
+    )
     explanation = models.CharField(
         max_length=400, blank=True,
-        help_text="For staff: why the right answer is right. It is not shown to people who take the test.",
+        help_text=gettext_lazy(
+            "For staff: why the right answer is right. It is not shown to people who take the test."
+        ),
     )  # fmt: skip
     active = models.BooleanField(default=True)
 
     class Meta:
-        verbose_name = "clearance question"
+        verbose_name = gettext_lazy("clearance question")
 
     def __str__(self) -> str:
         return self.text
@@ -81,7 +92,7 @@ class OrientationRead(models.Model):
         constraints = [models.UniqueConstraint(fields=["user", "robot"], name="orientation_once")]
 
     def __str__(self) -> str:
-        return f"{self.user_id} read {self.robot_id}"
+        return gettext("{user} read {robot}").format(user=self.user_id, robot=self.robot_id)
 
 
 class Attempt(models.Model):
@@ -89,7 +100,7 @@ class Attempt(models.Model):
 
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="attempts")
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
-    drawn = models.JSONField(help_text="Question ids in the order shown, each with its choice ids.")
+    drawn = models.JSONField(help_text=gettext_lazy("Question ids in the order shown, each with its choice ids."))
     started_at = models.DateTimeField()
     finished_at = models.DateTimeField(null=True, blank=True)
     answers = models.JSONField(default=dict, blank=True)
@@ -102,10 +113,10 @@ class Attempt(models.Model):
                 fields=["user", "robot"], condition=Q(finished_at=None), name="one_open_attempt_a_person"
             )
         ]
-        verbose_name, verbose_name_plural = "attempt at a test", "attempts at tests"
+        verbose_name, verbose_name_plural = gettext_lazy("attempt at a test"), gettext_lazy("attempts at tests")
 
     def __str__(self) -> str:
-        return f"attempt {self.pk}"
+        return gettext("attempt {number}").format(number=self.pk)
 
 
 class Clearance(models.Model):
@@ -116,7 +127,9 @@ class Clearance(models.Model):
     level = models.PositiveSmallIntegerField(default=1)
     granted_at = models.DateTimeField()
     revoked_at = models.DateTimeField(null=True, blank=True)
-    note = models.CharField(max_length=200, blank=True, help_text="Why it was withdrawn; the person can read this.")
+    note = models.CharField(
+        max_length=200, blank=True, help_text=gettext_lazy("Why it was withdrawn; the person can read this.")
+    )
     lifted_at = models.DateTimeField(null=True, blank=True)  # since when the test may be taken again
     decided_by = models.ForeignKey(
         settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
@@ -126,4 +139,4 @@ class Clearance(models.Model):
         constraints = [models.UniqueConstraint(fields=["user", "robot", "level"], name="clearance_once")]
 
     def __str__(self) -> str:
-        return f"{self.user} on {self.robot}"
+        return gettext("{user} on {robot}").format(user=self.user, robot=self.robot)

@@ -5,6 +5,7 @@ from typing import Any
 
 from django.contrib.auth.models import Permission
 from django.db.models import Q
+from django.utils.translation import gettext
 
 from accounts.models import Clearance
 from robots.kit.contract.errors import BadRequest
@@ -15,12 +16,14 @@ LONGEST = 200
 
 def _need(user: Any, clearance: Clearance, note: str) -> str:
     if user is None or not user.has_perm("accounts.change_clearance"):
-        raise NotStaff("This is for staff who may change clearances.")
+        raise NotStaff(gettext("This is for staff who may change clearances."))
     if may_do_more(clearance.user, user):
-        raise NotStaff(f"{clearance.user} has rights that you have not; a superuser decides on this clearance.")
+        words = gettext("{user} has rights that you have not; a superuser decides on this clearance.")
+        raise NotStaff(words.format(user=clearance.user))
     note = note.strip()
     if not 0 < len(note) <= LONGEST:
-        raise BadRequest(f"Write a note of at most {LONGEST} characters; the person reads it.")
+        words = gettext("Write a note of at most {count} characters; the person reads it.")
+        raise BadRequest(words.format(count=LONGEST))
     return note
 
 
@@ -43,7 +46,7 @@ def lift(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
     """
     note = _need(user, clearance, note)
     if clearance.user_id == user.pk and not user.is_superuser:
-        raise NotStaff("Nobody decides on a clearance of their own; ask other staff.")
+        raise NotStaff(gettext("Nobody decides on a clearance of their own; ask other staff."))
     mine = Clearance.objects.filter(pk=clearance.pk, revoked_at__isnull=False, lifted_at=None)
     return bool(mine.update(lifted_at=now, note=note, decided_by=user))
 

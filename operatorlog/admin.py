@@ -8,12 +8,14 @@ from django.db.models import F, QuerySet
 from django.http import HttpRequest
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
+from django.utils.translation import gettext, gettext_lazy
 
 from operatorlog import finds_admin as finds_admin
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, OneChoice, thumbnail
 from robots.kit.clock import SYSTEM
+from robots.sentences import translate
 
 
 class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -25,7 +27,7 @@ class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
         try:
             services.reason_for(Visibility(str(cleaned.get("visibility"))), cleaned.get("hidden_reason") or "")
         except services.LogError as error:
-            self.add_error("hidden_reason", str(error))
+            self.add_error("hidden_reason", translate(error))
         except ValueError:
             pass  # an unknown visibility: its own field shows the error
         return cleaned
@@ -34,8 +36,8 @@ class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
 class EditedSince(OneChoice):
     """Filters entries that were changed after moderation; a featured entry loses its mark by such a change."""
 
-    title, parameter_name = "changed", "edited"
-    choice = ("since", "since a moderator looked")
+    title, parameter_name = gettext_lazy("changed"), "edited"
+    choice = ("since", gettext_lazy("since a moderator looked"))
 
     def chosen(self, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
         """Return the filtered entries."""
@@ -45,8 +47,8 @@ class EditedSince(OneChoice):
 class WaitsForReview(OneChoice):
     """Filters entries at which a moderator has to look."""
 
-    title, parameter_name = "review", "waits"
-    choice = ("review", "not looked at yet")
+    title, parameter_name = gettext_lazy("review"), "waits"
+    choice = ("review", gettext_lazy("not looked at yet"))
 
     def chosen(self, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
         """Return the filtered entries."""
@@ -80,12 +82,12 @@ class EntryAdmin(GuardedAdmin):
         wanted, reason = Visibility(obj.visibility), obj.hidden_reason
         services.moderate(Entry.objects.get(pk=obj.pk), request.user, wanted, reason, SYSTEM.now())
 
-    @admin.action(description="Publish", permissions=["change"])
+    @admin.action(description=gettext_lazy("Publish"), permissions=["change"])
     def publish(self, request: HttpRequest, queryset: Any) -> None:
         """Publish the chosen entries."""
         self._moderate(request, queryset, Visibility.PUBLISHED)
 
-    @admin.action(description="Feature", permissions=["change"])
+    @admin.action(description=gettext_lazy("Feature"), permissions=["change"])
     def feature(self, request: HttpRequest, queryset: Any) -> None:
         """Feature the chosen entries."""
         self._moderate(request, queryset, Visibility.FEATURED)
@@ -96,17 +98,22 @@ class EntryAdmin(GuardedAdmin):
             services.moderate(entry, request.user, wanted, "", SYSTEM.now())  # unchanged, it notes a moderator's look
             return changed
 
-        self.act_on(request, queryset, moderated, wanted.label, f"{wanted.label} before, looked at again")
+        before = {
+            Visibility.PUBLISHED: gettext_lazy("Published before, looked at again"),
+            Visibility.FEATURED: gettext_lazy("Featured before, looked at again"),
+        }
+        self.act_on(request, queryset, moderated, wanted.label, before[wanted])
 
-    @admin.display(description="Picture")
+    @admin.display(description=gettext_lazy("Picture"))
     def picture(self, entry: Entry) -> SafeString | str:
         """Return the entry's picture."""
-        return thumbnail(entry.frame, f"Picture from the turn of {entry.author_name} on {entry.robot}")
+        words = gettext("Picture from the turn of {author} on {robot}")
+        return thumbnail(entry.frame, words.format(author=entry.author_name, robot=entry.robot))
 
-    @admin.display(description="Page")
+    @admin.display(description=gettext_lazy("Page"))
     def page(self, entry: Entry) -> SafeString:
         """Return a link to the turn, which shows all its pictures."""
-        return format_html('<a href="{}">The whole turn</a>', entry.turn.get_absolute_url())
+        return format_html('<a href="{}">{}</a>', entry.turn.get_absolute_url(), gettext("The whole turn"))
 
 
 @admin.register(SurveyQuestion)

@@ -8,6 +8,7 @@ from django.contrib import admin
 from django.http import HttpRequest
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
+from django.utils.translation import gettext, gettext_lazy
 
 from operatorlog import finds
 from operatorlog.errors import LogError
@@ -15,6 +16,7 @@ from operatorlog.models import Find, Piece, Round
 from robots.admin.bases import GuardedAdmin, NamedInline, thumbnail
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
+from robots.sentences import translate
 
 
 class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
@@ -26,13 +28,14 @@ class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
         """Return the name, and the distance where the place is known."""
         if self.find is None or obj.x is None or obj.y is None:
             return obj.name
-        return f"{obj.name}, {100 * hypot(obj.x - self.find.x, obj.y - self.find.y):.1f} cm away"
+        away = 100 * hypot(obj.x - self.find.x, obj.y - self.find.y)
+        return gettext("{piece}, {distance} cm away").format(piece=obj.name, distance=f"{away:.1f}")
 
 
 class DecisionForm(forms.ModelForm):  # type: ignore[type-arg]
     """A moderator's decision about a find."""
 
-    piece = PieceChoice(Piece.objects.none(), required=False, empty_label="None")
+    piece = PieceChoice(Piece.objects.none(), required=False, empty_label=gettext_lazy("None"))
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -47,7 +50,7 @@ class DecisionForm(forms.ModelForm):  # type: ignore[type-arg]
             state = Find.State(str(cleaned.get("state")))
             cleaned["piece"] = finds.check_decision(self.instance, state, cleaned.get("piece"))
         except LogError as error:
-            self.add_error("piece", str(error))
+            self.add_error("piece", translate(error))
         except ValueError:
             pass  # an unknown state: its own field shows the error
         return cleaned
@@ -75,34 +78,34 @@ class FindAdmin(GuardedAdmin):
         wanted, piece = Find.State(obj.state), form.cleaned_data.get("piece")
         finds.decide(Find.objects.get(pk=obj.pk), request.user, wanted, piece, SYSTEM.now())
 
-    @admin.action(description="Decline", permissions=["change"])
+    @admin.action(description=gettext_lazy("Decline"), permissions=["change"])
     def decline(self, request: HttpRequest, queryset: Any) -> None:
         """Decline the chosen finds."""
         self.act_on(
             request, queryset,
             lambda find: finds.decide(find, request.user, Find.State.DECLINED, None, SYSTEM.now()),
-            "Declined", "Declined before",
+            gettext_lazy("Declined"), gettext_lazy("Declined before"),
         )  # fmt: skip
 
-    @admin.display(description="Robot")
+    @admin.display(description=gettext_lazy("Robot"))
     def robot(self, find: Find) -> str:
         """Return the robot's name."""
         return str(find.round.robot)
 
-    @admin.display(description="Place")
+    @admin.display(description=gettext_lazy("Place"))
     def place(self, find: Find) -> str:
         """Return the reported place."""
         return f"x {100 * find.x:.1f} cm, y {100 * find.y:.1f} cm"
 
-    @admin.display(description="Picture")
+    @admin.display(description=gettext_lazy("Picture"))
     def picture(self, find: Find) -> SafeString | str:
         """Return the picture of the report."""
-        return thumbnail(find.frame, f"Picture of the find {find.name}")
+        return thumbnail(find.frame, gettext("Picture of the find {name}").format(name=find.name))
 
-    @admin.display(description="Page")
+    @admin.display(description=gettext_lazy("Page"))
     def page(self, find: Find) -> SafeString:
         """Return a link to the turn, which shows all its pictures."""
-        return format_html('<a href="{}">The whole turn</a>', find.turn.get_absolute_url())
+        return format_html('<a href="{}">{}</a>', find.turn.get_absolute_url(), gettext("The whole turn"))
 
 
 class PieceInline(NamedInline):
@@ -120,9 +123,10 @@ class RoundForm(forms.ModelForm):  # type: ignore[type-arg]
         """Refuse a robot without hidden pieces, or with rounds."""
         robot: Robot = self.cleaned_data["robot"]
         if finds.excavation_of(robot) is None:
-            raise forms.ValidationError("With this robot nothing is hidden.")
+            raise forms.ValidationError(gettext("With this robot nothing is hidden."))
         if Round.objects.filter(robot=robot).exists():
-            raise forms.ValidationError("It has rounds already: choose the present one in the list, and bury again.")
+            words = gettext("It has rounds already: choose the present one in the list, and bury again.")
+            raise forms.ValidationError(words)
         return robot
 
 
@@ -165,24 +169,25 @@ class RoundAdmin(GuardedAdmin):
             obj.pk, obj.number, obj.began_at, obj.begun_by = made.pk, made.number, made.began_at, made.begun_by
             Round.objects.filter(pk=made.pk).update(puzzle=obj.puzzle)
 
-    @admin.action(description="Bury again: end the round, hide the pieces anew", permissions=["renew"])
+    @admin.action(description=gettext_lazy("Bury again: end the round, hide the pieces anew"), permissions=["renew"])
     def bury_again(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen present rounds; the next begin."""
         self.act_on(
             request, queryset.select_related("robot"),
             lambda one: finds.bury_again(one, request.user, SYSTEM.now()),
-            "Buried again", "Over before, or its bed is being made: nothing was changed",
+            gettext_lazy("Buried again"), gettext_lazy("Over before, or its bed is being made: nothing was changed"),
         )  # fmt: skip
 
-    @admin.display(description="Found")
+    @admin.display(description=gettext_lazy("Found"))
     def found_pieces(self, one: Round) -> str:
         """Return how many pieces were found of how many."""
         pieces = one.pieces.filter(finds__isnull=False).distinct().count()
-        return f"{pieces} of {one.pieces.count()}"
+        return gettext("{count} of {all}").format(count=pieces, all=one.pieces.count())
 
-    @admin.display(description="Bed")
+    @admin.display(description=gettext_lazy("Bed"))
     def bed(self, one: Round) -> str:
         """Return how the command that makes the bed has ended."""
         if one.command is None:
-            return "as it was, or by hand"
-        return f"{one.command.get_state_display()}{f': {one.command.reason}' if one.command.reason else ''}"
+            return gettext("as it was, or by hand")
+        state, reason = one.command.get_state_display(), translate(one.command.reason)
+        return f"{state}: {reason}" if reason else state

@@ -3,6 +3,7 @@
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
+from django.utils.translation import gettext, gettext_lazy
 
 from queueing.models import Turn
 from robots.people import handle_of
@@ -11,9 +12,9 @@ from robots.people import handle_of
 class Visibility(models.TextChoices):
     """The people who see an entry."""
 
-    PUBLISHED = "published", "Published"
-    FEATURED = "featured", "Featured"
-    HIDDEN = "hidden", "Hidden"
+    PUBLISHED = "published", gettext_lazy("Published")
+    FEATURED = "featured", gettext_lazy("Featured")
+    HIDDEN = "hidden", gettext_lazy("Hidden")
 
 
 class Entry(models.Model):
@@ -35,7 +36,7 @@ class Entry(models.Model):
 
     class Meta:
         ordering = ("-written_at",)
-        verbose_name, verbose_name_plural = "log entry", "log entries"
+        verbose_name, verbose_name_plural = gettext_lazy("log entry"), gettext_lazy("log entries")
         # read at each request for a stored picture
         indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
 
@@ -54,20 +55,20 @@ class SurveyQuestion(models.Model):
     class After(models.TextChoices):
         """The occasion after which it is asked."""
 
-        TURN = "turn", "A turn"
-        JOB = "job", "A job"
-        BOTH = "both", "A turn and a job"
+        TURN = "turn", gettext_lazy("A turn")
+        JOB = "job", gettext_lazy("A job")
+        BOTH = "both", gettext_lazy("A turn and a job")
 
     class Kind(models.TextChoices):
         """The kind of answer."""
 
-        CHOICE = "choice", "Choice"
-        SCALE = "scale", "Scale 1 to 5"
-        TEXT = "text", "Text"
+        CHOICE = "choice", gettext_lazy("Choice")
+        SCALE = "scale", gettext_lazy("Scale 1 to 5")
+        TEXT = "text", gettext_lazy("Text")
 
     prompt = models.CharField(max_length=200)
     kind = models.CharField(max_length=6, choices=Kind, default=Kind.SCALE)
-    options = models.TextField(blank=True, help_text="One choice a line.")
+    options = models.TextField(blank=True, help_text=gettext_lazy("One choice a line."))
     low_label = models.CharField(max_length=40, blank=True)
     high_label = models.CharField(max_length=40, blank=True)
     position = models.PositiveSmallIntegerField(default=0)
@@ -98,7 +99,7 @@ class SurveyResponse(models.Model):
     at = models.DateTimeField()
 
     class Meta:
-        verbose_name = verbose_name_plural = "survey answers"
+        verbose_name = verbose_name_plural = gettext_lazy("survey answers")
         constraints = [
             models.CheckConstraint(
                 condition=Q(turn__isnull=False, robot=None) | Q(turn=None, robot__isnull=False),
@@ -107,7 +108,9 @@ class SurveyResponse(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"survey of turn {self.turn_id}" if self.turn_id else f"survey of a job on {self.robot_id}"
+        if self.turn_id:
+            return gettext("survey of turn {number}").format(number=self.turn_id)
+        return gettext("survey of a job on {robot}").format(robot=self.robot_id)
 
 
 class SurveyAnswer(models.Model):
@@ -132,7 +135,7 @@ class Round(models.Model):
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="rounds")
     number = models.PositiveIntegerField()
     puzzle = models.CharField(
-        max_length=300, blank=True, help_text="What people are asked to find out; everybody reads it."
+        max_length=300, blank=True, help_text=gettext_lazy("What people are asked to find out; everybody reads it.")
     )
     began_at = models.DateTimeField()
     ended_at = models.DateTimeField(null=True, blank=True, editable=False)
@@ -153,7 +156,7 @@ class Round(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"round {self.number} of {self.robot}"
+        return gettext("round {number} of {robot}").format(number=self.number, robot=self.robot)
 
 
 class Piece(models.Model):
@@ -161,8 +164,8 @@ class Piece(models.Model):
 
     round = models.ForeignKey(Round, models.CASCADE, related_name="pieces")
     name = models.CharField(max_length=80)
-    x = models.FloatField("x (m)", null=True, blank=True)
-    y = models.FloatField("y (m)", null=True, blank=True)
+    x = models.FloatField(gettext_lazy("x (m)"), null=True, blank=True)
+    y = models.FloatField(gettext_lazy("y (m)"), null=True, blank=True)
 
     class Meta:
         ordering = ("name",)
@@ -178,18 +181,18 @@ class Find(models.Model):
     class State(models.TextChoices):
         """What a moderator has decided."""
 
-        REPORTED = "reported", "Waits for a moderator"
-        CONFIRMED = "confirmed", "Confirmed"
-        DECLINED = "declined", "Declined"
+        REPORTED = "reported", gettext_lazy("Waits for a moderator")
+        CONFIRMED = "confirmed", gettext_lazy("Confirmed")
+        DECLINED = "declined", gettext_lazy("Declined")
 
     round = models.ForeignKey(Round, models.CASCADE, related_name="finds")
     turn = models.ForeignKey(Turn, models.CASCADE, related_name="finds")
     author = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="finds")
     name = models.CharField(max_length=80)
-    x = models.FloatField("x (m)")
-    y = models.FloatField("y (m)")
+    x = models.FloatField(gettext_lazy("x (m)"))
+    y = models.FloatField(gettext_lazy("y (m)"))
     frame = models.ForeignKey("robots.Frame", models.SET_NULL, null=True, blank=True, related_name="finds")
-    seen_at = models.DateTimeField(help_text="When the picture was taken; it decides who was first.")
+    seen_at = models.DateTimeField(help_text=gettext_lazy("When the picture was taken; it decides who was first."))
     reported_at = models.DateTimeField()
     state = models.CharField(max_length=10, choices=State, default=State.REPORTED)
     piece = models.ForeignKey(Piece, models.SET_NULL, null=True, blank=True, related_name="finds")
@@ -208,7 +211,7 @@ class Find(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"{self.name}, by {self.author_name}"
+        return gettext("{find}, by {author}").format(find=self.name, author=self.author_name)
 
     @property
     def author_name(self) -> str:

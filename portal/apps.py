@@ -5,6 +5,7 @@ from typing import Any
 from django.apps import AppConfig
 from django.conf import settings
 from django.core import checks
+from django.utils.translation import gettext_lazy
 
 from portal.logs import security
 
@@ -15,14 +16,16 @@ class PortalConfig(AppConfig):
     """Pages, sockets and commands."""
 
     name = "portal"
-    verbose_name = "Portal"
+    verbose_name = gettext_lazy("Portal")
 
     def ready(self) -> None:
-        """Connect signals of the security log and of open sockets; exempt the movie of the day from cleaning."""
+        """Connect signals, exempt the movie of the day from cleaning, and translate the names of models."""
         from portal.live import changes  # noqa: PLC0415 - models are there only now
         from portal.web.recordings import day  # noqa: PLC0415
+        from portal.web.translation import names  # noqa: PLC0415
         from robots.recordings import cleaning  # noqa: PLC0415
 
+        names.translate_names()
         cleaning.needed.append(day.movies_to_keep)
         checks.register(mail_leaves)
         checks.register(webhook_is_whole)

@@ -8,6 +8,7 @@ from django.http import HttpRequest
 from django.urls import reverse
 from django.utils.html import format_html, format_html_join
 from django.utils.safestring import SafeString
+from django.utils.translation import gettext, gettext_lazy
 
 from queueing.models import Account, Job, JobState, LostConnection, Queue, QueueRobot, Ticket, Turn
 from queueing.rows import links_of
@@ -21,11 +22,19 @@ from queueing.services import (
     resume,
     waiting_people,
 )
-from robots.admin.bases import FormFieldsAdmin, NamedInline, NamedRowsAdmin, NamedValues, ReadOnlyAdmin
+from robots.admin.bases import (
+    FormFieldsAdmin,
+    NamedInline,
+    NamedRowsAdmin,
+    NamedValues,
+    ReadOnlyAdmin,
+    clock_time,
+)
 from robots.admin.verbs import add, staff_only
 from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
+from robots.sentences import translate
 
 NAMED, LISTED = 5, 100  # people of a queue in its row of the list, and on its page
 
@@ -35,7 +44,7 @@ NAMED, LISTED = 5, 100  # people of a queue in its row of the list, and on its p
 def resume_jobs(robot: Robot, request: HttpRequest) -> str:
     """Resume jobs, idle behaviour and needs after a stop."""
     resume(robot, request.user, SYSTEM.now())
-    return RESUMED
+    return translate(RESUMED)
 
 
 class LinkInline(NamedInline):
@@ -48,9 +57,10 @@ class LinkInline(NamedInline):
 def _moved_by(robot: Robot) -> str:
     turn, grant = open_turn(robot), open_grant(robot)
     if turn is not None:
-        return f"{turn.operator_name} until {turn.until:%H:%M:%S}"
+        words = gettext("{operator} until {time}")
+        return words.format(operator=turn.operator_name, time=clock_time(turn.until))
     if grant is None:
-        return "nobody"
+        return gettext("nobody")
     return f"{grant.get_kind_display()}, {grant.holder}" if grant.holder_id else grant.get_kind_display()
 
 
@@ -76,37 +86,43 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
     def _sees_places(request: HttpRequest) -> bool:
         return request.user.has_perm("queueing.view_ticket") or request.user.has_perm("queueing.change_ticket")
 
-    @admin.display(description="Who drives")
+    @admin.display(description=gettext_lazy("Who drives"))
     def drive(self, queue: Queue) -> str:
         """Return who or what moves each of its robots now."""
         return "; ".join(f"{link.robot}: {_moved_by(link.robot)}" for link in links_of(queue)) or "-"
 
-    @admin.display(description="Who waits")
+    @admin.display(description=gettext_lazy("Who waits"))
     def wait(self, queue: Queue) -> str:
         """Return how many people wait, and the first ones."""
         places = list(waiting_people(queue))
         more = "…" if len(places) > NAMED else ""
-        return f"{len(places)}: {', '.join(str(one.user) for one in places[:NAMED])}{more}" if places else "nobody"
+        return (
+            f"{len(places)}: {', '.join(str(one.user) for one in places[:NAMED])}{more}"
+            if places
+            else gettext("nobody")
+        )
 
-    @admin.display(description="Who waits")
+    @admin.display(description=gettext_lazy("Who waits"))
     def wait_in_order(self, queue: Queue) -> SafeString | str:
         """Return the people who wait, in the order in which they will be served, each with the page of the place."""
         rows = [
             (reverse("admin:queueing_ticket_change", args=[one.pk]), one.user, one.get_state_display().lower(),
-             f"{one.joined_at:%H:%M:%S}", f"{one.last_seen:%H:%M:%S}")
+             clock_time(one.joined_at), clock_time(one.last_seen))
             for one in waiting_people(queue)[:LISTED]
         ]  # fmt: skip
-        item = '<li><a href="{}">{}</a>: {}; in the queue since {}, last seen {}</li>'
-        return format_html('<ol class="farhand-queue">{}</ol>', format_html_join("", item, rows)) if rows else "nobody"
+        if not rows:
+            return gettext("nobody")
+        item = gettext('<a href="{}">{}</a>: {}; in the queue since {}, last seen {}')
+        return format_html('<ol class="farhand-queue">{}</ol>', format_html_join("", f"<li>{item}</li>", rows))
 
-    @admin.display(description="Jobs that wait")
+    @admin.display(description=gettext_lazy("Jobs that wait"))
     def jobs(self, queue: Queue) -> SafeString | str:
         """Return how many jobs wait, with their list."""
         count = Job.objects.filter(queue=queue, state=JobState.WAITING).count()
         address = (
             f"{reverse('admin:queueing_job_changelist')}?{urlencode({'queue': queue.pk, 'state': JobState.WAITING})}"
         )
-        return format_html('<a href="{}">{}</a>', address, count) if count else "none"
+        return format_html('<a href="{}">{}</a>', address, count) if count else gettext("none")
 
 
 @admin.register(Ticket)
@@ -114,16 +130,17 @@ class TicketAdmin(ReadOnlyAdmin):
     """Places in queues, the newest first."""
 
     list_display = ("user", "queue", "state", "start_tag", "joined_at", "last_seen", "end_reason")
+    sentences = ("end_reason",)
     list_filter = ("queue", "state")
     ordering = ("-id",)
     actions = ("remove",)
 
-    @admin.action(description="Take out of the queue", permissions=["act"])
+    @admin.action(description=gettext_lazy("Take out of the queue"), permissions=["act"])
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Take the chosen people out; a running turn is ended."""
         self.act_on(
             request, queryset, lambda one: remove_by_staff(one, request.user, SYSTEM.now()),
-            "Taken out of the queue", "Place ended before",
+            gettext_lazy("Taken out of the queue"), gettext_lazy("Place ended before"),
         )  # fmt: skip
 
 
@@ -132,14 +149,19 @@ class TurnAdmin(ReadOnlyAdmin):
     """Turns, running and ended."""
 
     list_display = ("id", "robot", "user", "started_at", "ended_at", "end_reason", "charged_s")
+    sentences = ("end_reason",)
     list_filter = ("robot", ("end_reason", NamedValues))
     actions = ("end",)
 
-    @admin.action(description="End the turn now", permissions=["act"])
+    @admin.action(description=gettext_lazy("End the turn now"), permissions=["act"])
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
         self.act_on(
-            request, queryset, lambda one: end_by_staff(one, request.user, SYSTEM.now()), "Ended", "Ended before"
+            request,
+            queryset,
+            lambda one: end_by_staff(one, request.user, SYSTEM.now()),
+            gettext_lazy("Ended"),
+            gettext_lazy("Ended before"),
         )
 
 
@@ -150,7 +172,7 @@ class LostConnectionAdmin(ReadOnlyAdmin):
     list_display = ("at", "turn", "cause", "side")
     list_filter = ("turn__robot", "cause")
 
-    @admin.display(description="Side")
+    @admin.display(description=gettext_lazy("Side"))
     def side(self, lost: LostConnection) -> str:
         """Return on which side the cause was."""
         return lost.side
@@ -161,14 +183,21 @@ class JobAdmin(ReadOnlyAdmin):
     """Jobs, open and ended."""
 
     list_display = ("id", "robot", "kind", "user", "state", "reason", "start_tag", "asked_at", "ended_at", "charged")
+    sentences = ("reason",)
     list_filter = ("robot", "state")
     actions = ("cancel",)
 
-    @admin.action(description="Cancel", permissions=["act"])
+    @admin.action(description=gettext_lazy("Cancel"), permissions=["act"])
     def cancel(self, request: HttpRequest, queryset: Any) -> None:
         """Cancel the chosen open jobs; the robot holds."""
         asker = Asker(user=request.user)
-        self.act_on(request, queryset, lambda one: cancel(one, asker, SYSTEM.now()), "Cancelled", "Ended before")
+        self.act_on(
+            request,
+            queryset,
+            lambda one: cancel(one, asker, SYSTEM.now()),
+            gettext_lazy("Cancelled"),
+            gettext_lazy("Ended before"),
+        )
 
 
 @admin.register(Account)

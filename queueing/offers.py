@@ -18,6 +18,7 @@ from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.prepared import Prepared, PreparedUpdate, Slot
+from robots.sentences import english
 from robots.states import Cycle, GrantEnd, GrantKind
 
 RULES = settings.FARHAND
@@ -117,7 +118,7 @@ def why_not_ready(
     if not robot.enabled:
         return "The robot is switched off."
     if robot.cycle != cycle:
-        return robot.reason or f"The robot is not ready: {robot.get_cycle_display().lower()}."
+        return robot.reason or f"The robot is not ready: {english(Cycle(robot.cycle).label)}."
     if not owner_alive(lease_of(robot), now):
         return "The robot's worker does not answer; it is being restarted."
     grant = open_grant(robot)

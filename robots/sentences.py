@@ -4,7 +4,7 @@ from functools import cache
 from typing import Any
 
 from django.conf import settings
-from django.utils.translation import get_language
+from django.utils.translation import get_language, override
 from django.utils.translation.trans_real import DjangoTranslation
 
 from robots.kit.sentences import Sentences
@@ -23,3 +23,9 @@ def translate(text: Any) -> str:
     language = get_language() or settings.LANGUAGE_CODE
     english = language == settings.LANGUAGE_CODE
     return str(text) if english else _sentences(language).translate(str(text))
+
+
+def english(label: Any) -> str:
+    """Return a label as it is stored and sent to many people: in English, whoever asks."""
+    with override(settings.LANGUAGE_CODE):
+        return str(label)

@@ -1,21 +1,22 @@
 """The states of commands, robots and grants, with their allowed transitions and labels."""
 
 from django.db import models
+from django.utils.translation import gettext_lazy
 
 
 class CommandState(models.TextChoices):
     """The states of a command; `completed` and the last five are final."""
 
-    QUEUED = "queued", "Queued"
-    ACCEPTED = "accepted", "Accepted"
-    SENT = "sent", "Sent"
-    ACKNOWLEDGED = "acknowledged", "Moving"
-    COMPLETED = "completed", "Done"
-    REJECTED = "rejected", "Rejected"
-    FAILED = "failed", "Failed"
-    EXPIRED = "expired", "Expired"
-    CANCELLED = "cancelled", "Cancelled"
-    UNKNOWN = "unknown", "Unknown"
+    QUEUED = "queued", gettext_lazy("Queued")
+    ACCEPTED = "accepted", gettext_lazy("Accepted")
+    SENT = "sent", gettext_lazy("Sent")
+    ACKNOWLEDGED = "acknowledged", gettext_lazy("Moving")
+    COMPLETED = "completed", gettext_lazy("Done")
+    REJECTED = "rejected", gettext_lazy("Rejected")
+    FAILED = "failed", gettext_lazy("Failed")
+    EXPIRED = "expired", gettext_lazy("Expired")
+    CANCELLED = "cancelled", gettext_lazy("Cancelled")
+    UNKNOWN = "unknown", gettext_lazy("Unknown")
 
 
 C = CommandState
@@ -33,33 +34,33 @@ COMMAND_NEXT: dict[str, frozenset[str]] = {
 class Lane(models.TextChoices):
     """The lane in which a command runs: `motion`, one at a time, or `config`, in parallel to a motion."""
 
-    MOTION = "motion", "Motion"
-    CONFIG = "config", "Beside a motion"
+    MOTION = "motion", gettext_lazy("Motion")
+    CONFIG = "config", gettext_lazy("Beside a motion")
 
 
 class Cycle(models.TextChoices):
     """The states of a robot in its turn cycle."""
 
-    OFFLINE = "offline", "Offline"
-    READY = "ready", "Ready"
-    OFFERED = "offered", "Offered to the next person"
-    OPERATING = "operating", "In use"
-    HANDOVER = "handover", "Being put back in order"
-    FAULT = "fault", "Faulty"
-    LOCKED_OUT = "locked_out", "Locked out by staff"
+    OFFLINE = "offline", gettext_lazy("Offline")
+    READY = "ready", gettext_lazy("Ready")
+    OFFERED = "offered", gettext_lazy("Offered to the next person")
+    OPERATING = "operating", gettext_lazy("In use")
+    HANDOVER = "handover", gettext_lazy("Being put back in order")
+    FAULT = "fault", gettext_lazy("Faulty")
+    LOCKED_OUT = "locked_out", gettext_lazy("Locked out by staff")
 
 
 class GrantKind(models.TextChoices):
     """The purpose of a grant."""
 
-    TURN = "turn", "Turn"
-    JOB = "job", "Job"
-    STAFF = "staff", "Staff"
-    HANDOVER = "handover", "Handover"
-    SETTINGS = "settings", "Settings set back"
-    IDLE = "idle", "Idle behaviour"
-    UPKEEP = "upkeep", "Upkeep"
-    REST = "rest", "Comes to rest"
+    TURN = "turn", gettext_lazy("Turn")
+    JOB = "job", gettext_lazy("Job")
+    STAFF = "staff", gettext_lazy("Staff")
+    HANDOVER = "handover", gettext_lazy("Handover")
+    SETTINGS = "settings", gettext_lazy("Settings set back")
+    IDLE = "idle", gettext_lazy("Idle behaviour")
+    UPKEEP = "upkeep", gettext_lazy("Upkeep")
+    REST = "rest", gettext_lazy("Comes to rest")
 
 
 # Properties of grants by their kind:
@@ -74,19 +75,19 @@ GIVES_WAY_TO_STAFF = frozenset({G.IDLE, G.REST})  # preempted by a command of st
 class GrantEnd(models.TextChoices):
     """Why a grant ended; `end_reason` says it to people."""
 
-    FINISHED = "finished", "What it was opened for is done"
-    FAILED = "failed", "What it was opened for failed"
-    TIME_UP = "time_up", "Time is up"
-    HOLDER = "holder", "Ended by its holder"
-    STAFF = "staff", "Ended by staff"
-    ABSENT = "absent", "Connection lost"
-    IDLE = "idle", "Nothing was done while others waited"
-    SILENT = "silent", "The console without scripts sent nothing"
-    SIGNED_OUT = "signed_out", "Signed out"
-    UNFIT = "unfit", "Account or clearance withdrawn"
-    STOPPED = "stopped", "The robot was stopped"
-    LOCKED_OUT = "locked_out", "Locked out by staff"
-    SWITCHED_OFF = "switched_off", "Switched off by staff"
-    OWNER_LOST = "owner_lost", "The robot's worker was interrupted"
-    PREEMPTED = "preempted", "Somebody else came first"
-    RESTORED = "restored", "Restored from a backup"
+    FINISHED = "finished", gettext_lazy("What it was opened for is done")
+    FAILED = "failed", gettext_lazy("What it was opened for failed")
+    TIME_UP = "time_up", gettext_lazy("Time is up")
+    HOLDER = "holder", gettext_lazy("Ended by its holder")
+    STAFF = "staff", gettext_lazy("Ended by staff")
+    ABSENT = "absent", gettext_lazy("Connection lost")
+    IDLE = "idle", gettext_lazy("Nothing was done while others waited")
+    SILENT = "silent", gettext_lazy("The console without scripts sent nothing")
+    SIGNED_OUT = "signed_out", gettext_lazy("Signed out")
+    UNFIT = "unfit", gettext_lazy("Account or clearance withdrawn")
+    STOPPED = "stopped", gettext_lazy("The robot was stopped")
+    LOCKED_OUT = "locked_out", gettext_lazy("Locked out by staff")
+    SWITCHED_OFF = "switched_off", gettext_lazy("Switched off by staff")
+    OWNER_LOST = "owner_lost", gettext_lazy("The robot's worker was interrupted")
+    PREEMPTED = "preempted", gettext_lazy("Somebody else came first")
+    RESTORED = "restored", gettext_lazy("Restored from a backup")

@@ -4,29 +4,33 @@
     .venv/bin/python tools/translations.py compile  make the files that the portal reads, and the pseudo-language
     .venv/bin/python tools/translations.py missing  print the texts without a translation; status 1 if there are any
 
-`django.po` has what templates and views mark, and the questions of clearance tests. `djangojs.po` has what browsers
-translate: the texts of the scripts, and the sentences and labels of workers and robots, which nothing marks
-(tools/sentences.py says which those are).
+`django.po` has what templates and views mark, the names of models and their fields, and the questions of clearance
+tests. `djangojs.po` has what browsers translate: the texts of the scripts, and the sentences and labels of workers and
+robots, which nothing marks (tools/sentences.py says which those are).
 """
 
 import io
 import json
+import os
 import re
 import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import django
 from babel.messages import Catalog, Message
 from babel.messages.extract import extract_python
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
+from django.utils.translation import override
 from django.utils.translation.template import templatize
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from portal.languages import LANGUAGES, PSEUDO  # noqa: E402 - the folder is known now
+from portal.web.translation.names import names_of, own_models  # noqa: E402
 from tools.sentences import sentences  # noqa: E402
 
 LOCALE = ROOT / "portal" / "locale"
@@ -123,10 +127,20 @@ def marked() -> Catalog:
     for room in PYTHON:
         for path in sorted((ROOT / room).rglob("*.py")):
             add(catalogue, extract(io.BytesIO(path.read_bytes()), extract_python))
+    for text in of_models():
+        catalogue.add(text)
     for path in sorted((ROOT / "robots/kit/drivers").glob("*/clearance.toml")):
         for text in of_test(path.read_text()):
             catalogue.add(text)
     return catalogue
+
+
+def of_models() -> list[str]:
+    """Return the names that models and their fields have from the code, sorted: what shows them marks nothing."""
+    os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
+    django.setup()
+    with override(None):
+        return sorted({str(name) for model in own_models() for _, _, name in names_of(model)})
 
 
 def of_test(source: str) -> Iterator[str]:

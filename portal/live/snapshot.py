@@ -31,6 +31,7 @@ from queueing.services import (
 from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result, told_target
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
+from robots.sentences import english
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
 
@@ -53,7 +54,7 @@ BY_ITSELF = {
 
 
 def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
-    """Return (state, label, reason) of a robot as text; a robot whose worker is silent is offline."""
+    """Return (state, label, reason) of a robot as English text; a robot whose worker is silent is offline."""
     if not robot.enabled:
         return "offline", "Switched off", robot.reason or "Staff have switched this robot off."
     if robot.cycle == Cycle.LOCKED_OUT:
@@ -67,7 +68,7 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
     if grant is not None and grant.kind in BY_ITSELF:
         return BY_ITSELF[GrantKind(grant.kind)] if grant.holder_id is None else STAFF_COMMAND
-    return robot.cycle, Cycle(robot.cycle).label, ""
+    return robot.cycle, english(Cycle(robot.cycle).label), ""
 
 
 def moves(state: str, label: str) -> bool:

@@ -15,6 +15,7 @@ from queueing.rows import QUEUE, announce, link_of
 from robots.grants import interruption, start_grant
 from robots.models import Command, Grant, Robot
 from robots.prepared import Prepared
+from robots.sentences import english
 from robots.services.commands import over_by, put
 from robots.services.programs import is_program
 from robots.states import CommandState, GrantEnd, GrantKind
@@ -114,7 +115,9 @@ def end(
     settle_clock(queue)
     announce(queue, job.user)
     if job.mail and job.user is not None and job.user.is_active and job.user.email:
-        _mail_on_commit(job, f"{label_of(job.robot, job.kind)}: {JobState(state).label.lower()}. {reason}".strip())
+        _mail_on_commit(
+            job, f"{label_of(job.robot, job.kind)}: {english(JobState(state).label).lower()}. {reason}".strip()
+        )
 
 
 def _mail_on_commit(job: Job, text: str) -> None:

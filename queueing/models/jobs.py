@@ -5,17 +5,18 @@ import secrets
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
+from django.utils.translation import gettext, gettext_lazy
 
 
 class JobState(models.TextChoices):
     """The states of a job; the last four are final."""
 
-    WAITING = "waiting", "Waiting"
-    RUNNING = "running", "Running"
-    DONE = "done", "Done"
-    FAILED = "failed", "Failed"
-    CANCELLED = "cancelled", "Cancelled"
-    UNKNOWN = "unknown", "Unknown"
+    WAITING = "waiting", gettext_lazy("Waiting")
+    RUNNING = "running", gettext_lazy("Running")
+    DONE = "done", gettext_lazy("Done")
+    FAILED = "failed", gettext_lazy("Failed")
+    CANCELLED = "cancelled", gettext_lazy("Cancelled")
+    UNKNOWN = "unknown", gettext_lazy("Unknown")
 
 
 OPEN_JOB = (JobState.WAITING, JobState.RUNNING)
@@ -42,24 +43,26 @@ class Job(models.Model):
     form = models.CharField(max_length=64, blank=True, default="", db_default="", editable=False)
     kind = models.CharField(max_length=30)
     args = models.JSONField(default=dict, blank=True)
-    start_tag = models.FloatField("start tag (s or jobs)", null=True, blank=True)
+    start_tag = models.FloatField(gettext_lazy("start tag (s or jobs)"), null=True, blank=True)
     state = models.CharField(max_length=10, choices=JobState, default=JobState.WAITING)
     reason = models.CharField(max_length=300, blank=True)
     code = models.CharField(
         max_length=40, blank=True, default="", db_default="", editable=False,
-        help_text="The robot's own word for why it ended before it began.",
+        help_text=gettext_lazy("The robot's own word for why it ended before it began."),
     )  # fmt: skip
     shown_name = models.CharField(max_length=40, blank=True)
-    mail = models.BooleanField(default=False, help_text="Its asker wants a mail at its end.")
+    mail = models.BooleanField(default=False, help_text=gettext_lazy("Its asker wants a mail at its end."))
     asked_at = models.DateTimeField()
     # when the picture that its asker saw was taken, as the page reported; the command gets the same
     seen_picture_at = models.DateTimeField(null=True, blank=True)
     cancel_asked_at = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
-    told_at = models.DateTimeField(null=True, blank=True, help_text="Its asker has seen how it ended.")
-    faults = models.PositiveSmallIntegerField(default=0, help_text="How often the robot failed during it.")
-    charged = models.FloatField("charged (s or jobs)", null=True, blank=True)
-    surveyed = models.BooleanField(default=False, help_text="Its asker has answered the survey.")
+    told_at = models.DateTimeField(null=True, blank=True, help_text=gettext_lazy("Its asker has seen how it ended."))
+    faults = models.PositiveSmallIntegerField(
+        default=0, help_text=gettext_lazy("How often the robot failed during it.")
+    )
+    charged = models.FloatField(gettext_lazy("charged (s or jobs)"), null=True, blank=True)
+    surveyed = models.BooleanField(default=False, help_text=gettext_lazy("Its asker has answered the survey."))
 
     class Meta:
         ordering = ("-id",)
@@ -79,7 +82,8 @@ class Job(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"job {self.pk}: {self.kind} ({self.get_state_display()})"
+        words = gettext("job {number}: {kind} ({state})")
+        return words.format(number=self.pk, kind=self.kind, state=self.get_state_display())
 
     def get_absolute_url(self) -> str:
         """Return the address of the job's page."""
@@ -100,4 +104,4 @@ class JobRun(models.Model):
         ordering = ("id",)
 
     def __str__(self) -> str:
-        return f"run of job {self.job_id}"
+        return gettext("run of job {number}").format(number=self.job_id)

@@ -3,6 +3,8 @@
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
+from django.utils.timezone import localtime
+from django.utils.translation import gettext, gettext_lazy
 
 from robots.people import handle_of
 from robots.validators import positive
@@ -11,12 +13,12 @@ from robots.validators import positive
 class TicketState(models.TextChoices):
     """The states of a place in the queue."""
 
-    WAITING = "waiting", "Waiting"
-    OFFERED = "offered", "Offered"
-    OPERATING = "operating", "Operating"
-    DONE = "done", "Done"
-    LEFT = "left", "Left"
-    EXPIRED = "expired", "Expired"
+    WAITING = "waiting", gettext_lazy("Waiting")
+    OFFERED = "offered", gettext_lazy("Offered")
+    OPERATING = "operating", gettext_lazy("Operating")
+    DONE = "done", gettext_lazy("Done")
+    LEFT = "left", gettext_lazy("Left")
+    EXPIRED = "expired", gettext_lazy("Expired")
 
 
 OPEN_TICKET = (TicketState.WAITING, TicketState.OFFERED, TicketState.OPERATING)
@@ -38,18 +40,18 @@ class PlaceEnd(models.TextChoices):
 class Charge(models.TextChoices):
     """The unit in which the use of a robot is charged."""
 
-    SECONDS = "seconds", "Seconds"
-    JOBS = "jobs", "Jobs"
+    SECONDS = "seconds", gettext_lazy("Seconds")
+    JOBS = "jobs", gettext_lazy("Jobs")
 
 
 class Queue(models.Model):
     """A queue for one robot, or for several equal robots."""
 
     name = models.CharField(max_length=80)
-    paused = models.BooleanField(default=False, help_text="Nobody is offered the robot; places are kept.")
+    paused = models.BooleanField(default=False, help_text=gettext_lazy("Nobody is offered the robot; places are kept."))
     guest_weight = models.FloatField(
         default=1.0, validators=[positive],
-        help_text="Of each network address from which guests ask for jobs; a person has 1.",
+        help_text=gettext_lazy("Of each network address from which guests ask for jobs; a person has 1."),
     )  # fmt: skip
     virtual_time = models.FloatField(default=0.0, editable=False)
     greatest_finish = models.FloatField(default=0.0, editable=False)
@@ -63,23 +65,30 @@ class QueueRobot(models.Model):
 
     robot = models.OneToOneField("robots.Robot", models.CASCADE, related_name="queue_link")
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="robot_links")
-    offers_turns = models.BooleanField(default=True, help_text="People may drive it; without, it takes jobs only.")
-    guests_ask = models.BooleanField(default=False, help_text="Jobs may be asked for without account or clearance.")
+    offers_turns = models.BooleanField(
+        default=True, help_text=gettext_lazy("People may drive it; without, it takes jobs only.")
+    )
+    guests_ask = models.BooleanField(
+        default=False, help_text=gettext_lazy("Jobs may be asked for without account or clearance.")
+    )
     charged_in = models.CharField(
-        max_length=8, choices=Charge, default=Charge.SECONDS, help_text="Of jobs; where turns are offered too: seconds."
+        max_length=8,
+        choices=Charge,
+        default=Charge.SECONDS,
+        help_text=gettext_lazy("Of jobs; where turns are offered too: seconds."),
     )
     rest_after_min = models.PositiveSmallIntegerField(
-        "idle behaviour rests after (min)", null=True, blank=True, default=15,
-        help_text="Of nobody watching; empty: never.",
+        gettext_lazy("idle behaviour rests after (min)"), null=True, blank=True, default=15,
+        help_text=gettext_lazy("Of nobody watching; empty: never."),
     )  # fmt: skip
     watched_at = models.DateTimeField(null=True, blank=True, editable=False)
     resumed_at = models.DateTimeField(null=True, blank=True, editable=False)  # when staff resumed after the last stop
 
     class Meta:
-        verbose_name = "robot"
+        verbose_name = gettext_lazy("robot")
 
     def __str__(self) -> str:
-        return f"{self.robot} in {self.queue}"
+        return gettext("{robot} in {queue}").format(robot=self.robot, queue=self.queue)
 
     @property
     def charges_jobs(self) -> bool:
@@ -92,11 +101,13 @@ class Account(models.Model):
 
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="accounts")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="+")
-    network = models.CharField(max_length=64, blank=True, help_text="Of guests; empty for a person.")
-    finish_tag = models.FloatField("finish tag (s or jobs)", default=0.0)
+    network = models.CharField(max_length=64, blank=True, help_text=gettext_lazy("Of guests; empty for a person."))
+    finish_tag = models.FloatField(gettext_lazy("finish tag (s or jobs)"), default=0.0)
     weight = models.FloatField(
         null=True, blank=True, validators=[positive],
-        help_text="Its share of the robot beside others; empty: 1 for a person, for guests what the queue says.",
+        help_text=gettext_lazy(
+            "Its share of the robot beside others; empty: 1 for a person, for guests what the queue says."
+        ),
     )  # fmt: skip
 
     class Meta:
@@ -106,10 +117,12 @@ class Account(models.Model):
                 fields=["queue", "network"], condition=~Q(network=""), name="one_account_a_network"
             ),
         ]
-        verbose_name, verbose_name_plural = "share of a queue", "shares of queues"
+        verbose_name, verbose_name_plural = gettext_lazy("share of a queue"), gettext_lazy("shares of queues")
 
     def __str__(self) -> str:
-        return f"{self.user or 'guests'} in {self.queue}"
+        if self.user is None:
+            return gettext("guests in {queue}").format(queue=self.queue)
+        return gettext("{user} in {queue}").format(user=self.user, queue=self.queue)
 
     def weighs(self, queue: Queue) -> float:
         """Return the weight in force; `queue` is the account's."""
@@ -124,15 +137,17 @@ class Ticket(models.Model):
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="tickets")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="tickets")
     state = models.CharField(max_length=10, choices=TicketState, default=TicketState.WAITING)
-    start_tag = models.FloatField("start tag (s or jobs)")
+    start_tag = models.FloatField(gettext_lazy("start tag (s or jobs)"))
     joined_at = models.DateTimeField()
     last_seen = models.DateTimeField()
-    classic = models.BooleanField(default=False, help_text="Uses the console without scripts.")
+    classic = models.BooleanField(default=False, help_text=gettext_lazy("Uses the console without scripts."))
     robot = models.ForeignKey("robots.Robot", models.SET_NULL, null=True, blank=True, related_name="+")
     offer_until = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
-    dismissed_at = models.DateTimeField(null=True, blank=True, help_text="The person has read that the place was lost.")
+    dismissed_at = models.DateTimeField(
+        null=True, blank=True, help_text=gettext_lazy("The person has read that the place was lost.")
+    )
 
     class Meta:
         constraints = [
@@ -141,7 +156,7 @@ class Ticket(models.Model):
             )
         ]
         indexes = [models.Index(fields=["queue", "state", "start_tag", "id"], name="served_in_tag_order")]
-        verbose_name, verbose_name_plural = "place in a queue", "places in queues"
+        verbose_name, verbose_name_plural = gettext_lazy("place in a queue"), gettext_lazy("places in queues")
 
     def __str__(self) -> str:
         return f"{self.user} ({self.get_state_display()})"
@@ -161,12 +176,14 @@ class Turn(models.Model):
     last_seen = models.DateTimeField()
     connected = models.BooleanField(default=True)
     acted_at = models.DateTimeField(
-        null=True, blank=True, help_text="When the operator last did something beside commands, or said so."
+        null=True,
+        blank=True,
+        help_text=gettext_lazy("When the operator last did something beside commands, or said so."),
     )
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
-    alone_s = models.FloatField("nobody waited for (s)", default=0.0)
-    charged_s = models.FloatField("charged (s)", null=True, blank=True)
+    alone_s = models.FloatField(gettext_lazy("nobody waited for (s)"), default=0.0)
+    charged_s = models.FloatField(gettext_lazy("charged (s)"), null=True, blank=True)
 
     class Meta:
         ordering = ("-id",)
@@ -176,7 +193,8 @@ class Turn(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"turn {self.pk}: {self.operator_name} on {self.robot}"
+        words = gettext("turn {number}: {operator} on {robot}")
+        return words.format(number=self.pk, operator=self.operator_name, robot=self.robot)
 
     def get_absolute_url(self) -> str:
         """Return the turn's permanent address."""
@@ -191,17 +209,20 @@ class Turn(models.Model):
 class LostCause(models.TextChoices):
     """Why an operator's connection was lost."""
 
-    PAGE = "page", "The page was closed, left or reloaded"
-    CUT = "cut", "The connection was cut on its way"
-    NO_PONG = "no_pong", "The browser did not answer for 20 seconds"
-    NOT_READ = "not_read", "The browser took no data for a minute"
-    RESTART = "restart", "The portal was restarted"
+    PAGE = "page", gettext_lazy("The page was closed, left or reloaded")
+    CUT = "cut", gettext_lazy("The connection was cut on its way")
+    NO_PONG = "no_pong", gettext_lazy("The browser did not answer for 20 seconds")
+    NOT_READ = "not_read", gettext_lazy("The browser took no data for a minute")
+    RESTART = "restart", gettext_lazy("The portal was restarted")
 
 
 SIDES = {
-    LostCause.PAGE: "browser", LostCause.CUT: "network", LostCause.NO_PONG: "browser or network",
-    LostCause.NOT_READ: "browser or network", LostCause.RESTART: "portal",
-}  # fmt: skip
+    LostCause.PAGE: gettext_lazy("browser"),
+    LostCause.CUT: gettext_lazy("network"),
+    LostCause.NO_PONG: gettext_lazy("browser or network"),
+    LostCause.NOT_READ: gettext_lazy("browser or network"),
+    LostCause.RESTART: gettext_lazy("portal"),
+}
 
 
 class LostConnection(models.Model):
@@ -215,23 +236,23 @@ class LostConnection(models.Model):
         ordering = ("-id",)
 
     def __str__(self) -> str:
-        return f"{self.at:%Y-%m-%d %H:%M:%S}: {self.get_cause_display()}"
+        return f"{localtime(self.at):%Y-%m-%d %H:%M:%S}: {self.get_cause_display()}"
 
     @property
     def side(self) -> str:
         """Return on which side the cause was."""
-        return SIDES[LostCause(self.cause)]
+        return str(SIDES[LostCause(self.cause)])
 
 
 class TurnSession(models.Model):
     """A session of the operator in which the robot's page is open, and when that page last reported."""
 
     turn = models.ForeignKey(Turn, models.CASCADE, related_name="sessions")
-    session = models.CharField(max_length=40, help_text="The key of the session.")
+    session = models.CharField(max_length=40, help_text=gettext_lazy("The key of the session."))
     last_seen = models.DateTimeField()
 
     class Meta:
         constraints = [models.UniqueConstraint(fields=["turn", "session"], name="each_session_of_a_turn_once")]
 
     def __str__(self) -> str:
-        return f"a session of {self.turn}"
+        return gettext("a session of {turn}").format(turn=self.turn)

@@ -1,6 +1,7 @@
 """Base classes of admin pages: guarded actions, read-only records, tables with accessible names, partial saving."""
 
 from collections.abc import Callable, Iterable
+from datetime import datetime
 from http import HTTPStatus
 from typing import Any
 
@@ -14,9 +15,12 @@ from django.http import HttpRequest, HttpResponse
 from django.shortcuts import redirect
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
+from django.utils.timezone import localtime
+from django.utils.translation import gettext
 
 from robots.kit.contract.errors import RobotError
 from robots.models import Frame
+from robots.sentences import english, translate
 
 
 def comes_from_first(request: HttpRequest) -> bool:
@@ -60,31 +64,53 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         return back_to(request) if answer.status_code == HTTPStatus.FOUND and comes_from_first(request) else answer
 
     def act_on(
-        self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: str, rest: str
+        self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: Any, rest: Any
     ) -> None:
         """Carry out a verb on each chosen row, note it in the row's history, and show how many rows changed.
 
-        `verb` returns whether it changed the row; `rest` is the text for rows that it did not change. A refusal is
-        shown with its row.
+        `verb` returns whether it changed the row; `rest` is the text for rows that it did not change. Both texts are
+        lazy: the row's history has the first in English. A refusal is shown with its row.
         """
         done = others = 0
         for one in chosen:
             try:
                 changed = verb(one)
             except RobotError as error:
-                messages.warning(request, f"{one}: {error}")
+                messages.warning(request, f"{one}: {translate(error)}")
                 continue
             if changed:
-                self.log_change(request, one, word)
+                self.log_change(request, one, english(word))
             done, others = done + changed, others + (not changed)
         counts = [(count, text) for count, text in ((done, word), (others, rest)) if count]
-        sentences = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
+        words = gettext("{done}: {count} {rows}.")
+        sentences = [words.format(done=text, count=n, rows=model_ngettext(self.opts, n)) for n, text in counts]
         if sentences:
             messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(sentences))
 
 
 class ReadOnlyAdmin(GuardedAdmin):
     """A record that the admin only shows."""
+
+    sentences: tuple[str, ...] = ()  # fields with sentences of the portal, which are stored in English
+
+    def get_list_display(self, request: HttpRequest) -> Any:
+        """Return the columns; sentences are in the reader's language."""
+        return [self._in_words(name) for name in super().get_list_display(request)]
+
+    def get_fields(self, request: HttpRequest, obj: Any = None) -> Any:
+        """Return the fields of the page; sentences are in the reader's language."""
+        return [self._in_words(name) for name in super().get_fields(request, obj)]
+
+    def _in_words(self, name: Any) -> Any:
+        if name not in self.sentences:
+            return name
+
+        @admin.display(description=self.opts.get_field(name).verbose_name, ordering=name)
+        def shown(row: Any) -> str:
+            return translate(getattr(row, name)) or "-"
+
+        shown.__name__ = name  # it is in the column's class
+        return shown
 
     def has_act_permission(self, request: HttpRequest) -> bool:
         """Return whether the person may act on robots and turns; a lower permission is enough to see them."""
@@ -160,7 +186,13 @@ class NamedValues(admin.AllValuesFieldListFilter):
 
     def choices(self, changelist: Any) -> Any:
         """Return the choices with their words."""
-        return [{**one, "display": one["display"] or "(none)"} for one in super().choices(changelist)]
+        found = super().choices(changelist)
+        return [{**one, "display": translate(one["display"] or "") or gettext("(none)")} for one in found]
+
+
+def clock_time(at: datetime) -> str:
+    """Return a time without its day, in the reader's zone."""
+    return f"{localtime(at):%H:%M:%S}"
 
 
 def thumbnail(frame: Frame | None, words: str) -> SafeString | str:

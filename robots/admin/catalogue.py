@@ -9,6 +9,7 @@ from django.shortcuts import get_object_or_404, redirect, render
 from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
+from django.utils.translation import gettext, gettext_lazy
 
 from robots import bus, grants, services
 from robots.admin.bases import FormFieldsAdmin, back_to
@@ -25,8 +26,11 @@ from robots.kit.packets import Changed
 from robots.kit.plain import whole
 from robots.models import Command, Incident, Robot
 from robots.once import once
+from robots.sentences import translate
 from robots.services import probes, programs
 from robots.services.permissions import NotStaff
+
+SETTINGS, CONNECTION = gettext_lazy("Settings"), gettext_lazy("Connection")  # groups of fields
 
 
 @admin.register(Robot)
@@ -43,34 +47,35 @@ class RobotAdmin(FormFieldsAdmin):
     change_form_template = "admin/robots/robot/change_form.html"
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required", "cheers")}),
-        ("Practice", {"fields": ("practice_for", "guest_s"), "classes": ("collapse",)}),
-        ("Connection", {"fields": ("driver", "address", "camera", "microphone")}),
-        ("Settings", {"fields": TURNS}),
-        ("Recording", {"fields": RECORDING}),
-        ("State", {"fields": ("switched", "cycle", "reason", "lockout_note")}),
+        (gettext_lazy("Practice"), {"fields": ("practice_for", "guest_s"), "classes": ("collapse",)}),
+        (CONNECTION, {"fields": ("driver", "address", "camera", "microphone")}),
+        (SETTINGS, {"fields": TURNS}),
+        (gettext_lazy("Recording"), {"fields": RECORDING}),
+        (gettext_lazy("State"), {"fields": ("switched", "cycle", "reason", "lockout_note")}),
     )
 
-    @admin.display(description="Simulated", boolean=True)
+    @admin.display(description=gettext_lazy("Simulated"), boolean=True)
     def simulated(self, robot: Robot) -> bool:
         """Return whether a simulator answers in place of the robot."""
         return robot.simulated
 
-    @admin.display(description="State")
+    @admin.display(description=gettext_lazy("State"))
     def state(self, robot: Robot) -> str:
         """Return the robot's state as text, or that its worker does not answer."""
         alive = grants.owner_alive(grants.lease_of(robot), SYSTEM.now())
-        worker = "" if alive or not robot.enabled else " (worker silent)"
-        return f"{robot.get_cycle_display()}{worker}"
+        if alive or not robot.enabled:
+            return robot.get_cycle_display()
+        return gettext("{state} (worker silent)").format(state=robot.get_cycle_display())
 
-    @admin.display(description="Switched", ordering="enabled")
+    @admin.display(description=gettext_lazy("Switched"), ordering="enabled")
     def switched(self, robot: Robot) -> str:
         """Return whether staff have switched it on."""
-        return "on" if robot.enabled else "off"
+        return gettext("on") if robot.enabled else gettext("off")
 
-    @admin.display(description="Stop", ordering="stop_latched")
+    @admin.display(description=gettext_lazy("Stop"), ordering="stop_latched")
     def stop(self, robot: Robot) -> SafeString | str:
         """Return that a stop is latched, in red, because the robot does not move until it is released."""
-        return format_html('<b class="farhand-bad">{}</b>', "Stop latched") if robot.stop_latched else "-"
+        return format_html('<b class="farhand-bad">{}</b>', gettext("Stop latched")) if robot.stop_latched else "-"
 
     def get_urls(self) -> list[URLPattern]:
         """Add the status part and the verbs."""
@@ -132,7 +137,7 @@ class RobotAdmin(FormFieldsAdmin):
         programs.load_gallery(robot, SYSTEM.now())
         return [told for load in AFTER_ADDING if (told := load(robot))]
 
-    @admin.action(description="Load what the packages bring: programs, questions", permissions=["change"])
+    @admin.action(description=gettext_lazy("Load what the packages bring: programs, questions"), permissions=["change"])
     def load_brought(self, request: HttpRequest, queryset: Any) -> None:
         """Load what the packages of the chosen robots bring now, for robots that were added before."""
         for robot in queryset:
@@ -140,9 +145,10 @@ class RobotAdmin(FormFieldsAdmin):
                 for told in self._load(robot):
                     messages.info(request, f"{robot}: {told}")
             except ImportError:
-                messages.error(request, f"{robot}: there is no driver named {robot.driver!r}; install its package.")
+                words = gettext("{robot}: there is no driver named {driver!r}; install its package.")
+                messages.error(request, words.format(robot=robot, driver=robot.driver))
 
-    @admin.action(description="Add a simulator for practice", permissions=["change"])
+    @admin.action(description=gettext_lazy("Add a simulator for practice"), permissions=["change"])
     def add_twins(self, request: HttpRequest, queryset: Any) -> None:
         """Add to each of the chosen robots a simulator on which people practise."""
         for robot in queryset:
@@ -163,33 +169,33 @@ class RobotAdmin(FormFieldsAdmin):
             return self.fieldsets
         if not self.has_change_permission(request, obj):
             shown = {
-                "Settings": (*turns_of(obj.driver), "settings_shown"),
-                "Connection": ("driver", "address", "camera_shown", "microphone_shown"),
+                SETTINGS: (*turns_of(obj.driver), "settings_shown"),
+                CONNECTION: ("driver", "address", "camera_shown", "microphone_shown"),
             }
             return tuple((t, {"fields": shown[t]} if t in shown else o) for t, o in self.fieldsets)
         declared = settings_of(obj.driver)
-        of_lists = tuple((s.label, {"fields": names([s], "list")}) for s in declared if s.kind == "list")
+        of_lists = tuple((translate(s.label), {"fields": names([s], "list")}) for s in declared if s.kind == "list")
         groups: list[Any] = []
         for title, options in self.fieldsets:
-            if title == "Settings":
+            if title is SETTINGS:
                 plain = (*names(declared, "number"), *turns_of(obj.driver))
                 groups += [*([(title, {"fields": plain})] if plain else []), *of_lists]
             else:
                 groups.append((title, options))
         return tuple(groups)
 
-    @admin.display(description="Set by staff")
+    @admin.display(description=gettext_lazy("Set by staff"))
     def settings_shown(self, robot: Robot) -> str:
         """Return the settings as text, for staff who may only look."""
-        told = [(s.label, robot.settings.get(s.name), s.unit) for s in settings_of(robot.driver)]
+        told = [(translate(s.label), robot.settings.get(s.name), s.unit) for s in settings_of(robot.driver)]
         return "; ".join(f"{label}: {value} {unit}".strip() for label, value, unit in told if value is not None) or "-"
 
-    @admin.display(description="Camera")
+    @admin.display(description=gettext_lazy("Camera"))
     def camera_shown(self, robot: Robot) -> str:
         """Return the cameras' addresses without their passwords, for staff who may only look."""
         return addresses.redacted(robot.camera) or "-"
 
-    @admin.display(description="Microphone")
+    @admin.display(description=gettext_lazy("Microphone"))
     def microphone_shown(self, robot: Robot) -> str:
         """Return the microphone's address without its password, for staff who may only look."""
         return addresses.redacted(robot.microphone) or "-"
@@ -203,9 +209,9 @@ class RobotAdmin(FormFieldsAdmin):
         try:
             return once(self._carry_out)(request, robot, verb)
         except NotStaff as error:
-            raise PermissionDenied(str(error)) from error
+            raise PermissionDenied(translate(error)) from error
         except RobotError as error:
-            messages.error(request, str(error))
+            messages.error(request, translate(error))
             return back
 
     def _carry_out(self, request: HttpRequest, robot: Robot, verb: str) -> HttpResponse:

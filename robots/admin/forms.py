@@ -6,14 +6,16 @@ from typing import Any
 from django import forms
 from django.core.validators import MaxValueValidator, MinValueValidator
 from django.forms.fields import InvalidJSONInput
+from django.utils.translation import gettext, gettext_lazy
 
 from robots.kit.contract.capabilities import Setting
 from robots.kit.contract.errors import RobotError
 from robots.kit.contract.find import function, spec_of, spec_or_none
-from robots.kit.contract.ranges import from_to
+from robots.kit.contract.ranges import plain
 from robots.kit.contract.spec import TURN
 from robots.kit.installed import drivers, simulators
 from robots.models import Robot
+from robots.sentences import translate
 
 PREFIX = "setting_"  # so that no setting can replace a field that all robots have
 TURNS = ("turn_s",)
@@ -35,7 +37,7 @@ class ListField(forms.JSONField):
         try:
             return super().to_python(value)
         except (ValueError, RecursionError) as error:
-            raise forms.ValidationError("Write a list as JSON.") from error
+            raise forms.ValidationError(gettext("Write a list as JSON.")) from error
 
     def clean(self, value: Any) -> Any:
         """Return the value to be stored. Raises ValidationError."""
@@ -55,7 +57,7 @@ def check_list(setting: Setting, value: Any) -> Any:
     try:
         return function(setting.check)(value)
     except RobotError as error:
-        raise forms.ValidationError(str(error)) from error
+        raise forms.ValidationError(translate(error)) from error
 
 
 def _accepted(setting: Setting, value: Any) -> Any:
@@ -68,18 +70,23 @@ def _accepted(setting: Setting, value: Any) -> Any:
 
 def _number(setting: Setting) -> forms.Field:
     low, high, unit = setting.low, setting.high, setting.unit
-    refused = f"Write a number from {from_to(low, high, unit)}, or leave it empty."
-    default = "" if setting.default is None else f"Empty: {setting.default:.4g} {unit}".strip() + "."
+    words = gettext("Write a number from {low} to {high}, or leave it empty.")
+    refused = words.format(low=plain(low), high=f"{plain(high)} {unit}".strip())
+    label, about, default = translate(setting.label), translate(setting.help), ""
+    if setting.default is not None:
+        default = gettext("Empty: {value}.").format(value=f"{setting.default:.4g} {unit}".strip())
     return forms.FloatField(
-        required=False, label=f"{setting.label} ({unit})" if unit else setting.label,
-        help_text=f"{setting.help} {default}".strip(), error_messages={"invalid": refused},
+        required=False, label=f"{label} ({unit})" if unit else label, help_text=f"{about} {default}".strip(),
+        error_messages={"invalid": refused},
         validators=[MinValueValidator(low, refused), MaxValueValidator(high, refused)],
     )  # fmt: skip
 
 
 def _list(setting: Setting) -> forms.Field:
     widget = forms.Textarea(attrs={"data-editor": setting.editor} if setting.editor else {})
-    return ListField(setting, required=False, label=setting.label, help_text=setting.help, widget=widget)
+    return ListField(
+        setting, required=False, label=translate(setting.label), help_text=translate(setting.help), widget=widget
+    )
 
 
 def settings_of(driver: str) -> tuple[Setting, ...]:
@@ -102,11 +109,17 @@ def names(settings: Iterable[Setting], kind: str) -> tuple[str, ...]:
 def _driver_field(present: str) -> forms.ChoiceField:
     """Return the choice of installed drivers; the row's present one is in it even if its package is gone."""
     installed = drivers()
-    gone = [(present, f"{present} (not installed)")] if present and present not in installed else []
+    gone = (
+        [(present, gettext("{driver} (not installed)").format(driver=present))]
+        if present and present not in installed
+        else []
+    )
     return forms.ChoiceField(
         choices=[*gone, *((name, name) for name in installed)],
-        help_text="The robots whose packages are installed.",
-        error_messages={"invalid_choice": "There is no driver named %(value)s here; install its package and restart."},
+        help_text=gettext_lazy("The robots whose packages are installed."),
+        error_messages={
+            "invalid_choice": gettext_lazy("There is no driver named %(value)s here; install its package and restart.")
+        },
     )
 
 
@@ -143,7 +156,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         try:
             spec_of(cleaned["driver"])
         except LookupError as error:
-            raise forms.ValidationError({"driver": str(error)}) from error
+            raise forms.ValidationError({"driver": translate(error)}) from error
         _check_simulator(cleaned["driver"], cleaned.get("address", ""))
         return cleaned
 
@@ -166,10 +179,11 @@ def _check_simulator(driver: str, address: str) -> None:
     installed = simulators()
     if name not in installed:
         listed = ", ".join(f"sim:{one}" for one in installed)
-        raise forms.ValidationError({"address": f"There is no simulator {name!r}. Installed are: {listed}."})
+        text = gettext("There is no simulator {name!r}. Installed are: {simulators}.")
+        raise forms.ValidationError({"address": text.format(name=name, simulators=listed)})
     if name != driver and driver in installed:
-        text = f"The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}."
-        raise forms.ValidationError({"address": text})
+        text = gettext("The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}.")
+        raise forms.ValidationError({"address": text.format(name=name, driver=driver)})
 
 
 def form_for(robot: Robot) -> type[RobotForm]:

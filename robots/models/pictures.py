@@ -4,6 +4,7 @@ import secrets
 
 from django.conf import settings
 from django.db import models
+from django.utils.translation import gettext_lazy
 
 from robots.models.robot import Command, Grant, Robot
 
@@ -21,8 +22,8 @@ class Frame(models.Model):
     command = models.ForeignKey(Command, models.SET_NULL, null=True, blank=True, related_name="frames")
     taken_at = models.DateTimeField()
     file = models.CharField(max_length=160)
-    width = models.PositiveSmallIntegerField("width (px)", default=0)
-    height = models.PositiveSmallIntegerField("height (px)", default=0)
+    width = models.PositiveSmallIntegerField(gettext_lazy("width (px)"), default=0)
+    height = models.PositiveSmallIntegerField(gettext_lazy("height (px)"), default=0)
     pose = models.JSONField(default=list)
     joints = models.JSONField(default=list)
     values = models.JSONField(default=dict, db_default={})  # of the channels that the spec declares, by name
@@ -31,11 +32,11 @@ class Frame(models.Model):
     verdict = models.CharField(max_length=60, blank=True)
     difference = models.FloatField(null=True, blank=True)
     tries = models.PositiveSmallIntegerField(default=0)
-    kept = models.BooleanField(default=False, help_text="Chosen for a log entry: never cleaned away.")
+    kept = models.BooleanField(default=False, help_text=gettext_lazy("Chosen for a log entry: never cleaned away."))
 
     class Meta:
         ordering = ("-id",)
-        verbose_name = "picture"
+        verbose_name = gettext_lazy("picture")
 
     def __str__(self) -> str:
         return self.file
@@ -79,19 +80,19 @@ class Program(models.Model):
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="programs")
     author = models.ForeignKey(
         settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="programs",
-        help_text="Empty for one that came with the robot.",
+        help_text=gettext_lazy("Empty for one that came with the robot."),
     )  # fmt: skip
     kind = models.CharField(
         max_length=40, blank=True, default="",
-        help_text="The command that runs it, of a robot with several languages; empty: its first.",
+        help_text=gettext_lazy("The command that runs it, of a robot with several languages; empty: its first."),
     )  # fmt: skip
     name = models.CharField(max_length=60)
     text = models.TextField(max_length=6000)
-    shared = models.BooleanField(default=False, help_text="Its author would like others to see it.")
-    approved = models.BooleanField(default=False, help_text="Shown in the gallery.")
+    shared = models.BooleanField(default=False, help_text=gettext_lazy("Its author would like others to see it."))
+    approved = models.BooleanField(default=False, help_text=gettext_lazy("Shown in the gallery."))
     approved_by = models.ForeignKey(
-        settings.AUTH_USER_MODEL, models.SET_NULL, verbose_name="decided by", null=True, blank=True, related_name="+",
-        editable=False,
+        settings.AUTH_USER_MODEL, models.SET_NULL, verbose_name=gettext_lazy("decided by"), null=True, blank=True,
+        related_name="+", editable=False,
     )  # fmt: skip
     changed_at = models.DateTimeField()
 

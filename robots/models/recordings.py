@@ -6,22 +6,23 @@ from datetime import datetime, timedelta
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
+from django.utils.translation import gettext, gettext_lazy
 
 
 class Records(models.TextChoices):
     """The parts of a robot's work that are recorded."""
 
-    OFF = "off", "Nothing"
-    WORK = "work", "Turns and jobs"
+    OFF = "off", gettext_lazy("Nothing")
+    WORK = "work", gettext_lazy("Turns and jobs")
 
 
 class RecordingState(models.TextChoices):
     """The states of a recording; all but the first are final."""
 
-    RUNNING = "running", "Being recorded"
-    READY = "ready", "Ready"
-    CUT = "cut", "Cut short"
-    REMOVED = "removed", "Removed"
+    RUNNING = "running", gettext_lazy("Being recorded")
+    READY = "ready", gettext_lazy("Ready")
+    CUT = "cut", gettext_lazy("Cut short")
+    REMOVED = "removed", gettext_lazy("Removed")
 
 
 SHOWN = (RecordingState.READY, RecordingState.CUT)
@@ -30,9 +31,9 @@ SHOWN = (RecordingState.READY, RecordingState.CUT)
 class OfTheDay(models.TextChoices):
     """The decision of staff whether a recording's movie is the movie of the day."""
 
-    BY_RULE = "", "By the rule"
-    PINNED = "pinned", "Until staff say otherwise"
-    NEVER = "never", "Never"
+    BY_RULE = "", gettext_lazy("By the rule")
+    PINNED = "pinned", gettext_lazy("Until staff say otherwise")
+    NEVER = "never", gettext_lazy("Never")
 
 
 def new_key() -> str:
@@ -47,21 +48,31 @@ class Recording(models.Model):
     grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="recording")
     key = models.CharField(max_length=32, unique=True, default=new_key, editable=False)
     state = models.CharField(max_length=8, choices=RecordingState, default=RecordingState.RUNNING)
-    reason = models.CharField(max_length=200, blank=True, help_text="Why it was cut short or removed, or has gaps.")
+    reason = models.CharField(
+        max_length=200, blank=True, help_text=gettext_lazy("Why it was cut short or removed, or has gaps.")
+    )
     began_at = models.DateTimeField()
     ended_at = models.DateTimeField(null=True, blank=True)
     file = models.CharField(max_length=160)
-    size = models.BigIntegerField("size (bytes)", default=0)
-    dropped = models.PositiveIntegerField(default=0, help_text="Messages left out because the disk was too slow.")
-    version = models.PositiveIntegerField(default=1, help_text="Grows when pictures are taken out.")
-    taken_out = models.JSONField(default=list, blank=True, help_text="Spans of pictures to take out at the end.")
-    host = models.CharField(max_length=80, blank=True, help_text="Where its recorder runs.")
-    filmed = models.PositiveIntegerField(
-        default=0, db_default=0, help_text="The version of which a movie was to be made by itself; 0: none."
+    size = models.BigIntegerField(gettext_lazy("size (bytes)"), default=0)
+    dropped = models.PositiveIntegerField(
+        default=0, help_text=gettext_lazy("Messages left out because the disk was too slow.")
     )
-    track = models.JSONField(default=dict, db_default={}, blank=True, help_text="Its path: driven, planned (m).")
+    version = models.PositiveIntegerField(default=1, help_text=gettext_lazy("Grows when pictures are taken out."))
+    taken_out = models.JSONField(
+        default=list, blank=True, help_text=gettext_lazy("Spans of pictures to take out at the end.")
+    )
+    host = models.CharField(max_length=80, blank=True, help_text=gettext_lazy("Where its recorder runs."))
+    filmed = models.PositiveIntegerField(
+        default=0,
+        db_default=0,
+        help_text=gettext_lazy("The version of which a movie was to be made by itself; 0: none."),
+    )
+    track = models.JSONField(
+        default=dict, db_default={}, blank=True, help_text=gettext_lazy("Its path: driven, planned (m).")
+    )
     of_the_day = models.CharField(
-        "movie of the day", max_length=6, choices=OfTheDay, default="", db_default="", blank=True
+        gettext_lazy("movie of the day"), max_length=6, choices=OfTheDay, default="", db_default="", blank=True
     )
 
     class Meta:
@@ -69,7 +80,7 @@ class Recording(models.Model):
         indexes = [models.Index(fields=["robot", "began_at"], name="recordings_by_time")]
 
     def __str__(self) -> str:
-        return f"recording {self.pk}"
+        return gettext("recording {number}").format(number=self.pk)
 
     def get_absolute_url(self) -> str:
         """Return the address of its page."""
@@ -98,33 +109,39 @@ class Movie(models.Model):
     class Kind(models.TextChoices):
         """The containers, each with the codec that browsers play in it."""
 
-        MP4 = "mp4", "MP4 (H.264)"
-        WEBM = "webm", "WebM (VP9)"
+        MP4 = "mp4", gettext_lazy("MP4 (H.264)")
+        WEBM = "webm", gettext_lazy("WebM (VP9)")
 
     class State(models.TextChoices):
         """From the request to the file."""
 
-        WAITING = "waiting", "Waiting to be made"
-        MAKING = "making", "Being made"
-        READY = "ready", "Ready"
-        FAILED = "failed", "Failed"
+        WAITING = "waiting", gettext_lazy("Waiting to be made")
+        MAKING = "making", gettext_lazy("Being made")
+        READY = "ready", gettext_lazy("Ready")
+        FAILED = "failed", gettext_lazy("Failed")
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="movies")
     recording = models.ForeignKey(Recording, models.CASCADE, null=True, blank=True, related_name="movies")
-    day = models.DateField(null=True, blank=True, help_text="Of a time-lapse (UTC).")
+    day = models.DateField(null=True, blank=True, help_text=gettext_lazy("Of a time-lapse (UTC)."))
     # recordings by number, and stored pictures by file: all that the time-lapse shows, and everybody could see then
-    sources = models.JSONField(default=list, blank=True, help_text="The recordings of a time-lapse.")
+    sources = models.JSONField(default=list, blank=True, help_text=gettext_lazy("The recordings of a time-lapse."))
     kind = models.CharField(max_length=4, choices=Kind)
-    version = models.PositiveIntegerField(default=1, help_text="Of its recording.")
+    version = models.PositiveIntegerField(default=1, help_text=gettext_lazy("Of its recording."))
     state = models.CharField(max_length=8, choices=State, default=State.WAITING)
     reason = models.CharField(max_length=200, blank=True)
     asked_at = models.DateTimeField()
     begun_at = models.DateTimeField(null=True, blank=True)
     ready_at = models.DateTimeField(null=True, blank=True)
-    size = models.BigIntegerField("size (bytes)", default=0)
-    progress = models.PositiveSmallIntegerField("progress (%)", default=0, help_text="While it is made.")
-    unasked = models.BooleanField(default=False, db_default=False, help_text="Made by itself, after those asked for.")
-    tries = models.PositiveSmallIntegerField(default=0, db_default=0, help_text="How often it could not be made.")
+    size = models.BigIntegerField(gettext_lazy("size (bytes)"), default=0)
+    progress = models.PositiveSmallIntegerField(
+        gettext_lazy("progress (%)"), default=0, help_text=gettext_lazy("While it is made.")
+    )
+    unasked = models.BooleanField(
+        default=False, db_default=False, help_text=gettext_lazy("Made by itself, after those asked for.")
+    )
+    tries = models.PositiveSmallIntegerField(
+        default=0, db_default=0, help_text=gettext_lazy("How often it could not be made.")
+    )
 
     class Meta:
         ordering = ("-id",)

@@ -10,6 +10,7 @@ from django.conf import settings
 from django.db import models
 from django.db.models import Q
 from django.utils.crypto import salted_hmac
+from django.utils.translation import gettext, gettext_lazy
 
 from robots.kit import description
 from robots.kit.contract.find import spec_of
@@ -17,6 +18,7 @@ from robots.kit.contract.ranges import readable
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
 from robots.models.recordings import Records
+from robots.sentences import translate
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
 from robots.validators import a_turn, camera_addresses, microphone_address, robot_address
 
@@ -30,19 +32,21 @@ class Robot(models.Model):
     slug = models.SlugField(unique=True, max_length=40)
     name = models.CharField(max_length=80)
     tagline = models.CharField(max_length=200, blank=True)
-    story = models.TextField(blank=True, help_text="Markdown, shown on the robot's page.")
-    driver = models.CharField(max_length=40, default="mercury", help_text="Name of the driver package.")
+    story = models.TextField(blank=True, help_text=gettext_lazy("Markdown, shown on the robot's page."))
+    driver = models.CharField(max_length=40, default="mercury", help_text=gettext_lazy("Name of the driver package."))
     address = models.CharField(
         max_length=200,
         validators=[robot_address],
-        help_text="sim:mercury, serial:/dev/ttyUSB0 or tcp:host:port",
+        help_text=gettext_lazy("sim:mercury, serial:/dev/ttyUSB0 or tcp:host:port"),
     )
     camera = models.TextField(
         blank=True,
         max_length=1000,
         validators=[camera_addresses],
-        help_text="Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0, one camera a "
-        "line in the order of the robot's cameras.",
+        help_text=gettext_lazy(
+            "Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0, one camera a "
+            "line in the order of the robot's cameras."
+        ),
     )
     microphone = models.CharField(
         blank=True,
@@ -50,12 +54,16 @@ class Robot(models.Model):
         db_default="",
         max_length=300,
         validators=[microphone_address],
-        help_text="Empty: nobody hears anything. http(s)://…, rtsp://…, alsa:default, or sim:microphone for a "
-        "simulated robot. Everybody who watches can listen: put up a notice where it stands.",
+        help_text=gettext_lazy(
+            "Empty: nobody hears anything. http(s)://…, rtsp://…, alsa:default, or sim:microphone for a "
+            "simulated robot. Everybody who watches can listen: put up a notice where it stands."
+        ),
     )
     enabled = models.BooleanField(default=False)
     cycle = models.CharField(max_length=12, choices=Cycle, default=Cycle.OFFLINE)
-    reason = models.CharField(max_length=300, blank=True, help_text="Why it is not ready, in plain words.")
+    reason = models.CharField(
+        max_length=300, blank=True, help_text=gettext_lazy("Why it is not ready, in plain words.")
+    )
     lockout_note = models.CharField(max_length=300, blank=True)
     locked_by = models.ForeignKey(
         settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
@@ -68,16 +76,18 @@ class Robot(models.Model):
     rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
     silent_since = models.DateTimeField(null=True, blank=True, editable=False)  # while it is on without a worker
     turn_s = models.PositiveIntegerField(
-        "turn (s)", null=True, blank=True, validators=[a_turn], help_text="Empty: default."
+        gettext_lazy("turn (s)"), null=True, blank=True, validators=[a_turn], help_text=gettext_lazy("Empty: default.")
     )
     practice_for = models.ForeignKey(
         "self", models.CASCADE, null=True, blank=True, related_name="twins",
-        help_text="The robot that people learn to drive here. This one is a simulator: it needs no clearance, and what "
-        "is done with it is in no log.",
+        help_text=gettext_lazy(
+            "The robot that people learn to drive here. This one is a simulator: it needs no clearance, and what "
+            "is done with it is in no log."
+        ),
     )  # fmt: skip
     guest_s = models.PositiveIntegerField(
-        "turn without an account (s)", null=True, blank=True, validators=[a_turn],
-        help_text="For practice only. Empty: people need an account.",
+        gettext_lazy("turn without an account (s)"), null=True, blank=True, validators=[a_turn],
+        help_text=gettext_lazy("For practice only. Empty: people need an account."),
     )  # fmt: skip
     calibration = models.JSONField(default=dict, blank=True, editable=False)
     calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
@@ -87,18 +97,28 @@ class Robot(models.Model):
     clearance_required = models.BooleanField(default=True)
     records = models.CharField(
         max_length=4, choices=Records, default=Records.OFF, db_default=Records.OFF,
-        help_text="Pictures, states, commands and events, shown to everybody who may see the turn or job.",
+        help_text=gettext_lazy(
+            "Pictures, states, commands and events, shown to everybody who may see the turn or job."
+        ),
     )  # fmt: skip
     recordings_keep_days = models.PositiveSmallIntegerField(
-        "recordings kept (days)", null=True, blank=True, help_text="Then they are removed. Empty: default."
+        gettext_lazy("recordings kept (days)"),
+        null=True,
+        blank=True,
+        help_text=gettext_lazy("Then they are removed. Empty: default."),
     )
     recordings_limit_mb = models.PositiveIntegerField(
-        "limit of all recordings (MB)", null=True, blank=True, help_text="The oldest are removed first. Empty: default."
+        gettext_lazy("limit of all recordings (MB)"),
+        null=True,
+        blank=True,
+        help_text=gettext_lazy("The oldest are removed first. Empty: default."),
     )
 
     cheers = models.BooleanField(
-        "cheering", default=True, db_default=True,
-        help_text="People who watch may cheer for who drives; everybody sees how many did. Not at practice.",
+        gettext_lazy("cheering"), default=True, db_default=True,
+        help_text=gettext_lazy(
+            "People who watch may cheer for who drives; everybody sees how many did. Not at practice."
+        ),
     )  # fmt: skip
     settings = models.JSONField(default=dict, db_default={}, blank=True, editable=False)  # those that its spec declares
 
@@ -109,8 +129,10 @@ class Robot(models.Model):
                 condition=Q(practice_for=None, guest_s=None)
                 | Q(practice_for__isnull=False, address__startswith="sim:", clearance_required=False),
                 name="practice_is_simulated",
-                violation_error_message="A robot for practice is a simulator (sim:NAME) that requires no clearance, "
-                "and only a robot for practice has turns without an account.",
+                violation_error_message=gettext_lazy(
+                    "A robot for practice is a simulator (sim:NAME) that requires no clearance, "
+                    "and only a robot for practice has turns without an account."
+                ),
             )
         ]
 
@@ -214,7 +236,7 @@ class Grant(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"{self.get_kind_display()} on {self.robot_id}"
+        return gettext("{kind} on {robot}").format(kind=self.get_kind_display(), robot=self.robot_id)
 
 
 class Lease(models.Model):
@@ -224,13 +246,13 @@ class Lease(models.Model):
     epoch = models.BigIntegerField(default=0)
     host = models.CharField(max_length=80, blank=True)
     pid = models.IntegerField(default=0)
-    started = models.CharField(max_length=40, blank=True, help_text="Start time of that process.")
+    started = models.CharField(max_length=40, blank=True, help_text=gettext_lazy("Start time of that process."))
     expires_at = models.DateTimeField(null=True, blank=True)
     state = models.JSONField(default=dict, blank=True)
     state_at = models.DateTimeField(null=True, blank=True)
 
     def __str__(self) -> str:
-        return f"epoch {self.epoch}"
+        return gettext("epoch {number}").format(number=self.epoch)
 
     def present_state(self, spec: Spec, now: datetime) -> RobotState | None:
         """Return the state that the owner stored last; None where it is old or not whole. Checks of requests use it.
@@ -258,9 +280,11 @@ class Usage(models.Model):
     """Five minutes of a robot: how long it was online, how many watched at once, and what was sent to them."""
 
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="usage")
-    at = models.DateTimeField(help_text="The beginning of the five minutes.")
+    at = models.DateTimeField(help_text=gettext_lazy("The beginning of the five minutes."))
     online_s = models.FloatField(default=0.0)
-    watching = models.PositiveIntegerField(default=0, help_text="Most at once; the sum over all web processes.")
+    watching = models.PositiveIntegerField(
+        default=0, help_text=gettext_lazy("Most at once; the sum over all web processes.")
+    )
     sent_bytes = models.BigIntegerField(default=0)
 
     class Meta:
@@ -285,7 +309,7 @@ class Command(models.Model):
     reason = models.CharField(max_length=300, blank=True)
     created_at = models.DateTimeField()
     deadline = models.DateTimeField()
-    limit_s = models.FloatField("limit (s)", default=15.0)
+    limit_s = models.FloatField(gettext_lazy("limit (s)"), default=15.0)
     accepted_at = models.DateTimeField(null=True, blank=True)
     sent_at = models.DateTimeField(null=True, blank=True)
     acknowledged_at = models.DateTimeField(null=True, blank=True)
@@ -344,11 +368,11 @@ class Incident(models.Model):
     at = models.DateTimeField()
     code = models.CharField(max_length=40)
     text = models.CharField(max_length=300)
-    remedy = models.CharField(max_length=300, blank=True, help_text="What the portal did about it.")
+    remedy = models.CharField(max_length=300, blank=True, help_text=gettext_lazy("What the portal did about it."))
     closed_at = models.DateTimeField(null=True, blank=True)
 
     class Meta:
         ordering = ("-at",)
 
     def __str__(self) -> str:
-        return self.text
+        return translate(self.text)

@@ -11,6 +11,7 @@ class AlertAdmin(ReadOnlyAdmin):
     """The times that robots needed staff."""
 
     list_display = ("robot", "kind", "text", "seen_at", "told_at", "ended_at")
+    sentences = ("text",)
     list_filter = ("robot", "kind")
 
 
@@ -19,4 +20,5 @@ class AlertMessageAdmin(ReadOnlyAdmin):
     """Who was told of alerts, and what went wrong."""
 
     list_display = ("alert", "over", "user", "state", "tries", "sent_at", "error")
+    sentences = ("error",)
     list_filter = ("state", "over")

@@ -1,6 +1,7 @@
 """The app of alerts."""
 
 from django.apps import AppConfig
+from django.utils.translation import gettext_lazy
 
 
 class AlertsConfig(AppConfig):
@@ -8,4 +9,4 @@ class AlertsConfig(AppConfig):
 
     name = "portal.web.alerts"
     label = "alerts"
-    verbose_name = "Alerts"
+    verbose_name = gettext_lazy("Alerts")

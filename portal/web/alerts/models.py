@@ -6,16 +6,17 @@ from typing import Any
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
+from django.utils.translation import gettext, gettext_lazy
 
 
 class Kind(models.TextChoices):
     """What a robot needs staff for."""
 
-    INCIDENT = "incident", "Incident"
-    NOT_READY = "not_ready", "Not ready"
-    STOPPED = "stopped", "Stopped"
-    SUSPENDED = "suspended", "Jobs wait for staff"
-    PROGRAMS = "programs", "Programs wait for a review"
+    INCIDENT = "incident", gettext_lazy("Incident")
+    NOT_READY = "not_ready", gettext_lazy("Not ready")
+    STOPPED = "stopped", gettext_lazy("Stopped")
+    SUSPENDED = "suspended", gettext_lazy("Jobs wait for staff")
+    PROGRAMS = "programs", gettext_lazy("Programs wait for a review")
 
 
 class Alert(models.Model):
@@ -23,11 +24,13 @@ class Alert(models.Model):
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="alerts")
     kind = models.CharField(max_length=10, choices=Kind)
-    subject = models.CharField(max_length=40, blank=True, help_text="The code of an incident.")
+    subject = models.CharField(max_length=40, blank=True, help_text=gettext_lazy("The code of an incident."))
     text = models.CharField(max_length=300)
     seen_at = models.DateTimeField()
     told_at = models.DateTimeField(null=True, blank=True)
-    clear_since = models.DateTimeField(null=True, blank=True, help_text="Since when the robot has been well again.")
+    clear_since = models.DateTimeField(
+        null=True, blank=True, help_text=gettext_lazy("Since when the robot has been well again.")
+    )
     ended_at = models.DateTimeField(null=True, blank=True)
 
     class Meta:
@@ -45,11 +48,11 @@ class Alert(models.Model):
 class MessageState(models.TextChoices):
     """How far a message is."""
 
-    WAITING = "waiting", "Waiting"
-    SENDING = "sending", "Being sent"
-    SENT = "sent", "Sent"
-    FAILED = "failed", "Not sent"
-    UNKNOWN = "unknown", "Not known"
+    WAITING = "waiting", gettext_lazy("Waiting")
+    SENDING = "sending", gettext_lazy("Being sent")
+    SENT = "sent", gettext_lazy("Sent")
+    FAILED = "failed", gettext_lazy("Not sent")
+    UNKNOWN = "unknown", gettext_lazy("Not known")
 
 
 UNSENT = (MessageState.WAITING, MessageState.SENDING)
@@ -59,12 +62,14 @@ class AlertMessage(models.Model):
     """One message to one member of staff by mail, or to the webhook (no user)."""
 
     alert = models.ForeignKey(Alert, models.CASCADE, related_name="messages")
-    over = models.BooleanField(help_text="It says that the robot needs nobody any more.")
+    over = models.BooleanField(help_text=gettext_lazy("It says that the robot needs nobody any more."))
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="+")
     delivery = models.UUIDField(default=uuid.uuid4, editable=False)
     state = models.CharField(max_length=8, choices=MessageState, default=MessageState.WAITING)
     tries = models.PositiveSmallIntegerField(default=0)
-    next_at = models.DateTimeField(help_text="When it is tried again, or taken for lost while it is being sent.")
+    next_at = models.DateTimeField(
+        help_text=gettext_lazy("When it is tried again, or taken for lost while it is being sent.")
+    )
     sent_at = models.DateTimeField(null=True, blank=True)
     error = models.CharField(max_length=200, blank=True)
 
@@ -77,7 +82,10 @@ class AlertMessage(models.Model):
         indexes = [models.Index(fields=["next_at"], condition=Q(state__in=sorted(UNSENT)), name="alert_messages_due")]
 
     def __str__(self) -> str:
-        return f"{'over' if self.over else 'begun'}, to {self.user or 'the webhook'}"
+        if self.user is None:
+            return gettext("over, to the webhook") if self.over else gettext("begun, to the webhook")
+        words = gettext("over, to {user}") if self.over else gettext("begun, to {user}")
+        return words.format(user=self.user)
 
 
 class AlertChoice(models.Model):
@@ -87,7 +95,8 @@ class AlertChoice(models.Model):
     by_mail = models.BooleanField(default=True)
 
     def __str__(self) -> str:
-        return f"{self.user}: {'by mail' if self.by_mail else 'no mail'}"
+        words = gettext("{user}: by mail") if self.by_mail else gettext("{user}: no mail")
+        return words.format(user=self.user)
 
 
 def may_be_told(user: Any) -> bool:

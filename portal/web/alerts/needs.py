@@ -11,6 +11,7 @@ from portal.web.alerts.models import Kind
 from queueing.services import waits_for_staff
 from robots.grants import owner_alive
 from robots.models import Incident, Robot
+from robots.sentences import english
 from robots.services.outages import CODE
 from robots.services.programs import to_approve
 from robots.states import Cycle
@@ -50,7 +51,7 @@ def _of(robot: Robot, now: datetime) -> Iterator[Need]:
         if not owner_alive(getattr(robot, "lease", None), now):
             yield _not_ready(robot, "The robot's worker does not answer.")
         elif robot.cycle in (Cycle.OFFLINE, Cycle.FAULT):
-            yield _not_ready(robot, f"{Cycle(robot.cycle).label}. {robot.reason}".strip())
+            yield _not_ready(robot, f"{english(Cycle(robot.cycle).label)}. {robot.reason}".strip())
     if robot.stop_latched:
         yield Need(robot, Kind.STOPPED, "It was stopped, and the stop is not released.", STOPPED_S)
     elif waits_for_staff(robot):

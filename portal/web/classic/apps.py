@@ -1,6 +1,7 @@
 """The app of the console without scripts."""
 
 from django.apps import AppConfig
+from django.utils.translation import gettext_lazy
 
 
 class ClassicConfig(AppConfig):
@@ -8,4 +9,4 @@ class ClassicConfig(AppConfig):
 
     name = "portal.web.classic"
     label = "classic"
-    verbose_name = "Console without scripts"
+    verbose_name = gettext_lazy("Console without scripts")

@@ -6,6 +6,7 @@ from typing import Any
 
 from django.conf import settings
 from django.db import models
+from django.utils.translation import gettext, gettext_lazy
 
 from robots.models import Robot
 
@@ -21,10 +22,10 @@ class ClassicToken(models.Model):
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
     made_at = models.DateTimeField()
     spent_at = models.DateTimeField(null=True, blank=True)
-    still = models.BigIntegerField(default=0, help_text="The picture that its page shows.")
+    still = models.BigIntegerField(default=0, help_text=gettext_lazy("The picture that its page shows."))
 
     def __str__(self) -> str:
-        return f"token of {self.user}"
+        return gettext("token of {user}").format(user=self.user)
 
 
 def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:

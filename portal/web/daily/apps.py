@@ -1,6 +1,7 @@
 """The app of the daily figures."""
 
 from django.apps import AppConfig
+from django.utils.translation import gettext_lazy
 
 
 class DailyConfig(AppConfig):
@@ -8,4 +9,4 @@ class DailyConfig(AppConfig):
 
     name = "portal.web.daily"
     label = "daily"
-    verbose_name = "Daily figures"
+    verbose_name = gettext_lazy("Daily figures")

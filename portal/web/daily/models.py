@@ -2,6 +2,7 @@
 
 from django.db import models
 from django.db.models import Q
+from django.utils.translation import gettext, gettext_lazy
 
 
 class DailyFigures(models.Model):
@@ -9,16 +10,22 @@ class DailyFigures(models.Model):
 
     day = models.DateField()
     robot = models.ForeignKey("robots.Robot", models.CASCADE, null=True, blank=True, related_name="daily")
-    hits = models.BigIntegerField(null=True, blank=True, help_text="Pages that were shown.")
-    addresses = models.BigIntegerField(null=True, blank=True, help_text="Different network addresses of these.")
-    addresses_whole = models.BooleanField(default=True, help_text="No: there were more addresses than were counted.")
+    hits = models.BigIntegerField(null=True, blank=True, help_text=gettext_lazy("Pages that were shown."))
+    addresses = models.BigIntegerField(
+        null=True, blank=True, help_text=gettext_lazy("Different network addresses of these.")
+    )
+    addresses_whole = models.BooleanField(
+        default=True, help_text=gettext_lazy("No: there were more addresses than were counted.")
+    )
     turns = models.PositiveIntegerField(null=True, blank=True)
-    commands = models.PositiveIntegerField(null=True, blank=True, help_text="Of turns and jobs.")
-    entries = models.PositiveIntegerField(null=True, blank=True, help_text="Of the operator's log.")
-    finds = models.PositiveIntegerField(null=True, blank=True, help_text="Reported that day, and confirmed.")
-    watching = models.PositiveIntegerField(null=True, blank=True, help_text="Most at once.")
-    online_s = models.FloatField(null=True, blank=True, help_text="Of the portal: all robots together.")
-    sent_bytes = models.BigIntegerField(null=True, blank=True, help_text="Live, to people who watched.")
+    commands = models.PositiveIntegerField(null=True, blank=True, help_text=gettext_lazy("Of turns and jobs."))
+    entries = models.PositiveIntegerField(null=True, blank=True, help_text=gettext_lazy("Of the operator's log."))
+    finds = models.PositiveIntegerField(
+        null=True, blank=True, help_text=gettext_lazy("Reported that day, and confirmed.")
+    )
+    watching = models.PositiveIntegerField(null=True, blank=True, help_text=gettext_lazy("Most at once."))
+    online_s = models.FloatField(null=True, blank=True, help_text=gettext_lazy("Of the portal: all robots together."))
+    sent_bytes = models.BigIntegerField(null=True, blank=True, help_text=gettext_lazy("Live, to people who watched."))
 
     class Meta:
         ordering = ("day", "id")
@@ -28,4 +35,6 @@ class DailyFigures(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"{self.day} of {self.robot or 'the portal'}"
+        if self.robot is None:
+            return gettext("{day} of the portal").format(day=self.day)
+        return gettext("{day} of {robot}").format(day=self.day, robot=self.robot)

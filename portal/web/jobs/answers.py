@@ -7,10 +7,11 @@ from django.db.models import Q
 from django.http import HttpRequest, JsonResponse
 
 from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs, TooOften
-from queueing.models import OPEN_JOB, Job
+from queueing.models import OPEN_JOB, Job, JobState
 from queueing.services import Asker, own_jobs
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
+from robots.sentences import english
 from robots.services.permissions import NotStaff
 
 LISTED = 10
@@ -29,9 +30,9 @@ def wants_json(request: HttpRequest) -> bool:
 def job_fields(job: Job) -> dict[str, Any]:
     """Return the fields of a job for its asker."""
     return {
-        "id": job.pk, "kind": job.kind, "args": job.args, "state": job.state, "label": job.get_state_display(),
-        "reason": job.reason, "open": job.state in OPEN_JOB, "url": job.get_absolute_url(),
-        "asked_ms": int(job.asked_at.timestamp() * 1000),
+        "id": job.pk, "kind": job.kind, "args": job.args, "state": job.state,
+        "label": english(JobState(job.state).label), "reason": job.reason, "open": job.state in OPEN_JOB,
+        "url": job.get_absolute_url(), "asked_ms": int(job.asked_at.timestamp() * 1000),
     }  # fmt: skip
 
 

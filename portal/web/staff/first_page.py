@@ -5,6 +5,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 from django.db.models import F, QuerySet
+from django.utils.translation import gettext
 
 from portal.live.snapshot import operator_name, shown_still, status_of
 from portal.web.staff.pending import list_of, pending
@@ -60,9 +61,9 @@ def _today(user: Any, now: datetime) -> list[dict[str, Any]]:
     """Return numbers of today (UTC), each with the list that it counts; without lists that the person may not see."""
     midnight = datetime.combine(now.date(), time.min, now.tzinfo)
     shown: list[tuple[str, Any, str, str]] = [
-        ("Turns today", Turn, "started_at", "queueing.view_turn"),
-        ("Jobs today", Job, "asked_at", "queueing.view_job"),
-        ("Incidents today", Incident, "at", "robots.view_incident"),
+        (gettext("Turns today"), Turn, "started_at", "queueing.view_turn"),
+        (gettext("Jobs today"), Job, "asked_at", "queueing.view_job"),
+        (gettext("Incidents today"), Incident, "at", "robots.view_incident"),
     ]
     return [
         {

@@ -3,6 +3,7 @@
 from typing import Any
 
 from django.urls import reverse
+from django.utils.translation import gettext_lazy
 
 GROUPS = (
     ("robots", "alerts"),
@@ -14,13 +15,13 @@ FIRST = ("Robot", "Queue", "Entry", "User")  # models that lead their group
 # app: name of a page, name of its address, the permission that it wants
 PAGES = {
     "robots": (
-        ("Status page", "status", ""),
-        ("Statistics", "daily", ""),
-        ("Movie of the day", "movie-of-the-day", ""),
+        (gettext_lazy("Status page"), "status", ""),
+        (gettext_lazy("Statistics"), "daily", ""),
+        (gettext_lazy("Movie of the day"), "movie-of-the-day", ""),
     ),
     "operatorlog": (
-        ("Log as visitors see it", "log", ""),
-        ("Survey results", "survey-results", "operatorlog.view_surveyresponse"),
+        (gettext_lazy("Log as visitors see it"), "log", ""),
+        (gettext_lazy("Survey results"), "survey-results", "operatorlog.view_surveyresponse"),
     ),
 }
 
@@ -42,7 +43,7 @@ def in_groups(apps: list[dict[str, Any]], user: Any) -> list[dict[str, Any]]:
 
 def _pages(group: str, user: Any) -> list[dict[str, Any]]:
     return [
-        {"name": name, "object_name": address, "admin_url": reverse(address), "add_url": None, "view_only": True,
+        {"name": str(name), "object_name": address, "admin_url": reverse(address), "add_url": None, "view_only": True,
          "perms": {"view": True}}
         for name, address, permission in PAGES.get(group, ())
         if not permission or user.has_perm(permission)

@@ -7,12 +7,14 @@ from typing import Any
 
 from django.db.models import QuerySet
 from django.urls import reverse
+from django.utils.translation import gettext, gettext_lazy
 
 from operatorlog.models import Entry, Find, Visibility
 from operatorlog.services import finds_to_decide, to_review
 from queueing.services import waits_for_staff
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Incident, Program, Robot
+from robots.sentences import translate
 from robots.services import stop_shown
 from robots.services.programs import to_approve
 
@@ -40,7 +42,9 @@ class Item:
     link: str
     acts: tuple[Act, ...] = ()
     text: str = ""  # of people, to be read before the decision
+    folded: bool = False  # the text is long
     frame: Frame | None = None
+    shows: str = ""  # what the picture is, in words
 
 
 @dataclass(frozen=True)
@@ -68,14 +72,16 @@ def pending(user: Any, now: datetime | None = None) -> Pending:
     items: list[Item] = []
     if user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot"):
         found = [item for robot in Robot.objects.filter(enabled=True) for item in _of_robot(robot, user, now)]
-        kinds.append(Kind("Robots", len(found), len(found), list_of(Robot)))
+        kinds.append(Kind(gettext("Robots"), len(found), len(found), list_of(Robot)))
         items += found
     for name, permission, rows, order, item, query in _LISTS:
         if user.has_perm(permission):
             waiting = rows()
             listed = [item(row, user) for row in waiting.order_by(f"-{order}")[:MOST]]
             all_of_them = list_of(waiting.model) + query
-            kinds.append(Kind(name, waiting.count() if len(listed) == MOST else len(listed), len(listed), all_of_them))
+            kinds.append(
+                Kind(str(name), waiting.count() if len(listed) == MOST else len(listed), len(listed), all_of_them)
+            )
             items += listed
     return Pending(tuple(kinds), tuple(sorted(items, key=lambda one: one.since)))
 
@@ -97,66 +103,81 @@ def _page(row: Any) -> str:
 
 def _of_robot(robot: Robot, user: Any, now: datetime) -> list[Item]:
     """Return what staff have to do at a robot: look and release its stop, or resume its jobs."""
-    stop, since = stop_shown(robot, now), robot.stopped_at
+    stop, since, to_card = stop_shown(robot, now), robot.stopped_at, gettext("Go to its card")
     if stop is not None:
-        words = f"{robot} is stopped: look at its newest picture, then release the stop."
-        return [Item(f"stop-{robot.pk}", "Robot", words, since or now, f"#robot-{robot.slug}", "Go to its card")]
+        words = gettext("{robot} is stopped: look at its newest picture, then release the stop.").format(robot=robot)
+        return [Item(f"stop-{robot.pk}", gettext("Robot"), words, since or now, f"#robot-{robot.slug}", to_card)]
     if since is None or not waits_for_staff(robot):
         return []
-    words = f"{robot} was stopped: its jobs and its own behaviour wait until they are resumed."
+    words = gettext("{robot} was stopped: its jobs and its own behaviour wait until they are resumed.")
     address = reverse("admin:robots_robot_do", args=[robot.pk, "resume_jobs"])
-    acts = (Act("Resume jobs", address),) if user.has_perm("robots.change_robot") else ()
-    return [Item(f"stop-{robot.pk}", "Robot", words, since, f"#robot-{robot.slug}", "Go to its card", acts)]
+    acts = (Act(gettext("Resume jobs"), address),) if user.has_perm("robots.change_robot") else ()
+    said = words.format(robot=robot)
+    return [Item(f"stop-{robot.pk}", gettext("Robot"), said, since, f"#robot-{robot.slug}", to_card, acts)]
 
 
 def _of_incident(row: Incident, user: Any) -> Item:
-    acts = (_action(row, "Dealt with", "close"),) if user.has_perm("robots.change_robot") else ()
-    text = f"{row.robot}: {row.text} {row.remedy}".strip()
-    return Item(f"incident-{row.pk}", "Incident", text, row.at, _page(row), "Look at it", acts)
+    acts = (_action(row, gettext("Dealt with"), "close"),) if user.has_perm("robots.change_robot") else ()
+    text = f"{row.robot}: {translate(row.text)} {translate(row.remedy)}".strip()
+    return Item(f"incident-{row.pk}", gettext("Incident"), text, row.at, _page(row), gettext("Look at it"), acts)
 
 
 def _of_program(row: Program, user: Any) -> Item:
-    acts = (_action(row, "Take into the gallery", "take_in"), _action(row, "Decline", "take_out"))
-    words = f"{row.author} shares the program {row.name!r} for {row.robot}."
-    return Item(f"program-{row.pk}", "Program", words, row.changed_at, _page(row), "Open it", acts, row.text)
+    acts = (_action(row, gettext("Take into the gallery"), "take_in"), _action(row, gettext("Decline"), "take_out"))
+    words = gettext("{author} shares the program {name!r} for {robot}.")
+    return Item(
+        f"program-{row.pk}", gettext("Program"), words.format(author=row.author, name=row.name, robot=row.robot),
+        row.changed_at, _page(row), gettext("Open it"), acts, row.text, folded=True,
+    )  # fmt: skip
 
 
 def _of_entry(row: Entry, user: Any) -> Item:
     shown = row.visibility != Visibility.HIDDEN
-    acts = (_action(row, "Keep it published", "publish"), _action(row, "Feature", "feature")) if shown else ()
-    words = f"{row.author_name} {'changed an entry' if row.edited_at else 'wrote'} about {row.robot}."
-    link = "Hide it, with a reason" if shown else "Decide on the hidden entry"
-    return Item(
-        f"entry-{row.pk}", "Entry", words, row.edited_at or row.written_at, _page(row), link, acts, row.text, row.frame
+    acts = (
+        (_action(row, gettext("Keep it published"), "publish"), _action(row, gettext("Feature"), "feature"))
+        if shown
+        else ()
     )
+    words = (
+        gettext("{author} changed an entry about {robot}.")
+        if row.edited_at
+        else gettext("{author} wrote about {robot}.")
+    )
+    return Item(
+        f"entry-{row.pk}", gettext("Entry"), words.format(author=row.author_name, robot=row.robot),
+        row.edited_at or row.written_at, _page(row),
+        gettext("Hide it, with a reason") if shown else gettext("Decide on the hidden entry"),
+        acts, row.text, frame=row.frame, shows=gettext("Picture of this entry"),
+    )  # fmt: skip
 
 
 def _of_find(row: Find, user: Any) -> Item:
-    words = f"{row.author_name} reports a find with {row.round.robot}."
-    acts = (_action(row, "Decline", "decline"),)
+    words = gettext("{author} reports a find with {robot}.")
     return Item(
-        f"find-{row.pk}", "Find", words, row.reported_at, _page(row), "Choose which piece it is", acts, row.name,
-        row.frame,
+        f"find-{row.pk}", gettext("Find"), words.format(author=row.author_name, robot=row.round.robot),
+        row.reported_at, _page(row), gettext("Choose which piece it is"),
+        (_action(row, gettext("Decline"), "decline"),), row.name, frame=row.frame,
+        shows=gettext("Picture of this find"),
     )  # fmt: skip
 
 
 # name, permission, rows that wait, order, item, filter of the list
-_LISTS: tuple[tuple[str, str, Callable[[], QuerySet[Any]], str, Callable[[Any, Any], Item], str], ...] = (
+_LISTS: tuple[tuple[Any, str, Callable[[], QuerySet[Any]], str, Callable[[Any, Any], Item], str], ...] = (
     (
-        "Incidents", "robots.view_incident",
+        gettext_lazy("Incidents"), "robots.view_incident",
         lambda: Incident.objects.filter(closed_at=None).select_related("robot"), "at", _of_incident,
         "?closed_at__isnull=1",
     ),
     (
-        "Programs", "robots.change_program",
+        gettext_lazy("Programs"), "robots.change_program",
         lambda: to_approve().select_related("robot", "author"), "changed_at", _of_program, "?waits=decision",
     ),
     (
-        "Entries", "operatorlog.change_entry",
+        gettext_lazy("Entries"), "operatorlog.change_entry",
         lambda: to_review().select_related("robot", "author", "frame"), "written_at", _of_entry, "?waits=review",
     ),
     (
-        "Finds", "operatorlog.change_find",
+        gettext_lazy("Finds"), "operatorlog.change_find",
         lambda: finds_to_decide().select_related("round__robot", "author", "frame"), "reported_at", _of_find,
         "?state__exact=reported",
     ),

@@ -6,6 +6,7 @@ from allauth.account.decorators import secure_admin_login
 from django.contrib import admin
 from django.http import HttpRequest, HttpResponse
 from django.urls import URLPattern, URLResolver, path
+from django.utils.translation import gettext_lazy
 
 from portal.web.staff.menu import in_groups
 from robots.once import once
@@ -15,7 +16,7 @@ class StaffSite(admin.AdminSite):
     """The admin. A form for a new row makes one row, also if it is sent twice."""
 
     site_header = site_title = "Farhand"
-    index_title = "All robots"
+    index_title = gettext_lazy("All robots")
     index_template = "admin/index.html"
 
     def register(self, model_or_iterable: Any, admin_class: Any = None, **options: Any) -> None:

@@ -8,7 +8,7 @@ from django.contrib import admin
 from django.http import HttpRequest
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
-from django.utils.translation import gettext, gettext_lazy
+from django.utils.translation import gettext, gettext_lazy, pgettext_lazy
 
 from operatorlog import finds
 from operatorlog.errors import LogError
@@ -92,7 +92,7 @@ class FindAdmin(GuardedAdmin):
         """Return the robot's name."""
         return str(find.round.robot)
 
-    @admin.display(description=gettext_lazy("Place"))
+    @admin.display(description=pgettext_lazy("find", "Place"))
     def place(self, find: Find) -> str:
         """Return the reported place."""
         return f"x {100 * find.x:.1f} cm, y {100 * find.y:.1f} cm"

@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from portal.languages import LANGUAGES, PSEUDO  # noqa: E402 - the folder is known now
-from portal.web.translation.names import names_of, own_models  # noqa: E402
+from portal.web.translation.names import CONTEXT, names_of, own_models  # noqa: E402
 from tools.sentences import sentences  # noqa: E402
 
 LOCALE = ROOT / "portal" / "locale"
@@ -128,7 +128,7 @@ def marked() -> Catalog:
         for path in sorted((ROOT / room).rglob("*.py")):
             add(catalogue, extract(io.BytesIO(path.read_bytes()), extract_python))
     for text in of_models():
-        catalogue.add(text)
+        catalogue.add(text, context=CONTEXT)
     for path in sorted((ROOT / "robots/kit/drivers").glob("*/clearance.toml")):
         for text in of_test(path.read_text()):
             catalogue.add(text)

@@ -71,7 +71,7 @@ def test_a_card_says_who_drives_who_waits_and_what_happened_last(robot, people, 
     Incident.objects.create(robot=robot, at=SYSTEM.now(), code="x", text="The arm was silent.")
     text = card(shown(root, page))
     assert "In use" in text
-    assert re.search(r"<dt>Drives</dt><dd>ada, until \d\d:\d\d:\d\d</dd>", text)
+    assert re.search(r"<dt>Drives</dt><dd>ada, until <time [^>]*>\d\d:\d\d:\d\d UTC</time></dd>", text)
     assert "1 waiting</a>: bob" in text
     assert "The arm was silent." in text
     assert {"stop", "lock_out", "maintenance"} <= set(VERB.findall(text))

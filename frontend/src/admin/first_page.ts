@@ -4,12 +4,13 @@ import { byId, say } from "../kit/dom.ts";
 import { morph } from "../kit/morph.ts";
 import { every } from "../kit/page_clock.ts";
 import { request } from "../kit/request.ts";
+import { gettext } from "../kit/text.ts";
 import { LiveCard, offerPause } from "../page/live_card.ts";
 
 const SELDOM_MS = 10_000; // for what no robot tells: incidents, entries, programs
 const SOON_MS = 1000; // the least time between two looks
-const UNSENT = "The portal was not reached, and nothing was done. Press again; in an emergency use the stop at the robot.";
-const OLD = "This page is not live: the portal is not reached. It goes on by itself.";
+const UNSENT = gettext("The portal was not reached, and nothing was done. Press again; in an emergency use the stop at the robot.");
+const OLD = gettext("This page is not live: the portal is not reached. It goes on by itself.");
 
 const live = byId("live"),
   line = byId("not-live"),

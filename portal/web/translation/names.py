@@ -8,16 +8,17 @@ from collections.abc import Iterator
 from typing import Any
 
 from django.apps import apps
-from django.utils.translation import gettext_lazy
+from django.utils.translation import pgettext_lazy
 
 ROOMS = ("robots", "accounts", "queueing", "operatorlog", "portal")
+CONTEXT = "field"  # of the catalogue: a word such as "turn" has other meanings elsewhere
 
 
 def translate_names() -> None:
     """Make those names texts in the reader's language."""
     for model in own_models():
         for owner, attribute, name in list(names_of(model)):
-            setattr(owner, attribute, gettext_lazy(name))
+            setattr(owner, attribute, pgettext_lazy(CONTEXT, name))
 
 
 def own_models() -> list[Any]:

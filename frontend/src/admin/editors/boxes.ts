@@ -4,18 +4,26 @@ import type { ArmDescription } from "../../arm/types.ts";
 import { ArmView, type ForbiddenBox } from "../../arm/view.ts";
 import { make } from "../../kit/dom.ts";
 import { FILE_MS, request } from "../../kit/request.ts";
+import { gettext } from "../../kit/text.ts";
 
 interface Facts extends ArmDescription {
   posture: number[];
 }
-const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
+const CORNERS = [
+  gettext("from x (m)"),
+  gettext("from y (m)"),
+  gettext("from z (m)"),
+  gettext("to x (m)"),
+  gettext("to y (m)"),
+  gettext("to z (m)"),
+];
 
 /** Put the editor before the text field, which stays for people who prefer to write. */
 export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<void> {
   const facts = told as Facts;
   const holder = make("div", { class: "model" }),
     rows = make("div"),
-    add = make("button", { type: "button" }, "Add a box");
+    add = make("button", { type: "button" }, gettext("Add a box"));
   field.before(make("div", { class: "boxes-editor" }, holder, rows, add));
   const view = await preview(holder, facts);
   let boxes: ForbiddenBox[] = [];
@@ -26,7 +34,7 @@ export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<v
       rows.replaceChildren(...boxes.map((one, i) => row(one, i)));
       show();
     } catch {
-      rows.textContent = "The text below is not a list of boxes.";
+      rows.textContent = gettext("The text below is not a list of boxes.");
     }
   };
   const show = (): void => view?.boxes([...facts.boxes, ...boxes.filter((b) => [...b.low, ...b.high].every(Number.isFinite))]);
@@ -35,23 +43,23 @@ export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<v
     show();
   };
   const row = (one: ForbiddenBox, index: number): HTMLElement => {
-    const name = labelled("name", "text", one.name, (value) => {
+    const name = labelled(gettext("name"), "text", one.name, (value) => {
       one.name = value;
       write();
     });
     const corners = CORNERS.map((label, k) =>
-      labelled(`${label} (m)`, "number", String((k < 3 ? one.low : one.high)[k % 3] ?? 0), (value) => {
+      labelled(label, "number", String((k < 3 ? one.low : one.high)[k % 3] ?? 0), (value) => {
         (k < 3 ? one.low : one.high)[k % 3] = Number(value);
         write();
       }),
     );
-    const remove = make("button", { type: "button" }, `Remove ${one.name}`);
+    const remove = make("button", { type: "button" }, gettext("Remove {name}", { name: one.name }));
     remove.addEventListener("click", () => {
       boxes.splice(index, 1);
       write();
       read();
     });
-    return make("fieldset", {}, make("legend", {}, `Box ${index + 1}`), name, ...corners, remove);
+    return make("fieldset", {}, make("legend", {}, gettext("Box {number}", { number: index + 1 })), name, ...corners, remove);
   };
   add.addEventListener("click", () => {
     boxes.push({ name: `box ${boxes.length + 1}`, low: [0.4, 0.3, 0], high: [0.6, 0.5, 0.3] });

@@ -35,7 +35,8 @@ class User(AbstractUser):
     )  # of mails; empty: English
 
     class Meta(AbstractUser.Meta):
-        verbose_name, verbose_name_plural = gettext_lazy("person"), gettext_lazy("people")
+        verbose_name = gettext_lazy("person")  # type: ignore[assignment] # lazy, as Django reads it
+        verbose_name_plural = gettext_lazy("people")  # type: ignore[assignment]
 
     def __str__(self) -> str:
         return self.username

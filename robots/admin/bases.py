@@ -36,9 +36,9 @@ def back_to(request: HttpRequest, *otherwise: Any) -> HttpResponse:
 class OneChoice(admin.SimpleListFilter):
     """A filter of a list with one choice, `choice`: its word in the address, and what the page says."""
 
-    choice: tuple[str, str]
+    choice: tuple[str, Any]
 
-    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
+    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, Any]]:
         """Return the choice."""
         return [self.choice]
 
@@ -105,7 +105,9 @@ class ReadOnlyAdmin(GuardedAdmin):
         if name not in self.sentences:
             return name
 
-        @admin.display(description=self.opts.get_field(name).verbose_name, ordering=name)
+        field: Any = self.opts.get_field(name)
+
+        @admin.display(description=field.verbose_name, ordering=name)
         def shown(row: Any) -> str:
             return translate(getattr(row, name)) or "-"
 

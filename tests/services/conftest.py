@@ -7,6 +7,15 @@ import pytest
 from django.core.cache import caches
 
 
+@pytest.fixture(autouse=True)
+def english():
+    """A page leaves its reader's language active, which the next test has not chosen."""
+    from django.utils import translation
+
+    with translation.override("en"):
+        yield
+
+
 @pytest.fixture
 def one_count(request, monkeypatch):
     """Have attempts counted in memory alone, as without Redis: a busy one that answers late would split the count."""

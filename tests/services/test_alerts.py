@@ -280,3 +280,15 @@ def test_an_outage_that_is_an_incident_too_is_told_once(robot, clock):
     assert Incident.objects.count() == 1
     assert subjects() == [NEEDS]
     assert len(Alert.objects.all()) == 1
+
+
+def test_a_mail_to_staff_is_in_the_language_of_its_receiver(robot, staffed, clock):
+    type(staffed).objects.filter(pk=staffed.pk).update(language="de")
+    stop(robot)
+    rounds(clock, 10)
+    stop(robot, False)
+    rounds(clock, 10)
+    begun, over = mail.outbox
+    assert begun.subject.endswith("braucht das Personal")
+    assert "Er wurde angehalten, und der Stopp ist nicht gelöst." in begun.body
+    assert over.subject.endswith("braucht das Personal nicht mehr")

@@ -1,0 +1,131 @@
+"""Every text of the pages is marked for translation: in the pseudo-language, no word of them is left in English."""
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+from django.http import Http404
+from django.test import Client, RequestFactory
+from django.utils.translation import get_language
+
+from portal.web.pages import errors
+from queueing import services as queue
+from queueing.models import Ticket
+from robots.kit.clock import SYSTEM
+from robots.models import Robot
+from tests.services.browsers import signed_in
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+PSEUDO = "ar-xb"
+TURNED = re.compile("\u202e[^\u202c]*\u202c")
+WORD = re.compile(r"[A-Za-z]{2,}")
+SEEN = ("title", "alt", "aria-label", "placeholder")
+# names of people, robots, formats and languages, units, and what a time in Arabic consists of
+DATA = re.compile(
+    r"\b(Farhand|Far|hand|English|Deutsch|Pseudo|Mercury|Shuttle|Arm|Ratt?|Spare|ada|bob|eve|root|I found a watch|min|UTC|JSON|CSV|JPEG|GB|MB|kbit|GET"
+    r"|HEAD|POST|OPTIONS|DELETE|ALLOWED_HOSTS|UTC|Ab|Ac)\b"
+)
+
+
+class Texts(HTMLParser):
+    """Collects what people read of a page."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.found, self._hidden = [], 0
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self._hidden += tag in ("script", "style")
+        self.found += [value or "" for name, value in attrs if name in SEEN]
+        named = dict(attrs)
+        if named.get("name") == "description":
+            self.found.append(named["content"])
+
+    def handle_endtag(self, tag):
+        self._hidden -= tag in ("script", "style")
+
+    def handle_data(self, text):
+        if not self._hidden:
+            self.found.append(text)
+
+
+def unmarked(answer):
+    """Return the texts of a page in which an English word is left."""
+    texts = [" ".join(text.split()) for text in Texts(answer.text).found]
+    return [text for text in texts if WORD.search(DATA.sub("", TURNED.sub("", text)))]
+
+
+SITE = [
+    "/", "/story/", "/status/", "/statistics/", "/statistics/?days=7", "/statistics/?robot=irat&days=90", "/nowhere/",
+    "/robots/irat/statistics/", "/robots/irat/statistics/?from=soon", "/embed/robots/mercury/",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("role", ["", "ada", "bob", "eve", "root"])  # who drives, has ended, waits, is staff
+def test_no_text_of_a_page_of_the_site_is_left_in_english(used, role):
+    browser = signed_in(used.get(role), headers={"accept-language": PSEUDO})
+    left = {path: unmarked(browser.get(path)) for path in [*SITE, *(["/me/"] if role else [])]}
+    assert {path: texts for path, texts in left.items() if texts} == {}
+
+
+def test_no_text_of_the_bar_of_places_is_left_in_english(robot, people, owned):
+    browser = signed_in(people["ada"], headers={"accept-language": PSEUDO})
+    queue.join(robot, people["ada"], SYSTEM.now())
+    states = []
+    for change in (
+        lambda: None,
+        lambda: queue.tick(SYSTEM.now()),
+        lambda: queue.accept(robot, people["ada"], SYSTEM.now()),
+    ):
+        change()
+        answer = browser.get("/story/")
+        states += [Ticket.objects.get().state]
+        assert 'name="ticket"' in answer.text
+        assert unmarked(answer) == []
+    assert states == ["waiting", "offered", "operating"]
+
+
+@pytest.mark.parametrize("draw", [
+    lambda request: errors.unknown_host(request), lambda request: errors.not_allowed(request, ["GET", "POST"]),
+    lambda request: errors.bad_request(request, ValueError()), lambda request: errors.not_found(request, Http404()),
+    lambda request: errors.forbidden(request, PermissionError()), errors.csrf_failure, errors.too_many,
+    errors.server_error, lambda request: errors.software_missing(request, "Mercury"),
+])  # fmt: skip
+def test_an_error_before_any_middleware_is_in_the_language_of_the_request(robot, draw):
+    before = get_language()
+    answer = draw(RequestFactory().get("/", headers={"accept-language": PSEUDO}))
+    assert 'dir="rtl"' in answer.text
+    assert unmarked(answer) == []
+    assert get_language() == before
+
+
+def test_what_other_software_reads_is_english(used):
+    german = {"accept-language": "de"}
+    for path in ("/statistics.json", "/statistics.csv", "/robots/irat/statistics.json", "/statistics.json?days=7"):
+        assert Client(headers=german).get(path).content == Client().get(path).content
+    assert "Seitenaufrufe" in Client(headers=german).get("/statistics/").text
+
+
+def test_the_note_of_staff_is_shown_as_they_wrote_it(robot, client):
+    Robot.objects.filter(pk=robot.pk).update(cycle="locked_out", lockout_note="Free now. See 3 right")
+    assert "Free now. See 3 right" in client.get("/status/", headers={"accept-language": PSEUDO}).text
+
+
+def test_hours_of_statistics_are_those_of_the_reader(shuttle, client):
+    at = {"from": "2026-11-01T10:00"}
+    client.cookies["zone"] = "Asia/Kolkata"
+    page = client.get("/robots/mercury/statistics/", at).text
+    assert '<input id="from" name="from" type="datetime-local" value="2026-11-01T15:30">' in page
+    assert '<th scope="row">15:30</th>' in page
+    same = client.get("/robots/mercury/statistics/", {"from": "2026-11-01T15:30", "zone": "Asia/Kolkata"}).text
+    assert "?from=2026-11-01T10:00" in page and "?from=2026-11-01T10:00" in same
+    client.cookies["zone"] = ""
+    assert "10:00 UTC</time>" in client.get("/robots/mercury/statistics/", at).text
+    assert "Hour from (UTC)" in client.get("/robots/mercury/statistics/", at | {"zone": "../etc"}).text
+
+
+def test_numbers_and_days_of_the_daily_figures_are_written_as_the_language_has_them(used):
+    page = Client(headers={"accept-language": "de"}).get("/robots/irat/statistics/").text
+    assert "100,0 %" in page
+    assert not re.search(r'(x|y|width|height|x1|y1)="\d+,', page)

@@ -45,7 +45,7 @@ def test_stop_and_release_are_the_pages(driver):
     assert 'data-command="stop"' not in page + frame
     stage = (ROOT / "templates/consoles/stage.html").read_text()
     assert stage.count('data-command="stop"') == 1
-    assert "{% block" not in stage, "a console can replace nothing of it"
+    assert "{% block " not in stage, "a console can replace nothing of it"
 
 
 def test_a_console_is_cut_into_its_parts():

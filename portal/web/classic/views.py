@@ -8,6 +8,7 @@ from typing import Any
 from django.contrib import messages
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
+from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
@@ -28,6 +29,7 @@ from robots.kit.contract.errors import RobotError
 from robots.kit.drivers.panels import Panel, Press, panel_of
 from robots.models import Command, Frame, Robot
 from robots.people import is_person
+from robots.sentences import translate
 from robots.services import newest_still, stop_shown
 
 WAIT_S = 20.0
@@ -127,7 +129,7 @@ def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpRe
     try:
         _perform(request, robot, panel, token, now)
     except (RobotError, QueueError) as error:
-        messages.warning(request, str(error))
+        messages.warning(request, translate(error))
     return redirect(_address(robot, request))
 
 
@@ -141,7 +143,7 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
     elif what == "release":
         services.release_stop(robot, user, request.POST.get("checked") == "yes")
         queue.note_act(robot, user, now)
-        messages.success(request, "The stop is released. Nothing moves until you give a command.")
+        messages.success(request, gettext("The stop is released. Nothing moves until you give a command."))
     else:
         _press(request, robot, panel, token, now)
 
@@ -149,20 +151,20 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
 def _stop(request: HttpRequest, robot: Robot, now: datetime) -> None:
     services.stop(robot, request.user, now)
     queue.note_act(robot, request.user, now)
-    messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+    messages.warning(request, gettext("Stop was sent. Look at the picture, then release the stop."))
 
 
 def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
     wanted = _wanted(request, robot, panel)
     if wanted is None:
-        messages.warning(request, "Nothing was pressed. Click in the picture or on a button.")
+        messages.warning(request, gettext("Nothing was pressed. Click in the picture or on a button."))
         return
     if wanted.kind == "stop":
         _stop(request, robot, now)
         return
     spent = spend_token(robot, request.user, token, now)
     if spent is None:
-        messages.warning(request, "That page was used before, so nothing moved. This is the current page.")
+        messages.warning(request, gettext("That page was used before, so nothing moved. This is the current page."))
         return
     args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
     grant = grant_of(robot, request.user, now)
@@ -194,9 +196,10 @@ def _until_final(command: Command) -> Command:
 
 
 def _tell(request: HttpRequest, command: Command) -> None:
-    text = f"{command.kind.capitalize()}: {command.get_state_display().lower()}."
+    label, state = queue.label_of(command.robot, command.kind), command.get_state_display()
+    text = f"{translate(label)}: {translate(state).lower()}."
     if command.reason:
-        text += f" {command.reason}"
+        text += f" {translate(command.reason)}"
     if command.state == "completed":
         messages.success(request, text)
     else:

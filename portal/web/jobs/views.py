@@ -6,6 +6,7 @@ import secrets
 from django.contrib import messages
 from django.http import HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, redirect, render
+from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_http_methods
 from django.views.decorators.vary import vary_on_headers
@@ -31,6 +32,7 @@ from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
 from robots.recordings.findings import SHOWN as FINDINGS
 from robots.recordings.findings import findings_of, left_out
+from robots.sentences import translate
 
 GUEST = "farhand_guest"
 A_YEAR_S = 365 * 86_400
@@ -74,7 +76,7 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     try:
         if request.POST.get("do") == "resume":
             queue.resume(robot, request.user, SYSTEM.now())
-            messages.success(request, queue.RESUMED)
+            messages.success(request, translate(queue.RESUMED))
             return redirect(robot) if request.POST.get("back") == "robot" else redirect("jobs", slug=robot.slug)
         return _ask(request, robot)
     except (QueueError, RobotError) as error:
@@ -91,7 +93,11 @@ def _refuse_too_often(request: HttpRequest) -> None:
     person = request.user.is_authenticated
     key = f"account {request.user.pk}" if person else f"network {network_of(request.META.get('REMOTE_ADDR', ''))}"
     if not within(request, "ask", key):
-        raise TooOften(f"{'You ask' if person else 'Your network asks'} for jobs too often; ask again in five minutes.")
+        raise TooOften(
+            gettext("You ask for jobs too often; ask again in five minutes.")
+            if person
+            else gettext("Your network asks for jobs too often; ask again in five minutes.")
+        )
 
 
 def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
@@ -124,12 +130,12 @@ def _cancel(request: HttpRequest, job: Job, asker: queue.Asker) -> HttpResponse:
     except QueueError as error:
         if wants_json(request):
             return refusal(error)
-        messages.warning(request, str(error))
+        messages.warning(request, translate(error))
         return redirect(job)
     if wants_json(request):
         job.refresh_from_db()
         return JsonResponse(job_fields(job))
-    messages.success(request, "The job is cancelled; the robot holds.")
+    messages.success(request, gettext("The job is cancelled; the robot holds."))
     return redirect(job)
 
 
@@ -154,12 +160,14 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
 @once
 def _survey(request: HttpRequest, job: Job, asker: queue.Asker) -> HttpResponse:
     if not within(request, "survey"):
-        return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)
+        return _show(
+            request, job, asker, gettext("Too many answers come from your network; send yours in a minute."), 429
+        )
     try:
         answer_survey_of_job(job, asker, survey_answers(request), SYSTEM.now())
     except LogError as error:
         return _show(request, job, asker, str(error), 422 if queue.may_answer(job, asker) else 403)
-    messages.success(request, "Thank you for your answers!")
+    messages.success(request, gettext("Thank you for your answers!"))
     return redirect(job)
 
 

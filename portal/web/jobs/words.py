@@ -5,12 +5,15 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+from django.utils.translation import gettext
+
 from queueing.models import Job
 from robots.grants import INTERRUPTED
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.ranges import readable
 from robots.kit.contract.spec import Argument, Spec
 from robots.models import Command
+from robots.sentences import translate
 from robots.states import CommandState
 
 UNDER_WAY = "Under way"
@@ -67,9 +70,14 @@ def result(job: Job, command: Command | None, texts: bool) -> list[tuple[str, st
     told, units = command.result, _units(job)
     found = list(_valued(_object(told.get("sent")), units, texts))
     measured = _object(_object(told.get("channels")).get("ended"))
-    found += [(f"{name} at its end", value) for name, value in _valued(measured, units, texts)]
+    found += [
+        (gettext("%(name)s at its end") % {"name": translate(name)}, value)
+        for name, value in _valued(measured, units, texts)
+    ]
     return found + [
-        (name, str(told[key])) for name, key in (("ended", "ended"), ("picture", "verdict")) if told.get(key)
+        (name, translate(told[key]))
+        for name, key in ((gettext("ended"), "ended"), (gettext("picture"), "verdict"))
+        if told.get(key)
     ]
 
 

@@ -22,6 +22,7 @@ from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.alerts.models import AlertChoice, may_be_told
 from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
+from portal.web.consoles.language import in_language
 from portal.web.pages.errors import software_missing
 from queueing.models import Turn
 from queueing.services import job_kinds, offers_turns, open_turn, waiting, waits_for_staff
@@ -93,7 +94,7 @@ def console_context(robot: Robot, user: Any) -> dict[str, Any]:
     """
     return {
         **asdict(console_of(robot.driver)),
-        "description_json": console_facts(robot, user),
+        "description_json": in_language(console_facts(robot, user)),
         "views": description.views(robot.description()),
     }
 

@@ -69,19 +69,22 @@ class Sentences:
             return self._whole[text]
         for words, names, other in self._candidates(text):
             values = fit(words, text)
-            if values is not None and all(map(_may_be, names, values)):
+            if values is not None and all(
+                self._may_be(name, value, depth) for name, value in zip(names, values, strict=True)
+            ):
                 known = {name: self._translate(value, depth + 1) for name, value in zip(names, values, strict=True)}
                 return PLACE.sub(lambda place, known=known: known.get(place[1], place[0]), other)  # type: ignore[misc]
         return None
 
+    def _may_be(self, name: str, value: str, depth: int) -> bool:
+        """Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one."""
+        if name.startswith("number"):
+            return bool(NUMERAL.fullmatch(value))
+        return not SENTENCES.search(value) or (depth < DEEPEST and self._either(value, depth + 1) is not None)
+
     def _candidates(self, text: str) -> Iterator[_Entry]:
         yield from self._by_word.get(text.split(" ", 1)[0], ())
         yield from self._by_word.get("", ())
-
-
-def _may_be(name: str, value: str) -> bool:
-    """Tell whether the placeholder `name` may stand for the value: a number, or what ends where its sentence ends."""
-    return bool(NUMERAL.fullmatch(value)) if name.startswith("number") else not SENTENCES.search(value)
 
 
 def fit(words: list[str], text: str) -> list[str] | None:

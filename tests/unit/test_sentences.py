@@ -34,6 +34,7 @@ CATALOGUE = {
     "{error} The arm was held.": "{error} Der Arm wurde angehalten.",
     "The gripper is empty: {what}": "Der Greifer ist leer: {what}",
     "nothing was there": "nichts war da",
+    "say what? Write it": "was sagen? Schreiben Sie es",
 }
 TEXTS = (
     "The arm is off.", "The lamp is off.", "The arm cannot go there: the red block is in the gripper.",
@@ -44,6 +45,7 @@ TEXTS = (
     "The lamp is off. The arm is off. The arm was held.", "The gripper is empty: nothing was there.",
     "The red block: the gripper is empty: nothing was there. The arm was held.", "Nothing was there",
     "turn 1.5", "Turn in place: turn -3", "Go: 2 m from the wall, 3 m from the wall",
+    "The arm cannot go there: say what? Write it.", "The arm cannot go there: say it. Write it.",
     "ähnlich", "The arm is off. The lamp", "The arm is off, the red block. Stop",
 )  # fmt: skip
 WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)

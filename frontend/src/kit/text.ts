@@ -96,7 +96,7 @@ export class Sentences {
     if (whole !== undefined) return whole;
     for (const entry of this.#candidates(text)) {
       const values = fit(entry.words, text);
-      if (values?.every((value, i) => mayBe(entry.names[i] ?? "", value)))
+      if (values?.every((value, i) => this.#mayBe(entry.names[i] ?? "", value, depth)))
         return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.translate(values[i] ?? "", depth + 1)])));
     }
     return undefined;
@@ -123,14 +123,15 @@ export class Sentences {
     return small || !other ? other : other.slice(0, 1).toUpperCase() + other.slice(1);
   }
 
+  /** Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one. */
+  #mayBe(name: string, value: string, depth: number): boolean {
+    if (name.startsWith("number")) return NUMERAL.test(value);
+    return !SENTENCES.test(value) || (depth < DEEPEST && this.#either(value, depth + 1) !== undefined);
+  }
+
   #candidates(text: string): Entry[] {
     return [...(this.#byWord.get(text.split(" ", 1)[0] ?? "") ?? []), ...(this.#byWord.get("") ?? [])];
   }
-}
-
-/** Tell whether the placeholder `name` may stand for the value: a number, or what ends where its sentence ends. */
-function mayBe(name: string, value: string): boolean {
-  return name.startsWith("number") ? NUMERAL.test(value) : !SENTENCES.test(value);
 }
 
 /** Return what stands between the words, at least one character each; undefined if the text has other words. */

@@ -49,8 +49,8 @@ def _six(names: tuple[str, ...], most: tuple[float, float], units: tuple[str, st
 
 RPY_NAMES, EULER_NAMES = ("x", "y", "z", "roll", "pitch", "yaw"), ("x", "y", "z", "phi", "theta", "psi")
 TWIST_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
-PLACE_MOST, PLACE_UNITS = (2000.0, 720.0), ("mm", "degrees")
-JOINT_VALUES = _six(AXES, (720.0, 720.0), ("degrees", "degrees"))
+PLACE_MOST, PLACE_UNITS = (2000.0, 720.0), ("mm", "deg")
+JOINT_VALUES = _six(AXES, (720.0, 720.0), ("deg", "deg"))
 RPY_VALUES, EULER_VALUES = (_six(names, PLACE_MOST, PLACE_UNITS) for names in (RPY_NAMES, EULER_NAMES))
 CORNERS = tuple(Value(f"{name} of corner {n}", -20000.0, 20000.0, "mm") for n in (1, 2) for name in "xyz")
 
@@ -69,9 +69,9 @@ FORMS = {
         Form("g", (Value("the gripper", 0, 1, whole=True),), 1, "gripper: 0 opens, 1 closes", stored=True, papers=True),
         Form("s", (), 0, "the whole state in one line"),
         Form("h", (), 0, "hold: come to rest now; taken at any moment"),
-        Form("J", _six(AXES, (720.0, 720.0), ("degrees/s", "degrees/s")), 6,
+        Form("J", _six(AXES, (720.0, 720.0), ("deg/s", "deg/s")), 6,
              "six joint velocities in degrees/s; given again within 0.25 s or the arm rests"),
-        Form("C", _six(TWIST_NAMES, (2000.0, 720.0), ("mm/s", "degrees/s")), 6,
+        Form("C", _six(TWIST_NAMES, (2000.0, 720.0), ("mm/s", "deg/s")), 6,
              "velocity of the tool: mm/s and degrees/s about x y z; given again as J"),
         Form("d", (Value("the wait", 0, LONGEST_WAIT_S, "s"),), 1, "in a program: wait so many seconds",
              alone=False, stored=True),

@@ -115,7 +115,7 @@ def _step(line: str) -> Step:
             raise ValueError("say what? Write the words after it")
         return Step("say", (), rest)
     if verb == "turn":
-        return Step("turn", (radians(_number(rest, -360.0, 360.0, "an angle", "degrees")),))
+        return Step("turn", (radians(_number(rest, -360.0, 360.0, "an angle", "°")),))
     if verb == "wait":
         return Step("wait", (_number(rest, 0.0, MOST_WAIT_S, "a time", "s"),))
     if verb == "patrol":
@@ -146,7 +146,8 @@ def _go(rest: str) -> Step:
 def _number(text: str, low: float, high: float, what: str, unit: str) -> float:
     value = float(text) if NUMERAL.fullmatch(text) else nan
     if not low <= value <= high:
-        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not “{text[:20]}”")
+        given = f"“{text[:20]}”" if text else "nothing"
+        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not {given}")
     return _rounded(value)
 
 

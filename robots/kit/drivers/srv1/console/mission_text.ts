@@ -18,7 +18,7 @@ export const LONGEST = 4000,
   MOST_STEPS = 60;
 const LONGEST_LINE = 160;
 const RANGES: Record<"turn" | "wait" | "patrol", readonly [number, number, string, string]> = {
-  turn: [-360, 360, "an angle", "degrees"],
+  turn: [-360, 360, "an angle", "°"],
   wait: [0, 120, "a time", "s"],
   patrol: [1, 120, "a time", "s"],
 };
@@ -80,7 +80,8 @@ function go(rest: string, floor: Floor): Step {
 
 function within(text: string, low: number, high: number, what: string, unit: string): number {
   const value = NUMERAL.test(text) ? Number(text) : NaN;
-  if (!(value >= low && value <= high)) throw new Error(`${what} lies between ${low} and ${high} ${unit}, not “${begin(text, 20)}”`);
+  if (!(value >= low && value <= high))
+    throw new Error(`${what} lies between ${low} and ${high} ${unit}, not ${text ? `“${begin(text, 20)}”` : "nothing"}`);
   return rounded(value);
 }
 

@@ -18,7 +18,7 @@ from portal.web.daily import views as daily
 from portal.web.jobs import views as jobs
 from portal.web.pages import landing, practice, scripts, views
 from portal.web.pages.places import my_places
-from portal.web.recordings import day, embeds, exports
+from portal.web.recordings import day, embeds, exports, oembed
 from portal.web.recordings import views as recordings
 from portal.web.statistics import views as statistics
 from portal.web.translation import views as translation
@@ -66,6 +66,7 @@ urlpatterns = [
     path("recordings/<str:key>/<int:version>/moment-<int:second>.jpg", embeds.picture, name="recording-picture"),
     path("embed/recordings/<str:key>/", embeds.recording, name="embed-recording"),
     path("embed/robots/<slug:slug>/", embeds.robot, name="embed-robot"),
+    path("oembed/", oembed.oembed, name="oembed"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),

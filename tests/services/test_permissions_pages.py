@@ -82,6 +82,7 @@ GET = {
     "recordings/<str:key>/<int:version>/moment-<int:second>.jpg": ("/recordings/none/1/moment-1.jpg", everybody(ABSENT)),
     "embed/recordings/<str:key>/": ("/embed/recordings/none/", everybody(ABSENT)),
     "embed/robots/<slug:slug>/": ("/embed/robots/mercury/", everybody(OK)),
+    "oembed/": ("/oembed/", everybody(400)),
     "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),

@@ -87,7 +87,7 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     movies = movies_of(recording)
     second, said = moment_in(request.GET.get("t", ""), recording)
     context: dict[str, Any] = {
-        "card": card_tags(recording, about, second), "site": settings.SITE_ADDRESS,
+        "card": card_tags(recording, about, second), "second": second, "site": settings.SITE_ADDRESS,
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
         "view": recording.replayable, "movies": movies, "replaying": True,
         "arriving": any(one["movie"] is not None and one["movie"].open for one in movies),

@@ -8,9 +8,11 @@ only integrators, operators of servers and other processes read: that stays Engl
 
 import ast
 import re
+import sys
 import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +76,17 @@ def sentences(root: Path) -> list[str]:
         texts.update((*of_spec(spec), *of_jobs(spec.capability(Statistics) or Statistics())))
         texts.update(procedure.label for procedure in offered_procedures(path.parent.name))
     return sorted(texts)
+
+
+def of_package(folder: Path) -> list[str]:
+    """Return the texts of a robot's own package, sorted; its spec is imported."""
+    texts = {
+        text for path in folder.rglob("*.py") if path.stem != "simulator" for text in of_source(path.read_text(), path)
+    }
+    sys.path.insert(0, str(folder.parent))
+    spec = import_module(f"{folder.name}.spec").spec()
+    texts.update((*of_spec(spec), *of_jobs(spec.capability(Statistics) or Statistics())))
+    return sorted({*texts, *of_table(tomllib.loads((folder / "robot.toml").read_text()))})
 
 
 def of_source(source: str, path: Path = Path("module.py")) -> Iterator[str]:

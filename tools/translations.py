@@ -7,6 +7,8 @@
 `django.po` has what templates and views mark, the names of models and their fields, and the questions of clearance
 tests. `djangojs.po` has what browsers translate: the texts of the scripts, and the sentences and labels of workers and
 robots, which nothing marks (tools/sentences.py says which those are).
+
+With a folder after the command it is done for the package of a robot, in its folder `locale`.
 """
 
 import io
@@ -31,6 +33,7 @@ sys.path.insert(0, str(ROOT))
 
 from portal.languages import LANGUAGES, PSEUDO  # noqa: E402 - the folder is known now
 from portal.web.translation.names import CONTEXT, names_of, own_models  # noqa: E402
+from tools.sentences import of_package as sentences_of_package  # noqa: E402
 from tools.sentences import sentences  # noqa: E402
 
 LOCALE = ROOT / "portal" / "locale"
@@ -47,15 +50,16 @@ CALL = re.compile(rf"(?<![\w.#])(n?gettext)\(\s*{TEXT}(?:,\s*{TEXT})?")
 Found = tuple[str, str | tuple[str, ...], list[str]]  # keyword, texts, comments
 
 
-def main() -> int:
-    """Run the command that the argument names. Return the exit status."""
-    return {"update": update, "compile": compile_all, "missing": missing}[sys.argv[1]]()
+def main(command: str, folder: str = "") -> int:
+    """Run a command for the portal, or for the package of a robot in that folder. Return the exit status."""
+    package = Path(folder).resolve() if folder else None
+    return {"update": update, "compile": compile_all, "missing": missing}[command](package)
 
 
-def update() -> int:
+def update(package: Path | None) -> int:
     """Write the texts of the sources into every catalogue; translations stay."""
-    for domain, template in (("django", marked()), ("djangojs", unmarked())):
-        for path in catalogues(domain):
+    for domain, template in of_package(package) if package else (("django", marked()), ("djangojs", unmarked())):
+        for path in catalogues(domain, package):
             catalogue = read(path)
             catalogue.update(template, no_fuzzy_matching=True)
             catalogue.obsolete.clear()
@@ -64,31 +68,45 @@ def update() -> int:
     return 0
 
 
-def compile_all() -> int:
+def compile_all(package: Path | None) -> int:
     """Make `.mo` files."""
     for domain in ("django", "djangojs"):
-        for path in catalogues(domain):
+        for path in catalogues(domain, package):
             catalogue = read(path)
             write_binary(path.with_suffix(".mo"), catalogue)
+        if package:
+            continue  # the pseudo-language is for the portal's own texts
         folder = LOCALE / "ar_XB" / "LC_MESSAGES"
         folder.mkdir(parents=True, exist_ok=True)
         write_binary(folder / f"{domain}.mo", pseudo(catalogue))
     return 0
 
 
-def missing() -> int:
+def missing(package: Path | None) -> int:
     """Print what has no translation."""
-    texts = [
-        (path, text) for domain in ("django", "djangojs") for path in catalogues(domain) for text in gaps(read(path))
-    ]
+    paths = [path for domain in ("django", "djangojs") for path in catalogues(domain, package)]
+    texts = [(path, text) for path in paths for text in gaps(read(path))]
     for path, text in texts:
-        sys.stdout.write(f"{path.relative_to(ROOT)}: {text!r}\n")
+        sys.stdout.write(f"{path.relative_to(package or ROOT)}: {text!r}\n")
     return int(bool(texts))
 
 
-def catalogues(domain: str) -> list[Path]:
+def catalogues(domain: str, package: Path | None) -> list[Path]:
     """Return the catalogue of each language but English."""
-    return [LOCALE / code / "LC_MESSAGES" / f"{domain}.po" for code, _ in LANGUAGES if code not in ("en", PSEUDO[0])]
+    locale, codes = package / "locale" if package else LOCALE, [code for code, _ in LANGUAGES]
+    return [locale / code / "LC_MESSAGES" / f"{domain}.po" for code in codes if code not in ("en", PSEUDO[0])]
+
+
+def of_package(package: Path) -> tuple[tuple[str, Catalog], ...]:
+    """Return the texts of a robot's own package by domain: its clearance test, and everything else."""
+    test, other = Catalog(project=package.name, fuzzy=False), Catalog(project=package.name, fuzzy=False)
+    for text in of_test((package / "clearance.toml").read_text()):
+        test.add(text)
+    for path in (package / "console").rglob("*.[jt]s"):
+        add(other, of_script(path.read_text()))
+    for text in sentences_of_package(package):
+        other.add(text)
+    return ("django", test), ("djangojs", other)
 
 
 def read(path: Path) -> Catalog:
@@ -227,4 +245,4 @@ def _turn(word: re.Match[str]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))

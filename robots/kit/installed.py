@@ -47,6 +47,16 @@ def packaged() -> list[str]:
     return [point.name for point in entry_points(group="farhand.drivers")]
 
 
+def catalogues() -> list[Path]:
+    """Return the folders `locale` of packages, which have translations of their texts; no package is imported."""
+    found = set()
+    for name in packaged():
+        top, *rest = package(name).split(".")
+        spec = find_spec(top)
+        found |= {Path(folder, *rest, "locale") for folder in (spec and spec.submodule_search_locations) or ()}
+    return sorted(folder for folder in found if folder.is_dir())
+
+
 def drivers() -> list[str]:
     """Return the names of installed drivers, of this project and of packages."""
     ours = find_spec("robots.kit.drivers")

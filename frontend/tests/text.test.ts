@@ -16,3 +16,11 @@ test("without a catalogue texts are English, with their values", () => {
   assert.equal(ngettext("{count} waits", "{count} wait", 2), "2 wait");
   assert.equal(translate("The arm is off."), "The arm is off.");
 });
+
+test("beside the object of Django's own scripts in the admin, which has no catalogue, texts are English", async () => {
+  Object.assign(globalThis, { django: { jQuery: {} } });
+  const admin = await import(new URL("../src/kit/text.ts?admin", import.meta.url).href);
+  assert.equal(admin.gettext("{name} drives", { name: "Ada" }), "Ada drives");
+  assert.equal(admin.ngettext("{count} waits", "{count} wait", 2), "2 wait");
+  assert.equal(admin.translate("The arm is off."), "The arm is off.");
+});

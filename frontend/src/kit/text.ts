@@ -11,7 +11,9 @@ interface Catalogue {
   pluralidx(count: number): number;
 }
 
-const catalogue = (globalThis as { django?: Catalogue }).django;
+// in the admin the object may be that of Django's own scripts, without a catalogue
+const found = (globalThis as { django?: Partial<Catalogue> }).django;
+const catalogue = found?.catalog ? (found as Catalogue) : undefined;
 const PLACE = /\{(\w+)\}/;
 const ENDS = [/(?<=[.!?]) /, /(?<=[:;,]) /],
   SENTENCES = /[.!?] .*[^.!?]$/s,

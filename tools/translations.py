@@ -138,7 +138,8 @@ def write_binary(path: Path, catalogue: Catalog) -> None:
 def marked() -> Catalog:
     """Return the texts that templates and Python mark."""
     catalogue = Catalog(project="Farhand", fuzzy=False)
-    for path in sorted((ROOT / "templates").rglob("*.*")):
+    consoles = (ROOT / "robots/kit/drivers").glob("*/console/*.html")
+    for path in sorted([*(ROOT / "templates").rglob("*.*"), *consoles]):
         if path.suffix in (".html", ".txt"):
             lines = templatize(path.read_text(), origin=str(path)).splitlines()
             add(catalogue, extract(io.BytesIO("\n".join(line.strip() for line in lines).encode()), extract_python))

@@ -11,9 +11,7 @@ interface Catalogue {
   pluralidx(count: number): number;
 }
 
-// in the admin the object may be that of Django's own scripts, without a catalogue
-const found = (globalThis as { django?: Partial<Catalogue> }).django;
-const catalogue = found?.catalog ? (found as Catalogue) : undefined;
+const catalogue = (globalThis as { texts?: Catalogue }).texts;
 const PLACE = /\{(\w+)\}/;
 const ENDS = [/(?<=[.!?]) /, /(?<=[:;,]) /],
   SENTENCES = /[.!?] .*[^.!?]$/s,

@@ -78,7 +78,7 @@ class Planner:
             floor = self.widened_zones.floor(here)
         touch = self.widened_zones.entered(distances, floor)
         if touch is not None:
-            raise Refused("box", f"there {touch}")
+            raise Refused("box", f"there the {touch.limb} would enter {touch.box}")
 
     def joints(self, target: Joints, q: Joints, v: Joints, scale: float, budget: Budget | None = None) -> Plan:
         """Return the joint motion from the sampled position (rad) and velocity (rad/s).

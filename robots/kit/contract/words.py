@@ -33,7 +33,7 @@ def command_words(spec: Spec, kind: str, args: Mapping[str, Any], before: Place 
         moved = [_along(a.directions, args[a.name] - (before or {})[a.name], a.unit) for a in apart]
         others = [_one(a, args[a.name]) for a in found.arguments if a.name in args and a not in apart]
         words = ", ".join(part for part in (*moved, *others) if part)
-        return f"{found.label} to {words}" if words else f"{found.label} to where it was"
+        return " to ".join((found.label, words)) if words else f"{found.label} to where it was"
     parts = [_one(a, args[a.name]) for a in found.arguments if args.get(a.name) is not None]
     words = ", ".join(part for part in parts if part)
     return f"{found.label}: {words}" if words else found.label

@@ -13,7 +13,7 @@ from django.contrib.auth import get_user_model
 from django.core.mail import EmailMessage
 from django.db.models import Q
 from django.http import HttpRequest
-from django.utils.translation import get_language
+from django.utils.translation import get_language, override
 
 from accounts import handles
 
@@ -48,6 +48,13 @@ def on_site(address: str) -> str:
     """Return the address at the configured site: a link in a mail never follows the Host header of a request."""
     parts = urlsplit(address)
     return f"{settings.SITE_ADDRESS}{parts.path}{'?' if parts.query else ''}{parts.query}"
+
+
+def _language_of(email: str, user: Any) -> str | None:
+    """Return the language of mails to an address: its account's, else that of the page on which somebody typed it."""
+    named = get_user_model().objects.filter(email__iexact=email).values_list("language", flat=True).first()
+    chosen = named if named is not None or user is None else user.language
+    return get_language() if chosen is None else chosen or settings.LANGUAGE_CODE
 
 
 class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
@@ -100,8 +107,10 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         return bool(super().confirm_email(request, email_address))
 
     def send_mail(self, template_prefix: str, email: str, context: dict[str, Any]) -> None:
-        """Render a mail now and send it in the background."""
-        send_in_background(self.render_mail(template_prefix, email, self._filled(email, context)))
+        """Render a mail now, in the language of the person whose address it is, and send it in the background."""
+        with override(_language_of(email, context.get("user"))):
+            message = self.render_mail(template_prefix, email, self._filled(email, context))
+        send_in_background(message)
 
     def _filled(self, email: str, given: dict[str, Any]) -> dict[str, Any]:
         from allauth.core import context  # noqa: PLC0415 - holds the request of this thread

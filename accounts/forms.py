@@ -8,10 +8,13 @@ from django.contrib import messages
 from django.db import IntegrityError, transaction
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import redirect
+from django.utils.translation import gettext, gettext_lazy
 
 from accounts import handles
 
-RULES = "8 characters or more, not only digits. No word that many people use, and nothing of yours or of ours."
+RULES = gettext_lazy(
+    "8 characters or more, not only digits. No word that many people use, and nothing of yours or of ours."
+)
 
 
 class SignupForm(BaseSignupForm):  # type: ignore[misc]
@@ -30,7 +33,7 @@ class SignupForm(BaseSignupForm):  # type: ignore[misc]
             with transaction.atomic():
                 found: tuple[Any, HttpResponse | None] = super().try_save(request)
         except IntegrityError:  # somebody took the handle between check and insert
-            messages.error(request, "Somebody has just taken that handle; choose another one.")
+            messages.error(request, gettext("Somebody has just taken that handle; choose another one."))
             return None, redirect("account_signup")
         return found
 

@@ -2,22 +2,27 @@
 
 import re
 import unicodedata
-from functools import cache, lru_cache
+from functools import cache, lru_cache, reduce
 from typing import Any
 
 from django.contrib.auth import get_user_model
 from django.core.exceptions import ValidationError
 from django.db import models
 from django.db.models import Q
+from django.utils.text import format_lazy
+from django.utils.translation import gettext, gettext_lazy
 
 from robots.models import Robot
 
 SHORTEST, LONGEST = 2, 24
 DIGITS = "0123456789"
-RULES = (
-    f"Shown to others when you drive. {SHORTEST} to {LONGEST} letters of one script, digits, and . - _ between them. "
-    "Not the name of a robot or of a role, such as admin or staff."
-)
+RULES = format_lazy(
+    gettext_lazy(
+        "Shown to others when you drive. {shortest} to {longest} letters of one script, digits, and . - _ between "
+        "them. Not the name of a robot or of a role, such as admin or staff."
+    ),
+    shortest=SHORTEST, longest=LONGEST,
+)  # fmt: skip
 RESERVED = frozenset({
     "admin", "administrator", "anonymous", "deleted", "everybody", "everyone", "farhand", "guest", "help", "me",
     "moderator", "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff",
@@ -114,7 +119,8 @@ def validate(handle: str) -> None:
     """Refuse an invalid new handle. Raises ValidationError with a sentence. Older handles stay valid."""
     handle = normal(handle)
     if not SHORTEST <= len(handle) <= LONGEST:
-        raise ValidationError(f"Use {SHORTEST} to {LONGEST} characters.")
+        said = gettext("Use {shortest} to {longest} characters.")
+        raise ValidationError(said.format(shortest=SHORTEST, longest=LONGEST))
     scripts = set()
     for letter in handle:
         if letter in DIGITS + ".-_":
@@ -122,15 +128,27 @@ def validate(handle: str) -> None:
         script, kind = _script(letter), unicodedata.category(letter)
         drawn = kind[0] in "LM" and kind != "Me" and "FILLER" not in unicodedata.name(letter, "")
         if not drawn or script in ("COMBINING", "UNNAMED"):
-            raise ValidationError("Use letters, digits and . - _ only; no spaces, symbols or invisible characters.")
+            raise ValidationError(
+                gettext("Use letters, digits and . - _ only; no spaces, symbols or invisible characters.")
+            )
         scripts.add(script)
     if len(scripts) > 1 and not any(scripts <= joined for joined in JOINED):
-        mixed = " and ".join(sorted(script.title() for script in scripts))
-        raise ValidationError(f"Use letters of one script; this mixes {mixed}.")
+        mixed = reduce(_and, map(_script_name, sorted(scripts)))
+        raise ValidationError(gettext("Use letters of one script; this mixes {scripts}.").format(scripts=mixed))
     if not scripts or handle[0] in ".-_" or handle[-1] in ".-_":
-        raise ValidationError("Use at least one letter, and begin and end with a letter or a digit.")
+        raise ValidationError(gettext("Use at least one letter, and begin and end with a letter or a digit."))
     if _reads_as(handle, _reserved(RESERVED)):
-        raise ValidationError("That handle is reserved; choose another one.")
+        raise ValidationError(gettext("That handle is reserved; choose another one."))
+
+
+def _script_name(script: str) -> str:
+    """Return the name of a script; in English if people seldom mix it with others."""
+    names = {"LATIN": gettext("Latin"), "GREEK": gettext("Greek"), "CYRILLIC": gettext("Cyrillic")}
+    return names.get(script, script.title())
+
+
+def _and(some: str, other: str) -> str:
+    return gettext("{some} and {other}").format(some=some, other=other)
 
 
 def claims_role(name: str) -> bool:

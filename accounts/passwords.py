@@ -4,6 +4,7 @@ import re
 from typing import Any
 
 from django.core.exceptions import ValidationError
+from django.utils.translation import gettext
 
 WORDS = ("farhand", "mercury", "museum", "robots", "robot", "password", "passwort", "operator", "admin", "arm")
 LEFT = 8  # letters and digits that must remain without the words
@@ -19,11 +20,9 @@ class OwnWordsValidator:
         for word in found:
             left = left.replace(word, "")
         if found and len(re.sub(r"[\W_]", "", left)) < LEFT:
-            raise ValidationError(
-                f"This password is mostly “{found[0]}”, which is easy to guess here; add other words.",
-                code="password_own_words",
-            )
+            said = gettext("This password is mostly “{word}”, which is easy to guess here; add other words.")
+            raise ValidationError(said.format(word=found[0]), code="password_own_words")
 
     def get_help_text(self) -> str:
         """Return the rule for the form."""
-        return "Your password can't be made mostly of words like “farhand”, “robot” or “admin”."
+        return gettext("Your password can't be made mostly of words like “farhand”, “robot” or “admin”.")

@@ -4,14 +4,16 @@ import asyncio
 from typing import Any
 
 from django.conf import settings
+from django.http import HttpRequest
+from django.utils.translation import get_language_from_request, gettext, gettext_noop, override
 
 from portal.edge.dropped import drop
 from portal.edge.limits import AddressCount
-from portal.edge.origins import Refused
+from portal.edge.origins import Refused, headers_of
 
-TOO_LARGE = "The request is too large."
-TOO_SLOW = "The request did not arrive in time."
-TOO_MANY = "Too many requests from your network address at once; wait a moment."
+TOO_LARGE = gettext_noop("The request is too large.")
+TOO_SLOW = gettext_noop("The request did not arrive in time.")
+TOO_MANY = gettext_noop("Too many requests from your network address at once; wait a moment.")
 TOO_MANY_SOCKETS = "Too many sockets from your network address.\n"
 STAFF_PATH = "/admin/"
 OPERATORS_PATH = "/ws/operators/"  # counted apart: a viewer takes no place from an operator
@@ -30,9 +32,17 @@ def bounds_of(path: str) -> tuple[int, float]:
     return settings.LIMITS["BODY"], settings.LIMITS["BODY_S"]
 
 
-async def refuse(send: Any, status: int, text: str) -> None:
+def _translated(text: str, scope: dict[str, Any]) -> str:
+    """Return the text in the first language of the browser that we have; no cookie is read here."""
+    request = HttpRequest()
+    request.META["HTTP_ACCEPT_LANGUAGE"] = ",".join(headers_of(scope, b"accept-language"))
+    with override(get_language_from_request(request)):
+        return gettext(text)
+
+
+async def refuse(scope: dict[str, Any], send: Any, status: int, text: str) -> None:
     """Answer with a sentence and end the connection; the rest of the request is not read."""
-    body = text.encode() + b"\n"
+    body = _translated(text, scope).encode() + b"\n"
     headers = [
         (b"content-type", b"text/plain; charset=utf-8"), (b"content-length", b"%d" % len(body)),
         (b"connection", b"close"), (b"retry-after", b"5"),
@@ -67,7 +77,7 @@ class Bounded:
                 if entered:
                     await self._request(scope, receive, send)
                 else:
-                    await refuse(send, 429, TOO_MANY)
+                    await refuse(scope, send, 429, TOO_MANY)
         else:
             await self.app(scope, receive, send)
 
@@ -85,7 +95,7 @@ class Bounded:
             await self.app(scope, body.receive, send_noted)
         except _Refused as error:
             if not started:
-                await refuse(send, error.status, error.text)
+                await refuse(scope, send, error.status, error.text)
 
 
 class _Body:

@@ -27,6 +27,12 @@ def texts() -> str:
     return format_html('<script src="{}"></script>', reverse("texts", args=(language, version_of(language))))
 
 
+@register.simple_tag
+def languages() -> list[tuple[str, str]]:
+    """Return the codes of the languages and their own names, which are the same in each language."""
+    return list(settings.LANGUAGES)
+
+
 @register.filter
 def day(on: date) -> str:
     """Return a day of the calendar, such as one of UTC, in words."""

@@ -18,6 +18,12 @@ def test_the_browser_chooses_until_the_person_does(client):
     assert '<html lang="en">' in client.get("/story/", headers=german).text
 
 
+def test_each_language_is_offered_by_its_own_name(client):
+    page = client.get("/story/", headers={"accept-language": "de"}).text
+    assert '<button class="linklike" name="language" value="en" lang="en">English</button>' in page
+    assert '<button class="linklike" name="language" value="de" lang="de" aria-current="true">Deutsch</button>' in page
+
+
 def test_english_pages_load_no_texts_and_others_load_theirs(client):
     assert "/texts/" not in client.get("/story/").text
     page = client.get("/story/", headers={"accept-language": "de"}).text

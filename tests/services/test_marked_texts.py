@@ -1,5 +1,6 @@
 """Every text of the pages is marked for translation: in the pseudo-language, no word of them is left in English."""
 
+import asyncio
 import re
 from html.parser import HTMLParser
 
@@ -8,6 +9,7 @@ from django.http import Http404
 from django.test import Client, RequestFactory
 from django.utils.translation import get_language
 
+from portal.edge.requests import Bounded
 from portal.web.pages import errors
 from queueing import services as queue
 from queueing.models import Ticket
@@ -98,6 +100,20 @@ def test_an_error_before_any_middleware_is_in_the_language_of_the_request(robot,
     assert 'dir="rtl"' in answer.text
     assert unmarked(answer) == []
     assert get_language() == before
+
+
+def test_a_refusal_at_the_door_is_in_the_language_of_the_browser():
+    sent = []
+
+    async def send(message):
+        sent.append(message)
+
+    headers = [(b"content-length", b"9" * 12), (b"accept-language", b"fr, de;q=0.5")]
+    asyncio.run(
+        Bounded(None)({"type": "http", "path": "/", "client": ("192.0.2.1", 1), "headers": headers}, None, send)
+    )
+    assert sent[0]["status"] == 413
+    assert sent[1]["body"].decode() == "Die Anfrage ist zu groß.\n"
 
 
 def test_what_other_software_reads_is_english(used):

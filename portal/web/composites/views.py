@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from asgiref.sync import sync_to_async
 from django.conf import settings
@@ -17,6 +18,7 @@ from django.http import HttpRequest, HttpResponse, HttpResponseBase, HttpRespons
 from django.urls import reverse
 from django.utils.cache import get_conditional_response
 from django.utils.http import http_date
+from django.utils.translation import gettext_lazy
 from django.views.decorators.http import require_safe
 
 from portal.edge.limits import AddressCount
@@ -37,15 +39,18 @@ from robots.kit.contract.spec import Spec
 from robots.models import Robot
 from robots.services import newest_still
 
-ABSENT = "There is no such picture.\n"
+if TYPE_CHECKING:
+    from django.utils.functional import _StrPromise
+
+ABSENT = gettext_lazy("There is no such picture.")
 Still = Callable[[], Awaitable[bytes]] | None  # reads the first picture of a stream
 PICTURES = Pool("pictures", 2)
 LATEST_S = 2**37  # no picture is taken later (s since 1970)
-NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
-NO_PICTURE = "The camera sends no picture now; try again later.\n"
-OFFLINE = "This robot is offline now; try again later.\n"
-ENOUGH = "As many people watch this picture as the portal can serve; watch the robot's page instead.\n"
-TOO_MANY = "Your network address watches as many of these pictures as it may; close one of them first.\n"
+NOT_KEPT = gettext_lazy("That picture is no longer kept; ask for the newest one.")
+NO_PICTURE = gettext_lazy("The camera sends no picture now; try again later.")
+OFFLINE = gettext_lazy("This robot is offline now; try again later.")
+ENOUGH = gettext_lazy("As many people watch this picture as the portal can serve; watch the robot's page instead.")
+TOO_MANY = gettext_lazy("Your network address watches as many of these pictures as it may; close one of them first.")
 
 
 @cache
@@ -186,6 +191,6 @@ async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Stil
                     yield part
 
 
-def _refused(status: int, text: str) -> HttpResponse:
+def _refused(status: int, text: "_StrPromise") -> HttpResponse:
     more = {"Retry-After": "30"} if status in (429, 503) else {}
-    return HttpResponse(text, status=status, content_type="text/plain; charset=utf-8", headers=more)
+    return HttpResponse(f"{text}\n", status=status, content_type="text/plain; charset=utf-8", headers=more)

@@ -4,20 +4,26 @@ The pseudo-language is made of the sentences that tools/sentences.py finds, so w
 translate.
 """
 
+import random
 import re
+from math import radians
 
 import pytest
 from babel.messages import Message
 
+from queueing.words import PLACE_ENDS, TURN_ENDS, join_said, length_words, wait_said
 from robots.kit.arms.objects import TABLE
 from robots.kit.arms.plates import PLATE
 from robots.kit.arms.tasks.parsing import ALLOWED
 from robots.kit.contract.capabilities import Preview
 from robots.kit.contract.errors import RobotError
 from robots.kit.contract.find import function, spec_of
+from robots.kit.contract.spec import Argument
 from robots.kit.contract.values import check
 from robots.kit.contract.words import command_words, place_words, way_words
+from robots.kit.description import load
 from robots.kit.sentences import Sentences
+from robots.states import CommandState, Cycle, GrantEnd, GrantKind, Lane
 from tools.sentences import sentences
 from tools.translations import ROOT, turned
 
@@ -25,6 +31,7 @@ DRIVERS = ("irat", "mercury", "pa10", "puma", "so101", "srv1")
 MARKED, QUOTED = re.compile("\u202e[^\u202c]*\u202c"), re.compile(r"'[^']*'|\"[^\"]*\"|“[^”]*”")
 WORD = re.compile(r"[A-Za-z_]{2,}")
 UNITS = {"cm", "mm", "min", "rad", "px", "deg", "surprise"}
+LANGUAGE = {*ALLOWED, "on", "at", "by", "turned", "holding", "empty"}  # of tasks, for all readers
 TASKS = (
     "", "grasp", "grasp nothing", "put red on red", "put red", "put red on plate at 99 1", "move", "move 1 2", "move up",
     "wait", "wait 1000", "expect", "expect red", "repeat 2", "end", "repeat x\nend", "repeat 2\nend", "swim", "x" * 300,
@@ -66,7 +73,7 @@ def names_of(driver: str) -> set[str]:
     table = "".join(path.read_text() for path in (ROOT / "robots/kit/drivers").glob("*/robot.toml"))
     found = {PLATE, TABLE} | {argument.name for command in spec.commands for argument in command.arguments}
     found |= {command.kind for command in spec.commands} | {setting.name for setting in spec.settings()}
-    return found | {*ALLOWED, *WORD.findall(" ".join(re.findall(r'^name = "(.*)"', table, re.MULTILINE)))}
+    return found | {*LANGUAGE, *WORD.findall(" ".join(re.findall(r'^name = "(.*)"', table, re.MULTILINE)))}
 
 
 def refusals(driver: str) -> set[str]:
@@ -128,3 +135,39 @@ def test_commands_ways_and_places_are_translated(pseudo, driver):
         told.add(command_words(spec, command.kind, {}))
     names = {name for name in spec.names() if len(name) < 3} | {"dx", "dy", "dz", "rx", "ry", "rz"}
     assert not {text: words for text in told if (words := english(pseudo, text, names))}
+
+
+@pytest.mark.parametrize("driver", ["pa10", "puma", "srv1"])
+def test_what_a_preview_foresees_is_translated(pseudo, driver):
+    dice, told = random.Random(driver), set()
+    spec, description = spec_of(driver), load(driver)
+    foresee = function(spec.capability(Preview).function)
+    start = (6.0, 4.0, 0.0) if driver == "srv1" else tuple(map(radians, description["arm"]["ready_deg"]))
+    for command in spec.commands:
+        for _ in range(0 if command.held or command.lane == "config" else 12):
+            args = {a.name: anything(dice, a) for a in command.arguments}
+            try:
+                told |= {judgement.sentence for judgement in foresee(command.kind, args, start, {}).judgements}
+            except RobotError as error:
+                told.add(str(error))
+    assert any(text.startswith("Will not run") for text in told)
+    assert not {text: words for text in told if (words := english(pseudo, text, names_of(driver)))}
+
+
+def anything(dice: random.Random, argument: Argument) -> float | str:
+    """Return a value that the argument may have."""
+    if argument.text:
+        return dice.choice(TASKS + MISSIONS)[:3000]
+    return dice.uniform(max(argument.low, -7.0), min(argument.high, 7.0))
+
+
+def test_waits_and_ends_are_translated(pseudo):
+    waits = [None, *((low, low + more) for low in (0, 20, 90, 9000) for more in (0, 30, 600, 9000))]
+    told = {wait_said(wait) for wait in waits} | {
+        join_said("ready", free, wait) for wait in waits for free in (True, False)
+    }
+    lengths = dict.fromkeys(("used", "idle", "reconnect", "silent"), length_words(125))
+    for end in (*TURN_ENDS.values(), *PLACE_ENDS.values()):
+        told |= {end.why.format(**lengths), end.credited.format(**lengths), end.next}
+    told |= {str(label) for choices in (CommandState, Cycle, GrantKind, GrantEnd, Lane) for label in choices.labels}
+    assert not {text: words for text in told if (words := english(pseudo, text, set()))}

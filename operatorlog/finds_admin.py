@@ -35,7 +35,9 @@ class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
 class DecisionForm(forms.ModelForm):  # type: ignore[type-arg]
     """A moderator's decision about a find."""
 
-    piece = PieceChoice(Piece.objects.none(), required=False, empty_label=gettext_lazy("None"))
+    piece = PieceChoice(
+        Piece.objects.none(), required=False, label=pgettext_lazy("field", "piece"), empty_label=gettext_lazy("None")
+    )
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

@@ -69,7 +69,7 @@ def _accepted(setting: Setting, value: Any) -> Any:
 
 
 def _number(setting: Setting) -> forms.Field:
-    low, high, unit = setting.low, setting.high, setting.unit
+    low, high, unit = setting.low, setting.high, translate(setting.unit)
     words = gettext("Write a number from {low} to {high}, or leave it empty.")
     refused = words.format(low=plain(low), high=f"{plain(high)} {unit}".strip())
     label, about, default = translate(setting.label), translate(setting.help), ""
@@ -106,7 +106,7 @@ def names(settings: Iterable[Setting], kind: str) -> tuple[str, ...]:
     return tuple(PREFIX + setting.name for setting in settings if setting.kind == kind)
 
 
-def _driver_field(present: str) -> forms.ChoiceField:
+def _driver_field(present: str, label: Any) -> forms.ChoiceField:
     """Return the choice of installed drivers; the row's present one is in it even if its package is gone."""
     installed = drivers()
     gone = (
@@ -115,6 +115,7 @@ def _driver_field(present: str) -> forms.ChoiceField:
         else []
     )
     return forms.ChoiceField(
+        label=label,
         choices=[*gone, *((name, name) for name in installed)],
         help_text=gettext_lazy("The robots whose packages are installed."),
         error_messages={
@@ -138,7 +139,8 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         if "driver" in self.fields:  # not for staff who may only look
-            self.fields["driver"] = _driver_field(self.instance.driver if self.instance.pk else "")
+            label = self.fields["driver"].label
+            self.fields["driver"] = _driver_field(self.instance.driver if self.instance.pk else "", label)
         for setting in self.declared:
             empty: list[Any] | None = [] if setting.kind == "list" else None
             self.initial[PREFIX + setting.name] = self.instance.settings.get(setting.name, empty)

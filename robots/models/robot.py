@@ -9,7 +9,6 @@ from typing import Any
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
-from django.utils import translation
 from django.utils.crypto import salted_hmac
 from django.utils.translation import gettext, gettext_lazy
 
@@ -167,7 +166,7 @@ class Robot(models.Model):
     @property
     def full_name(self) -> str:
         """Return the name for texts, where no badge can stand."""
-        return translation.gettext("{name} (simulated)").format(name=self.name) if self.simulated else self.name
+        return gettext("{name} (simulated)").format(name=self.name) if self.simulated else self.name
 
     def description(self) -> dict[str, Any]:
         """Return the parsed robot.toml."""

@@ -2,7 +2,6 @@
 
 import asyncio
 import re
-from html.parser import HTMLParser
 
 import pytest
 from django.http import Http404
@@ -16,40 +15,14 @@ from queueing.models import Ticket
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from tests.services.browsers import signed_in
+from tests.services.marked import PSEUDO, TURNED, WORD, Texts
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-PSEUDO = "ar-xb"
-TURNED = re.compile("\u202e[^\u202c]*\u202c")
-WORD = re.compile(r"[A-Za-z]{2,}")
-SEEN = ("title", "alt", "aria-label", "placeholder")
 # names of people, robots, formats and languages, units, and what a time in Arabic consists of
 DATA = re.compile(
     r"\b(Farhand|Far|hand|English|Deutsch|Pseudo|Mercury|Shuttle|Arm|Ratt?|Spare|ada|bob|eve|root|I found a watch|min|UTC|JSON|CSV|JPEG|GB|MB|kbit|GET"
     r"|HEAD|POST|OPTIONS|DELETE|ALLOWED_HOSTS|UTC|Ab|Ac)\b"
 )
-
-
-class Texts(HTMLParser):
-    """Collects what people read of a page."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.found, self._hidden = [], 0
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        self._hidden += tag in ("script", "style")
-        self.found += [value or "" for name, value in attrs if name in SEEN]
-        named = dict(attrs)
-        if named.get("name") == "description":
-            self.found.append(named["content"])
-
-    def handle_endtag(self, tag):
-        self._hidden -= tag in ("script", "style")
-
-    def handle_data(self, text):
-        if not self._hidden:
-            self.found.append(text)
 
 
 def unmarked(answer):

@@ -1,5 +1,6 @@
 /** What a line carries: how many bytes come in a second, and how many would come if nothing were missed. */
 import { isQuick } from "./pace.ts";
+import { gettext } from "../kit/text.ts";
 
 /** Bytes a second. */
 export interface Carried {
@@ -27,8 +28,13 @@ export function quality(carried: Carried, latency: number | null, best: number):
 /** Return the quality of the line and what comes, in words. */
 export function lineWords(carried: Carried, latency: number | null, best: number): string {
   const word = quality(carried, latency, best),
-    all = carried.arrives >= ALL * carried.needs;
-  return `Line ${word}, ${all ? "" : `${kilobytes(carried.arrives)} of `}${kilobytes(all ? carried.arrives : carried.needs)} kB/s`;
+    comes = kilobytes(carried.arrives);
+  const rate =
+    carried.arrives >= ALL * carried.needs
+      ? `${comes} kB/s`
+      : gettext("{part} of {whole} kB/s", { part: comes, whole: kilobytes(carried.needs) });
+  if (word === "good") return gettext("Line good, {rate}", { rate });
+  return word === "fair" ? gettext("Line fair, {rate}", { rate }) : gettext("Line poor, {rate}", { rate });
 }
 
 function kilobytes(bytes: number): string {

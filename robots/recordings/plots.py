@@ -3,7 +3,7 @@
 from typing import Any
 
 from robots.kit.clock import ms_of
-from robots.kit.contract.capabilities import Preview
+from robots.kit.contract.capabilities import ArmModel, Preview
 from robots.kit.contract.ranges import readable
 from robots.kit.recording.paths import IN_PLANE, PREVIEWS
 from robots.models import Finding, Recording
@@ -11,7 +11,7 @@ from robots.recordings.findings import findings_of
 
 
 def plot_of(recording: Recording) -> dict[str, Any] | None:
-    """Return the data of the path for the process that makes movies; None for a robot without a pose in the plane.
+    """Return the data of the path for the process that makes movies; None for what neither rolls nor is an arm.
 
     `commands` holds their kinds, arguments and begins, from which previews are computed. The data contain no secret.
     """
@@ -20,11 +20,12 @@ def plot_of(recording: Recording) -> dict[str, Any] | None:
         spec = robot.spec()
     except LookupError:  # its package is gone
         return None
-    if spec.carried() != IN_PLANE:
+    arm = spec.carried() != IN_PLANE
+    if arm and spec.capability(ArmModel) is None:
         return None
     begun = recording.grant.commands.exclude(sent_at=None).order_by("id")[:PREVIEWS] if spec.capability(Preview) else ()
     return {
-        "name": robot.full_name, "driver": robot.driver,
+        "name": robot.full_name, "driver": robot.driver, "of_tool": arm,
         "settings": {name: value for name, value in robot.driver_settings().items() if name != "token"},
         "labels": {command.kind: command.label for command in spec.commands},
         "commands": [{"at_ms": ms_of(c.sent_at), "kind": c.kind, "args": c.args} for c in begun if c.sent_at],

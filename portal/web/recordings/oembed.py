@@ -12,6 +12,7 @@ from django.http import Http404, HttpRequest, JsonResponse
 from django.shortcuts import get_object_or_404
 from django.urls import Resolver404, resolve, reverse
 from django.utils.html import format_html
+from django.utils.translation import gettext
 from django.views.decorators.http import require_safe
 
 from portal.web.pages.serving import limit_rate
@@ -93,4 +94,5 @@ def _of_recording(key: str, text: str) -> tuple[str, str]:
         raise Http404(access.NONE)
     second, _ = moments.moment_in(text, recording)
     address = reverse("embed-recording", args=[recording.key]) + (f"?t={second}" if second else "")
-    return f"{about.title} on {recording.robot.full_name}", address
+    title = gettext("{title} on {robot}").format(title=about.title, robot=recording.robot.full_name)
+    return title, address

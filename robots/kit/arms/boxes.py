@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from robots.kit.arms.described import boxes
 from robots.kit.contract.capabilities import Setting
 from robots.kit.contract.errors import BadRequest
+from robots.kit.description import load
 
 if TYPE_CHECKING:
     from robots.kit.arms.zones import Box
@@ -20,6 +21,11 @@ MORE_BOXES = Setting(
 def added_boxes(settings: dict[str, Any]) -> "tuple[Box, ...]":
     """Return the forbidden boxes that staff have added to the arm's own (m)."""
     return boxes({"box": settings.get("boxes", ())})
+
+
+def forbidden_of(driver: str, settings: dict[str, Any]) -> "tuple[Box, ...]":
+    """Return all forbidden boxes of an arm, its own and those of staff (m)."""
+    return (*boxes(load(driver)), *added_boxes(settings))
 
 
 def tidy_boxes(value: Any) -> list[dict[str, Any]]:

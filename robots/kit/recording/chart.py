@@ -1,4 +1,4 @@
-"""Draws a path from above: the floor, the path planned and driven, the robot, and where pictures were taken.
+"""Draws a path from above: floor or table, the path planned and driven, the robot, and where pictures were taken.
 
 Colours of Okabe and Ito, which people with any colour vision tell apart; planned and driven differ in their lines too.
 Pixels are red, green, blue. No Django.
@@ -47,10 +47,13 @@ def _face() -> Any:
 
 
 class Chart:
-    """A plot of `width` x `height` px that shows `box` (m). `scale` is that of lines and letters."""
+    """A plot of `width` x `height` px that shows `box` (m). `scale` is that of lines and letters.
 
-    def __init__(self, box: Box, width: int, height: int, scale: int = 1) -> None:
-        self._box, self._scale = box, scale
+    `arm`: the path is that of the tool of an arm that stands at 0, 0.
+    """
+
+    def __init__(self, box: Box, width: int, height: int, scale: int = 1, arm: bool = False) -> None:
+        self._box, self._scale, self._arm = box, scale, arm
         margin, high = MARGIN * scale, height - LEGEND * scale
         self._px = min((width - 2 * margin) / (box[2] - box[0]), (high - 2 * margin) / (box[3] - box[1]))  # px a m
         left = (width - self._px * (box[2] - box[0])) / 2
@@ -105,6 +108,13 @@ class Chart:
 
     def _robot(self, shown: Picture, pose: Sequence[float]) -> None:
         x, y = self.at(pose)
+        if self._arm:
+            base, scale = self.at((0.0, 0.0)), self._scale
+            cv2.line(shown, base, (x, y), INK, 3 * scale, cv2.LINE_AA)
+            for at, radius in ((base, 7), ((x, y), 6)):
+                cv2.circle(shown, at, radius * scale, PAPER, -1, cv2.LINE_AA)
+                cv2.circle(shown, at, (radius - 1) * scale, INK, -1, cv2.LINE_AA)
+            return
         size, heading = ROBOT * self._scale, pose[2]
         corners = ((size, 0.0), (0.8 * size, 2.5), (0.35 * size, 3.1416), (0.8 * size, -2.5))
         outline = [(x + r * cos(heading + turn), y - r * sin(heading + turn)) for r, turn in corners]
@@ -117,7 +127,7 @@ class Chart:
         y, x = shown.shape[0] - 14 * scale, MARGIN * scale
         middle, size = y - 4 * scale, 13 * scale
         cv2.line(shown, (x, middle), (x + 24 * scale, middle), DRIVEN, 2 * scale, cv2.LINE_AA)
-        x = text(shown, "driven", (x + 29 * scale, y), size, INK) + 12 * scale
+        x = text(shown, "moved" if self._arm else "driven", (x + 29 * scale, y), size, INK) + 12 * scale
         for a, b in dashes([(x, middle), (x + 24 * scale, middle)], DASH * scale, GAP * scale):
             cv2.line(shown, a, b, PLANNED, 5 * scale, cv2.LINE_AA)
         x = text(shown, "planned", (x + 29 * scale, y), size, INK) + 12 * scale

@@ -15,7 +15,7 @@ from robots.kit.recording.captions import Captions, wrapped
 from robots.kit.recording.chart import Chart, Picture, text, width_of
 from robots.kit.recording.container import COMMANDS, STATE, Message
 from robots.kit.recording.paths import plot_bounds
-from robots.kit.recording.track import Pose, Track, pose_of
+from robots.kit.recording.track import Pose, Track, reader_of
 
 WIDTH, HEIGHT = 640, 360
 VIEW = 352, 264  # the picture's part, lower left; the plot is to its right
@@ -34,6 +34,7 @@ class Film:
         self._captions = Captions(notes, plot["labels"])
         self._taken = [(f["at_ms"], f["number"], tuple(f["place"])) for f in plot["findings"] if f["place"]]
         self._planned = list(track.plans)
+        self._read = reader_of(plot)
         self._pose: Pose | None = None
         self._now_ms = 0
         self._chart: Chart | None = None
@@ -45,9 +46,9 @@ class Film:
         self._now_ms = message.at_ns // 10**6
         if message.topic == COMMANDS:
             self._captions.take(message)
-        elif message.topic == STATE and (pose := pose_of(message)) is not None:
-            self._pose = pose
-            self._waits.append(pose)
+        elif message.topic == STATE and (found := self._read(message)) is not None:
+            self._pose = found[0]
+            self._waits.append(found[0])
 
     def beside(self, picture: Picture) -> Picture:
         """Return a picture with plot and captions as they are now; all of one film have one size."""
@@ -69,8 +70,14 @@ class Film:
     def _begun(self, picture: Picture) -> Chart:
         self._scale = 2 if picture.shape[1] > 1.5 * VIEW[0] else 1
         path = [*self._track.driven(), *(line for _, line in self._track.plans)]
-        size = (WIDTH - VIEW[0]) * self._scale, VIEW[1] * self._scale
-        self._chart = Chart(plot_bounds(self._floor, path), *size, self._scale)
+        size, floor, arm = (
+            ((WIDTH - VIEW[0]) * self._scale, VIEW[1] * self._scale),
+            self._floor,
+            bool(self._plot.get("of_tool")),
+        )
+        if arm:  # a table is much larger than what its arm reaches: its base and what stands there are shown
+            path += [[(0.0, 0.0)], *([box[:2], box[2:]] for box in (floor.rectangles if floor else ()))]
+        self._chart = Chart(plot_bounds(None if arm else floor, path), *size, self._scale, arm)
         self._chart.floor(self._floor)
         return self._chart
 

@@ -1,8 +1,8 @@
-"""The path of a robot that rolls while it was recorded, and the paths that were planned. No Django."""
+"""The path of a robot that rolls, or of an arm's tool, while it was recorded, and the paths planned. No Django."""
 
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from math import nan
@@ -21,6 +21,8 @@ from robots.kit.recording.reading import messages
 MOST = 200_000  # poses of a recording: five hours of them
 PREVIEW_S = 120.0  # to wait for all previews of a recording, at the lowest priority
 Pose = tuple[float, float, float]
+Start = tuple[float, ...]  # what a preview begins from: joints (rad, m) of an arm, else the pose
+Reader = Callable[[Message], tuple[Pose, Start] | None]  # where a state says that the robot, or an arm's tool, is
 
 
 @dataclass(frozen=True)
@@ -50,36 +52,47 @@ def pose_of(message: Message) -> Pose | None:
     return (x, y, heading) if is_place((x, y, heading)) else None
 
 
-def poses_in(path: Path) -> Iterator[tuple[int, Pose]]:
-    """Yield the poses of a recording with the time of each (ms since 1970). Raises OSError."""
+def reader_of(plot: Mapping[str, Any]) -> Reader:
+    """Return what reads the states of a recording. `plot`: the result of `plots.plot_of`."""
+    if plot.get("of_tool"):
+        from robots.kit.recording.arm import tool_of  # noqa: PLC0415 - not every robot is an arm
+
+        return tool_of(plot["driver"])
+    return lambda message: (pose, pose) if (pose := pose_of(message)) is not None else None
+
+
+def poses_in(path: Path, read: Reader) -> Iterator[tuple[int, Pose, Start]]:
+    """Yield what `read` finds in a recording, after the time of each (ms since 1970). Raises OSError."""
     for count, message in enumerate(messages(path, {STATE})):
         if count >= MOST:
             return
-        if (pose := pose_of(message)) is not None:
-            yield message.at_ns // 10**6, pose
+        if (found := read(message)) is not None:
+            yield message.at_ns // 10**6, *found
 
 
 def track_of(path: Path, plot: Mapping[str, Any]) -> Track:
     """Return the track of a recording. `plot`: the result of `plots.plot_of`. Raises OSError."""
-    poses = tuple(poses_in(path))
-    return Track(poses, tuple(_planned(plot, poses)))
+    found = tuple(poses_in(path, reader_of(plot)))
+    starts = [(at, start) for at, _, start in found]
+    return Track(tuple((at, pose) for at, pose, _ in found), tuple(_planned(plot, starts)))
 
 
-def _planned(plot: Mapping[str, Any], poses: Sequence[tuple[int, Pose]]) -> Iterator[tuple[int, Line]]:
+def _planned(plot: Mapping[str, Any], starts: Sequence[tuple[int, Start]]) -> Iterator[tuple[int, Line]]:
     """Yield the path that each command was to take, from where the robot was when it began."""
-    begun = [(one, _start(poses, one["at_ms"])) for one in plot["commands"][:PREVIEWS]] if poses else []
+    begun = [(one, _start(starts, one["at_ms"])) for one in plot["commands"][:PREVIEWS]] if starts else []
     if not begun or not _foresees(plot["driver"]):
         return
     jobs = [Job(plot["driver"], plot["settings"], one["kind"], one["args"], start) for one, start in begun]
     for (one, start), answer in zip(begun, previews(jobs), strict=False):
-        line = placed(answer.get("poses") or (), start)
+        tool = answer.get("tool") or () if plot.get("of_tool") else ()
+        line = [(place[0], place[1]) for place in tool if is_place(place)] or placed(answer.get("poses") or (), start)
         if len(line) > 1:
             yield one["at_ms"], line
 
 
-def _start(poses: Sequence[tuple[int, Pose]], at_ms: int) -> Pose:
-    before = [pose for at, pose in poses if at <= at_ms]
-    return before[-1] if before else poses[0][1]
+def _start(starts: Sequence[tuple[int, Start]], at_ms: int) -> Start:
+    before = [start for at, start in starts if at <= at_ms]
+    return before[-1] if before else starts[0][1]
 
 
 def _foresees(driver: str) -> bool:

@@ -104,7 +104,7 @@ export function whereabouts(at: Point, places: ReadonlyMap<number, Point>): stri
   const third = (share: number): 0 | 1 | 2 => (share < 1 / 3 ? 0 : share < 2 / 3 ? 1 : 2);
   const words = [
     [gettext("bottom left"), gettext("bottom"), gettext("bottom right")],
-    [gettext("left"), gettext("centre"), gettext("right")],
+    [gettext("middle left"), gettext("centre"), gettext("middle right")],
     [gettext("top left"), gettext("top"), gettext("top right")],
   ] as const;
   return words[third((at.y - box.low) / (box.high - box.low))][third((at.x - box.left) / (box.right - box.left))];

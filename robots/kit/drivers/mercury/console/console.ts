@@ -194,7 +194,7 @@ class SandConsole extends Basics<RobotPage> {
 /** Say how high the camera is: down, or so far above that. The paper's name of it stands beside, small. */
 function sayHeight(badge: HTMLElement, z: number | undefined): void {
   const up = z === undefined ? 0 : Math.round(z * 1000);
-  const words = z === undefined ? "" : z < 0.001 ? gettext("Down") : gettext("{mm} mm up", { mm: up });
+  const words = z === undefined ? "" : z < 0.001 ? gettext("Lowered") : gettext("{mm} mm up", { mm: up });
   if (badge.dataset["words"] === words) return;
   badge.dataset["words"] = words;
   badge.replaceChildren(...(words ? [`${words} `, make("small", {}, `Z = ${up}`)] : []));

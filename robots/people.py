@@ -2,12 +2,19 @@
 
 from typing import Any
 
-DELETED = "Deleted account"
+from django.utils.translation import gettext, gettext_noop
+
+DELETED = gettext_noop("Deleted account")  # it has a space, so it is nobody's handle
 
 
 def handle_of(person: Any) -> str:
     """Return a person's handle; None stands for a person whose account was deleted."""
     return DELETED if person is None else str(person.get_username())
+
+
+def shown_name(handle: str) -> str:
+    """Return a handle as a page shows it: who has deleted the account is named in the reader's language."""
+    return gettext(DELETED) if handle == DELETED else handle
 
 
 def is_person(visitor: Any, pk: Any) -> bool:

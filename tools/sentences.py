@@ -22,8 +22,8 @@ from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import Argument, Spec
 
 ROOMS = (
-    "robots/kit", "robots/services", "robots/grants.py", "robots/states.py", "workers", "queueing", "portal/live",
-    "portal/stores.py", "portal/web/alerts/needs.py",
+    "robots/kit", "robots/services", "robots/recordings", "robots/grants.py", "robots/states.py", "workers", "queueing",
+    "portal/live", "portal/stores.py", "portal/web/alerts/needs.py",
 )  # fmt: skip
 ENGLISH = (  # folders and modules of which no page shows a text
     "conformance", "prepare", "ros",  # for integrators
@@ -31,6 +31,7 @@ ENGLISH = (  # folders and modules of which no page shows a text
     "rosbridge", "container",  # answers to other programs, descriptions in files for them
     "goals", "objects", "described", "slam", "gridmap",  # checks of robot.toml and of a program's own numbers
     "apps", "captions",  # names for the admin; lines in the pictures of movies, which nobody can translate
+    "beds",  # what is hidden, which nobody shall read in a page's script
     "spec",  # `of_spec` has their labels; of the contract: what is wrong with a spec
 )  # fmt: skip
 # Errors of packages, packets and other programs; the modules whose errors of these kinds are answers to people.

@@ -33,6 +33,8 @@ sys.path.insert(0, str(ROOT))
 
 from portal.languages import LANGUAGES, PSEUDO  # noqa: E402 - the folder is known now
 from portal.web.translation.names import CONTEXT, names_of, own_models  # noqa: E402
+from robots.kit.contract.excavation import Excavation  # noqa: E402
+from robots.kit.contract.find import function, spec_of  # noqa: E402
 from tools.sentences import of_package as sentences_of_package  # noqa: E402
 from tools.sentences import sentences  # noqa: E402
 
@@ -43,6 +45,7 @@ KEYWORDS: dict[str, tuple[object, ...] | None] = {
     "ngettext": (1, 2), "ngettext_lazy": (1, 2), "pgettext": ((1, "c"), 2), "pgettext_lazy": ((1, "c"), 2),
 }  # fmt: skip
 COMMENTS = ["Translators:"]
+PIECE = "piece"  # the context of names of hidden pieces
 WORDS = re.compile(r"\{\w*\}|%\(\w+\)[sd]|%[sd%]|<[^<>]*>|&\w+;|[^\W\d_]+")
 LITERAL = r"""(?:"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')"""
 TEXT = rf"({LITERAL}(?:\s*\+\s*{LITERAL})*)\s*(?=[,)])"
@@ -151,6 +154,8 @@ def marked() -> Catalog:
     for path in sorted((ROOT / "robots/kit/drivers").glob("*/clearance.toml")):
         for text in of_test(path.read_text()):
             catalogue.add(text)
+        for text in of_pieces(path.parent.name):
+            catalogue.add(text, context=PIECE)
     return catalogue
 
 
@@ -160,6 +165,12 @@ def of_models() -> list[str]:
     django.setup()
     with override(None):
         return sorted({str(name) for model in own_models() for _, _, name in names_of(model)})
+
+
+def of_pieces(driver: str) -> list[str]:
+    """Return the names of hidden pieces. They are not in the catalogue of scripts, where people would read them."""
+    declared = spec_of(driver).capability(Excavation)
+    return [one.name for one in function(declared.pieces)("", 1)] if declared is not None and declared.pieces else []
 
 
 def of_test(source: str) -> Iterator[str]:

@@ -12,10 +12,12 @@ from django.utils.timezone import get_current_timezone_name, localtime
 from django.utils.translation import get_language, pgettext
 
 from portal.web.translation.views import version_of
+from robots.people import shown_name
 from robots.sentences import translate
 
 register = template.Library()
 register.filter("translate", translate)
+register.filter("shown_name", shown_name)
 
 
 @register.simple_tag

@@ -350,9 +350,13 @@ class Command(models.Model):
 
     @property
     def clamped_words(self) -> str:
-        """Return what was sent instead of what was asked, as "speed 0.3 instead of 0.5"; empty if nothing differs."""
-        told = ((name, readable(asked), readable(sent)) for name, (asked, sent) in self.clamping.items())
-        return ", ".join(f"{name} {sent} instead of {asked}" for name, asked, sent in told)
+        """Return what was sent instead of what was asked, as "speed 0.3 instead of 0.5"; empty if nothing differs.
+
+        It is in the reader's language.
+        """
+        told = ((translate(name), readable(asked), readable(sent)) for name, (asked, sent) in self.clamping.items())
+        said = gettext("{name} {sent} instead of {asked}")
+        return ", ".join(said.format(name=name, sent=sent, asked=asked) for name, asked, sent in told)
 
     @property
     def final(self) -> bool:

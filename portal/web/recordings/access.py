@@ -14,7 +14,7 @@ from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
 from queueing.services import label_of
 from robots.models import Recording, RecordingState
-from robots.people import is_person
+from robots.people import is_person, shown_name
 from robots.sentences import translate
 
 NONE = "There is no such recording."
@@ -43,7 +43,9 @@ def about(recording: Recording) -> About | None:
     if turn is not None:
         hidden = Entry.objects.filter(turn=turn, visibility=Visibility.HIDDEN).exists()
         name = turn.operator_name
-        return About(gettext("Turn of {name}").format(name=name), name, turn.get_absolute_url(), False, hidden)
+        return About(
+            gettext("Turn of {name}").format(name=shown_name(name)), name, turn.get_absolute_url(), False, hidden
+        )
     job = Job.objects.select_related("user", "robot").filter(runs__grant=recording.grant_id).first()
     if job is not None:
         title = gettext("{label} (a job)").format(label=translate(label_of(job.robot, job.kind)))
@@ -85,7 +87,8 @@ def words_for(recording: Recording) -> str:
     if recording.state == RecordingState.RUNNING:
         return gettext("It is being recorded.")
     if recording.state == RecordingState.REMOVED:
-        return f"{gettext('The recording was removed.')} {_reason(recording)}".strip()
+        removed = gettext("The recording was removed.")
+        return f"{removed} {_reason(recording)}".strip()
     left_out = gettext("The disk was too slow: some pictures were left out.") if recording.dropped else ""
     kept = gettext("Kept until {day} at most, less if space is needed.")
     said = (kept.format(day=day_words(localtime(recording.kept_until))), _reason(recording), left_out)

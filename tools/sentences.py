@@ -20,6 +20,7 @@ from robots.kit.contract.capabilities import Statistics
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import Argument, Spec
+from robots.kit.vision.stability import VERDICTS
 
 ROOMS = (
     "robots/kit", "robots/services", "robots/recordings", "robots/grants.py", "robots/states.py", "workers", "queueing",
@@ -64,7 +65,7 @@ OPTIONAL = re.compile(r"\[([^\[\]]*)\]")  # a part of `CommandKind.says`
 
 def sentences(root: Path) -> list[str]:
     """Return the texts, sorted."""
-    texts: set[str] = set()
+    texts: set[str] = set(VERDICTS)
     for room in ROOMS:
         top = root / room
         for path in sorted(top.rglob("*.py")) if top.is_dir() else [top]:

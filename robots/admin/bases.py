@@ -63,6 +63,13 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         answer = super().changelist_view(request, extra_context)
         return back_to(request) if answer.status_code == HTTPStatus.FOUND and comes_from_first(request) else answer
 
+    def history_view(self, request: HttpRequest, object_id: str, extra_context: Any = None) -> HttpResponse:
+        """Show the history of a row; what actions have noted is stored in English."""
+        answer = super().history_view(request, object_id, extra_context)
+        for one in getattr(answer, "context_data", {}).get("action_list", ()):
+            one.change_message = gettext(one.change_message) if one.change_message else ""
+        return answer
+
     def act_on(
         self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: Any, rest: Any
     ) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from datetime import datetime
 
 import pytest
 from django.apps import apps
@@ -16,6 +17,7 @@ from robots.kit.installed import drivers
 from robots.models import Incident, Robot
 from robots.sentences import english
 from robots.states import Cycle
+from tests.services.admin_forms import as_sent, controls_of
 from tests.services.browsers import signed_in
 from tests.services.marked import PSEUDO, TURNED, WORD, Texts
 
@@ -78,6 +80,21 @@ def test_numbers_that_browsers_read_are_not_written_in_the_readers_language(used
     assert not re.search(r'\b(value|min|max|step|width|height)="\d+,\d', page)
 
 
+@pytest.mark.parametrize("model", ["robots/robot", "accounts/clearance", "operatorlog/round", "accounts/question"])
+def test_a_form_in_another_language_is_saved_as_it_came(used, model):
+    client = signed_in(used["root"], headers={"accept-language": "de"})
+    client.cookies["zone"] = "Asia/Kolkata"
+    rows = apps.get_model(*model.split("/"))._default_manager
+    row = rows.first()
+    page = f"/admin/{model}/{row.pk}/change/"
+    form = as_sent(controls_of(client.get(page)), _continue="1")
+    assert client.post(page, form).status_code == 302
+    after = rows.get(pk=row.pk)
+    for name in (one.name for one in row._meta.concrete_fields):
+        now, before = getattr(after, name), getattr(row, name)
+        assert now == (before.replace(microsecond=0) if isinstance(before, datetime) and now != before else before)
+
+
 def test_what_many_people_are_sent_is_english_whoever_asks(robot, people, owned):
     Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.HANDOVER)
     robot.refresh_from_db()
@@ -96,6 +113,9 @@ def test_the_history_of_a_row_is_english_and_the_message_is_not(robot, people, d
     page = signed_in(root, headers={"accept-language": "de"}).post("/admin/robots/incident/", chosen, follow=True)
     assert "Erledigt: 1 Störung." in page.text
     assert LogEntry.objects.get().get_change_message() == "Dealt with"
+    history = f"/admin/robots/incident/{incident.pk}/history/"
+    assert "<td>Erledigt</td>" in signed_in(root, headers={"accept-language": "de"}).get(history).text
+    assert "<td>Dealt with</td>" in signed_in(root).get(history).text
 
 
 def test_a_sentence_of_the_portal_is_translated_in_lists_and_on_pages(robot, django_user_model):

@@ -16,13 +16,14 @@ from robots.kit.contract.errors import CameraFault
 Picture = NDArray[np.uint8]
 Grab = Callable[[], Picture]
 BLACK = 4.0  # mean grey below which the camera shows nothing
+VERDICTS = ("stable", "unstable", "frozen", "black", "camera stopped")
 
 
 @dataclass(frozen=True)
 class Verdict:
     """The newest picture and its verdict.
 
-    `reason` is one of stable, unstable, frozen, black; `difference` in grey levels.
+    `reason` is one of `VERDICTS`; `difference` in grey levels.
     """
 
     picture: Picture

@@ -185,7 +185,7 @@ def _take_rules(folder: Path) -> None:
             page.locator(".hall-surface svg").screenshot(path=folder / "rover-surface.png")
         rules = page.locator("#hall-rules-table select")
         rules.nth(24).select_option(label="M")
-        rules.nth(9).select_option(label="VF")
+        rules.nth(9).select_option(label="VF, very fast")
         page.wait_for_timeout(600)
         page.locator("#hall-rules").screenshot(path=folder / f"{name}.png")
 

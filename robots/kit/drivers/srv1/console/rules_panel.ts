@@ -6,6 +6,7 @@ import { RuleMemory } from "./rule_memory.ts";
 import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from "./rules_check.ts";
 import { parse, write } from "./rules_text.ts";
 import { cm, Surface } from "./surface.ts";
+import { plainTerm } from "./terms.ts";
 import { gettext, translate } from "/static/farhand/v1/text.js";
 
 const KIND = "rules";
@@ -177,12 +178,12 @@ export class RulesPanel {
       [first, second] = inputs,
       table = byId<HTMLTableElement>("hall-rules-table");
     const corner = make("th", {}, `${translate(first.name)} ↓ ${translate(second.name)} →`);
-    table.tHead!.replaceChildren(make("tr", {}, corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`))));
+    table.tHead!.replaceChildren(make("tr", {}, corner, ...second.labels.map((label, j) => heading(label, "col", `1,${j}`, second.name))));
     this.selects = first.labels.map((label, i) =>
       second.labels.map((other, j) => this.select(i, j, spoken(first.name, label, second.name, other))),
     );
     const rows = first.labels.map((label, i) =>
-      make("tr", {}, heading(label, "row", `0,${i}`), ...this.selects[i]!.map((select) => make("td", {}, select))),
+      make("tr", {}, heading(label, "row", `0,${i}`, first.name), ...this.selects[i]!.map((select) => make("td", {}, select))),
     );
     table.tBodies[0]!.replaceChildren(...rows);
     this.fields = [];
@@ -191,7 +192,7 @@ export class RulesPanel {
 
   /** Return the choice of the term of a rule. */
   private select(i: number, j: number, label: string): HTMLSelectElement {
-    const options = this.rules.output.labels.map((term, n) => new Option(translate(term), String(n)));
+    const options = this.rules.output.labels.map((term, n) => new Option(termOf(this.rules.output.name, term), String(n)));
     const select = make("select", { "aria-label": label }, ...options, new Option("–", "-1"));
     select.addEventListener("change", () => {
       const table = this.rules.table.map((line) => [...line]);
@@ -203,7 +204,11 @@ export class RulesPanel {
 
   private peaks(one: Variable, n: number): HTMLTableRowElement {
     const fields = one.labels.map((label, k) => {
-      const name = gettext("{name}: peak of {term}, in {unit}", { name: translate(one.name), term: translate(label), unit: one.unit });
+      const name = gettext("{name}: peak of {term}, in {unit}", {
+        name: translate(one.name),
+        term: termOf(one.name, label),
+        unit: one.unit,
+      });
       const field = make("input", { type: "number", step: "any", inputmode: "decimal", "aria-label": name });
       field.addEventListener("input", () => {
         const put = (v: Variable, m: number): Variable =>
@@ -219,12 +224,21 @@ export class RulesPanel {
 }
 
 function spoken(first: string, label: string, second: string, other: string): string {
-  const [one, is, two, becomes] = [first, label, second, other].map(translate) as [string, string, string, string];
-  return gettext("Speed if {first} is {term} and {second} is {other}", { first: one, term: is, second: two, other: becomes });
+  const values = { first: translate(first), term: label, second: translate(second), other };
+  return gettext("Speed if {first} is {term} and {second} is {other}", values);
 }
 
-function heading(label: string, scope: string, peak = ""): HTMLElement {
-  return make("th", { scope }, translate(label), ...(peak ? [make("span", { "data-peak": peak })] : []));
+/** Return a term with its plain word. */
+function termOf(reading: string, term: string): string {
+  const word = plainTerm(reading, term);
+  return word ? `${term}, ${word}` : term;
+}
+
+/** Return a heading: for a term of `reading` its plain word, with the paper's beside it, small. */
+function heading(label: string, scope: string, peak = "", reading = ""): HTMLElement {
+  const word = reading ? plainTerm(reading, label) : "";
+  const words = word ? [`${word} `, make("small", {}, label)] : [label];
+  return make("th", { scope }, ...words, ...(peak ? [make("span", { "data-peak": peak })] : []));
 }
 
 function force(crc: number | undefined, known: boolean): string {

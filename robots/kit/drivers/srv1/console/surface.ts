@@ -42,9 +42,9 @@ export class Surface {
       }
     this.ticks.replaceChildren();
     for (const [n, label] of first.labels.entries())
-      this.words(`${translate(label)} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
+      this.words(`${label} ${first.peaks[n]}`, LEFT - 8, TOP + SIDE * share(first, first.peaks[n]!), "end");
     for (const [n, label] of second.labels.entries())
-      this.words(`${translate(label)} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
+      this.words(`${label} ${second.peaks[n]}`, LEFT + SIDE * share(second, second.peaks[n]!), TOP - 10, "middle");
     this.words(`${translate(first.name)} (${first.unit}) ↓`, 0, TOP - 30, "start");
     this.words(`${translate(second.name)} (${second.unit}) →`, LEFT + SIDE, TOP - 30, "end");
     const slow = Math.min(...all),

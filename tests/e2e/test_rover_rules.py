@@ -10,7 +10,7 @@ from tests.e2e.drawn import size
 from tests.e2e.test_layout import OVER
 
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["srv1"], indirect=True)]
-PEAKS = {"VS": 0.04, "S": 0.08, "M": 0.12, "F": 0.16, "VF": 0.2}
+PEAKS = {"VS, very slow": 0.04, "S, slow": 0.08, "M, medium": 0.12, "F, fast": 0.16, "VF, very fast": 0.2}
 
 
 @pytest.fixture

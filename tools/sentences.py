@@ -83,7 +83,10 @@ def sentences(root: Path) -> list[str]:
 def of_package(folder: Path) -> list[str]:
     """Return the texts of a robot's own package, sorted; its spec is imported."""
     texts = {
-        text for path in folder.rglob("*.py") if path.stem != "simulator" for text in of_source(path.read_text(), path)
+        text
+        for path in folder.rglob("*.py")
+        if path.stem not in ("simulator", "spec")
+        for text in of_source(path.read_text(), path)
     }
     sys.path.insert(0, str(folder.parent))
     spec = import_module(f"{folder.name}.spec").spec()

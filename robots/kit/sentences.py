@@ -13,7 +13,8 @@ from functools import lru_cache
 PLACE = re.compile(r"\{(\w+)\}")
 ENDS = (re.compile(r"(?<=[.!?]) "), re.compile(r"(?<=[:;,]) "))  # the parts of a text for which there is no entry
 SENTENCES = re.compile(r"[.!?] .*[^.!?]$", re.DOTALL)  # a whole sentence and a part of another
-NUMERAL = re.compile(r"[-+]?[0-9][0-9.e+-]*")  # fits a placeholder whose name begins with "number"
+# Names of placeholders: "number…" fits numbers only; what "written…" stands for is code or a person's, and stays.
+NUMERAL = re.compile(r"[-+]?[0-9][0-9.e+-]*")
 NUMBER, LETTER, WORD = re.compile(r"[-+]?[0-9]"), re.compile("[A-Za-z]"), re.compile(r"[^\W\d_]")
 FEW = 6  # letters; an entry with fewer that begins with a placeholder, as "{low} to {high}", fits numbers only
 LONGEST, DEEPEST = 1000, 6  # characters; placeholders within placeholders
@@ -29,6 +30,9 @@ class Sentences:
         entries = [_entry(text, other) for text, other in catalogue.items() if other and PLACE.search(text)]
         for entry in sorted(entries, key=_most_words_first):
             self._by_word.setdefault(_first_word(entry[0][0]), []).append(entry)
+        self._any = self._by_word.pop("", [])  # they fit a text whatever its first word is
+        for word, own in self._by_word.items():
+            self._by_word[word] = sorted((*own, *self._any), key=_most_words_first)
         self.translate = lru_cache(maxsize=4096)(self._translate)
 
     def _translate(self, text: str, depth: int = 0) -> str:
@@ -60,7 +64,10 @@ class Sentences:
         known = self._known(text, depth)
         if known is None and LETTER.match(text):
             known = self._known(text[0].swapcase() + text[1:], depth)
-            return known[:1].upper() + known[1:] if known and text[0].isupper() else known
+            known = known[:1].upper() + known[1:] if known and text[0].isupper() else known
+        if known is None and SENTENCES.search(text) and not text.endswith(":"):  # its last full stop is another's
+            known = self._either(f"{text}.", depth)
+            return known.removesuffix(".") if known else known
         return known
 
     def _known(self, text: str, depth: int) -> str | None:
@@ -72,9 +79,12 @@ class Sentences:
             if values is not None and all(
                 self._may_be(name, value, depth) for name, value in zip(names, values, strict=True)
             ):
-                known = {name: self._translate(value, depth + 1) for name, value in zip(names, values, strict=True)}
+                known = {name: self._value(name, value, depth) for name, value in zip(names, values, strict=True)}
                 return PLACE.sub(lambda place, known=known: known.get(place[1], place[0]), other)  # type: ignore[misc]
         return None
+
+    def _value(self, name: str, value: str, depth: int) -> str:
+        return value if name.startswith("written") else self._translate(value, depth + 1)
 
     def _may_be(self, name: str, value: str, depth: int) -> bool:
         """Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one."""
@@ -82,9 +92,8 @@ class Sentences:
             return bool(NUMERAL.fullmatch(value))
         return not SENTENCES.search(value) or (depth < DEEPEST and self._either(value, depth + 1) is not None)
 
-    def _candidates(self, text: str) -> Iterator[_Entry]:
-        yield from self._by_word.get(text.split(" ", 1)[0], ())
-        yield from self._by_word.get("", ())
+    def _candidates(self, text: str) -> list[_Entry]:
+        return self._by_word.get(text.split(" ", 1)[0], self._any)
 
 
 def fit(words: list[str], text: str) -> list[str] | None:

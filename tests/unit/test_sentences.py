@@ -35,6 +35,10 @@ CATALOGUE = {
     "The gripper is empty: {what}": "Der Greifer ist leer: {what}",
     "nothing was there": "nichts war da",
     "say what? Write it": "was sagen? Schreiben Sie es",
+    "nothing answers. Look.": "nichts antwortet. Schauen Sie.",
+    "Line {number}, {written}: {why}.": "Zeile {number}, {written}: {why}.",
+    "open": "offen",
+    "{where}: {why}. The arm was held.": "{where}: {why}. Der Arm wurde angehalten.",
 }
 TEXTS = (
     "The arm is off.", "The lamp is off.", "The arm cannot go there: the red block is in the gripper.",
@@ -46,6 +50,8 @@ TEXTS = (
     "The red block: the gripper is empty: nothing was there. The arm was held.", "Nothing was there",
     "turn 1.5", "Turn in place: turn -3", "Go: 2 m from the wall, 3 m from the wall",
     "The arm cannot go there: say what? Write it.", "The arm cannot go there: say it. Write it.",
+    "The arm cannot go there: nothing answers. Look.", "Line 2, open: nothing was there.", "open: Stop",
+    "Line 2, open: nothing was there. The arm was held.",
     "ähnlich", "The arm is off. The lamp", "The arm is off, the red block. Stop",
 )  # fmt: skip
 WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)
@@ -89,6 +95,11 @@ def test_a_placeholder_for_a_number_fits_numbers_only():
     translate = Sentences(CATALOGUE).translate
     assert translate("turn in place: turn -0.5") == "turn in place: Drehung -0.5"
     assert translate("Go: 2 m from the wall, 3 m from the wall") == "Go: 2 m von der Wand, 3 m von der Wand"
+
+
+def test_what_a_person_wrote_stays_as_it_is():
+    translate = Sentences(CATALOGUE).translate
+    assert translate("Line 2, open: nothing was there.") == "Zeile 2, open: nichts war da."
 
 
 def test_an_entry_of_few_letters_fits_numbers_only():

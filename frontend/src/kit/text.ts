@@ -60,6 +60,7 @@ function filled(text: string, values: Values): string {
 export class Sentences {
   readonly #whole = new Map<string, string>();
   readonly #byWord = new Map<string, Entry[]>();
+  readonly #any: Entry[]; // they fit a text whatever its first word is
 
   constructor(texts: Readonly<Record<string, string | string[]>>) {
     const entries: Entry[] = [];
@@ -70,11 +71,15 @@ export class Sentences {
       else entries.push({ words: parts.filter((_, i) => i % 2 === 0), names: parts.filter((_, i) => i % 2 === 1), text: entry });
     }
     const size = (entry: Entry): number => entry.words.reduce((sum, word) => sum + word.length, 0);
-    entries.sort((a, b) => size(b) - size(a) || compare(a.words, b.words));
+    const order = (a: Entry, b: Entry): number => size(b) - size(a) || compare(a.words, b.words);
+    entries.sort(order);
     for (const entry of entries) {
       const word = firstWord(entry.words[0] ?? "");
       this.#byWord.set(word, [...(this.#byWord.get(word) ?? []), entry]);
     }
+    this.#any = this.#byWord.get("") ?? [];
+    this.#byWord.delete("");
+    for (const [word, own] of this.#byWord) this.#byWord.set(word, [...own, ...this.#any].sort(order));
   }
 
   /** Return the text in this language; in English where the catalogue has nothing that fits. */
@@ -97,7 +102,7 @@ export class Sentences {
     for (const entry of this.#candidates(text)) {
       const values = fit(entry.words, text);
       if (values?.every((value, i) => this.#mayBe(entry.names[i] ?? "", value, depth)))
-        return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.translate(values[i] ?? "", depth + 1)])));
+        return filled(entry.text, Object.fromEntries(entry.names.map((name, i) => [name, this.#value(name, values[i] ?? "", depth)])));
     }
     return undefined;
   }
@@ -115,12 +120,21 @@ export class Sentences {
 
   /** Return `#known`, also with the first letter in the other case: a sentence may stand in another. */
   #either(text: string, depth: number): string | undefined {
-    const known = this.#known(text, depth);
+    const known = this.#known(text, depth) ?? this.#other(text, depth);
+    if (known !== undefined || !SENTENCES.test(text) || text.endsWith(":")) return known;
+    return this.#either(`${text}.`, depth)?.replace(/\.$/, ""); // its last full stop is another's
+  }
+
+  #other(text: string, depth: number): string | undefined {
     const first = text.slice(0, 1);
-    if (known !== undefined || !/[A-Za-z]/.test(first)) return known;
+    if (!/[A-Za-z]/.test(first)) return undefined;
     const small = first === first.toLowerCase();
-    const other = this.#known((small ? first.toUpperCase() : first.toLowerCase()) + text.slice(1), depth);
-    return small || !other ? other : other.slice(0, 1).toUpperCase() + other.slice(1);
+    const known = this.#known((small ? first.toUpperCase() : first.toLowerCase()) + text.slice(1), depth);
+    return small || !known ? known : known.slice(0, 1).toUpperCase() + known.slice(1);
+  }
+
+  #value(name: string, value: string, depth: number): string {
+    return name.startsWith("written") ? value : this.translate(value, depth + 1);
   }
 
   /** Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one. */
@@ -130,7 +144,7 @@ export class Sentences {
   }
 
   #candidates(text: string): Entry[] {
-    return [...(this.#byWord.get(text.split(" ", 1)[0] ?? "") ?? []), ...(this.#byWord.get("") ?? [])];
+    return this.#byWord.get(text.split(" ", 1)[0] ?? "") ?? this.#any;
   }
 }
 

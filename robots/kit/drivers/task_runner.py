@@ -85,10 +85,9 @@ class TaskRunner:
         self._judge.begin()
         for number, (_, group) in enumerate(groupby(acts, key=attrgetter("step"))):
             of_step = list(group)
-            line, action = of_step[0].of.line, words(of_step[0].of.action)
-            where = f"line {line} of {task.lines}" if line else ""
-            stages.tell(Progress(f"{where}: {action}" if line else action, done / total))
-            self._step(f"{where}, {action}" if line else "", of_step, number > 0, free, stages)
+            line, written = of_step[0].of.line, words(of_step[0].of.action)
+            stages.tell(Progress(f"line {line} of {task.lines}: {written}" if line else written, done / total))
+            self._step(f"line {line} of {task.lines}, {written}" if line else "", of_step, number > 0, free, stages)
             done += sum(act.seconds for act in of_step)
         stages.begin()
 

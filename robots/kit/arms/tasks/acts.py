@@ -32,6 +32,7 @@ class StepImpossible(Refused):
     """A step of a task cannot be done: its number, its line, when it would begin (s), and why."""
 
     def __init__(self, code: str, step: int, of: Step, at_s: float, why: str) -> None:
-        said = f"Line {of.line}, {words(of.action)}: {why}." if of.line else f"{why[:1].upper()}{why[1:]}. {ELSEWHERE}"
+        written = words(of.action)
+        said = f"Line {of.line}, {written}: {why}." if of.line else f"{why[:1].upper()}{why[1:]}. {ELSEWHERE}"
         super().__init__(code, said)
         self.step, self.line, self.at_s, self.why = step, of.line, at_s, why

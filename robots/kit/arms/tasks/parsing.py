@@ -80,7 +80,8 @@ def _take(stack: list[tuple[int, int, list[Step | Repeat]]], parts: list[str], n
     elif word in READERS:
         stack[-1][2].append(Step(READERS[word](rest), number))
     else:
-        raise BadTask(f"{word[:12]!r} is no step; allowed: {', '.join(ALLOWED)}")
+        written = ", ".join(ALLOWED)
+        raise BadTask(f"{word[:12]!r} is no step; allowed: {written}")
 
 
 def _only(word: str, rest: list[str], *counts: int) -> list[str]:

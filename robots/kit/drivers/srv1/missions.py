@@ -170,12 +170,13 @@ def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterat
     """
     floor = hall() if floor is None else floor
     for number, step in enumerate(steps, 1):
+        written = str(step)
         poses, seconds, least = [here], 0.0, 0.0
         if step.verb == "go":
             try:
                 corners = way((here[0], here[1]), (step.numbers[0], step.numbers[1]), floor)
             except OutOfWorkspace as error:
-                raise OutOfWorkspace(f"Step {number}, {step}: {error}") from None
+                raise OutOfWorkspace(f"Step {number}, {written}: {error}") from None
             for corner in corners:
                 here, usual, fastest = _driven(here, corner)
                 poses.append(here)
@@ -227,8 +228,9 @@ def judge(steps: Sequence[Step], here: Pose, limit_s: float = LIMIT_S) -> tuple[
         except OutOfWorkspace as error:
             return found, [*said, Judgement(len(found) + 1, usual, str(error))]
         step = steps[leg.step - 1]
+        written = str(step)
         if roams and step.verb == "go":
-            said.append(Judgement(leg.step, usual, f"Step {leg.step}, {step}: {ROAMED}", False))
+            said.append(Judgement(leg.step, usual, f"Step {leg.step}, {written}: {ROAMED}", False))
             roams = False
         roams = roams or step.verb == "patrol"
         usual, least = usual + leg.seconds, least + leg.least_s

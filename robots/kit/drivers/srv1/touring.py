@@ -67,16 +67,19 @@ def tour(
     for number, step in enumerate(steps, 1):
         share = (number - 1) / len(steps)
 
-        def tell(
-            words: str = "", named: str = f"step {number} of {len(steps)}: {_named(step)}", share: float = share
-        ) -> None:
-            on_stage(Progress(f"{named}{f', {words}' if words else ''}", share))
+        def tell(words: str = "", written: str = _named(step), number: int = number, share: float = share) -> None:
+            alone, more = (
+                f"step {number} of {len(steps)}: {written}",
+                f"step {number} of {len(steps)}: {written}, {words}",
+            )
+            on_stage(Progress(more if words else alone, share))
 
         tell()
         try:
             _do(step, motions, locating, pictures, permit, tell, on_stage)
         except RobotError as error:
-            error.args = (f"Step {number} of {len(steps)}, {_named(step)}: {error}",)
+            written = _named(step)
+            error.args = (f"Step {number} of {len(steps)}, {written}: {error}",)
             raise
     return {"steps": len(steps)}
 

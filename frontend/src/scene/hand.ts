@@ -84,3 +84,10 @@ export class Hand {
     return document.hasFocus() && byId("ghost-hand").contains(document.activeElement);
   }
 }
+
+/** Return a button with these words. */
+export function viewButton(name: string, act: () => void): HTMLElement {
+  const button = make("button", { type: "button", class: "button" }, name);
+  button.addEventListener("click", act);
+  return button;
+}

@@ -3,7 +3,7 @@ import type { Move } from "../input/source.ts";
 import type { Pose } from "../motion/chain.ts";
 import { missing } from "../motion/linear.ts";
 import { moved as movedRigid, poseOf, rigidOf } from "../motion/rigid.ts";
-import { gettext } from "../kit/text.ts";
+import { gettext, translate } from "../kit/text.ts";
 
 /** How far a key or a button moves (mm) and turns (degrees) the ghost. */
 export interface Step {
@@ -79,6 +79,11 @@ export function placeInWords(pose: Pose): string {
     at = numbers.slice(0, 3).map((v) => whole(v * 1000)),
     turn = numbers.slice(3).map((v) => whole((v * 180) / Math.PI, true));
   return gettext("x, y, z {place} mm; roll, pitch, yaw {turn}°", { place: at.join(", "), turn: turn.join(", ") });
+}
+
+/** Return why the arm cannot go somewhere as a sentence. */
+export function refusalInWords(why: string): string {
+  return gettext("The arm cannot go there: {why}.", { why: translate(why) });
 }
 
 /** Return a number without decimals; no zero with a sign, and half a turn as 180. */

@@ -1,16 +1,16 @@
 /** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
 import { TargetEdit, type ArmMode, type Target } from "../arm/types.ts";
-import { byId, make, sayLines, set } from "../kit/dom.ts";
+import { byId, sayLines, set } from "../kit/dom.ts";
 import { gettext, translate } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Box } from "../socket/objects.ts";
 import type { StatePacket, StreamPacket } from "../socket/packets.ts";
 import { Ghost } from "./ghost.ts";
-import { Hand } from "./hand.ts";
+import { Hand, viewButton } from "./hand.ts";
 import { Handling } from "./handling.ts";
 import type { Judgement, PoseJudge } from "./judge.ts";
-import { type Move, numbersOfPose, placeInWords, pointingDown, wayInWords } from "./moves.ts";
+import { type Move, numbersOfPose, placeInWords, pointingDown, wayInWords, refusalInWords } from "./moves.ts";
 import type { GoalFacts } from "./goals.ts";
 import type { ObjectFacts, PlateFacts } from "./known.ts";
 import type { SceneObjects } from "./objects.ts";
@@ -204,7 +204,7 @@ export class Scene implements ArmMode {
   local(): string {
     if (!this.ghost.pose) return gettext("It is not known yet where the arm is.");
     const found = this.ghost.judgement;
-    return found?.verdict === "way" ? sentence(found.text) : "";
+    return found?.verdict === "way" ? refusalInWords(found.text) : "";
   }
 
   /** Take over a packet of one of the robot's streams. */
@@ -355,12 +355,12 @@ export class Scene implements ArmMode {
 
   private words(): string {
     const { judgement, refusal } = this.ghost;
-    if (refusal) return sentence(refusal);
+    if (refusal) return refusalInWords(refusal);
     if (this.note) return this.note;
     if (this.follows) return gettext("The arm follows the ghost");
     if (!this.ghost.pose) return "";
     if (!this.ghost.away) return gettext("The ghost is at the arm");
-    if (judgement?.verdict === "way") return sentence(judgement.text);
+    if (judgement?.verdict === "way") return refusalInWords(judgement.text);
     return judgement && Number.isFinite(judgement.seconds)
       ? gettext("{seconds} s on the way", { seconds: judgement.seconds.toFixed(1) })
       : gettext("The server checks the way on Send");
@@ -394,14 +394,4 @@ export class Scene implements ArmMode {
     if (wait) this.telling = window.setTimeout(now, wait);
     else now();
   }
-}
-
-function sentence(text: string): string {
-  return gettext("The arm cannot go there: {why}.", { why: translate(text) });
-}
-
-function viewButton(name: string, act: () => void): HTMLElement {
-  const button = make("button", { type: "button", class: "button" }, name);
-  button.addEventListener("click", act);
-  return button;
 }

@@ -49,7 +49,7 @@ class BarePortal:
         Robot.objects.update(cycle=Cycle.READY, turn_s=LASTS_S)
         for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
             SurveyQuestion.objects.create(
-                prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position
+                prompt=prompt, kind=kind, options="\n".join(options), low_label=low, high_label=high, position=position
             )
         self.latched = False
         self._told = threading.Event()

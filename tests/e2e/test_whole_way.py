@@ -22,7 +22,7 @@ def survey(db):
 
     for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
         SurveyQuestion.objects.create(
-            prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position
+            prompt=prompt, kind=kind, options="\n".join(options), low_label=low, high_label=high, position=position
         )
 
 

@@ -17,7 +17,7 @@ SENTENCES = re.compile(r"[.!?] .*[^.!?]$", re.DOTALL)  # a whole sentence and a 
 NUMERAL = re.compile(r"[-+]?[0-9][0-9.e+-]*")
 NUMBER, LETTER, WORD = re.compile(r"[-+]?[0-9]"), re.compile("[A-Za-z]"), re.compile(r"[^\W\d_]")
 FEW = 6  # letters; an entry with fewer that begins with a placeholder, as "{low} to {high}", fits numbers only
-LONGEST, DEEPEST = 1000, 6  # characters; placeholders within placeholders
+LONGEST, DEEPEST = 600, 6  # characters; placeholders within placeholders
 _Entry = tuple[list[str], list[str], str]  # words around the placeholders, names of these, the translation
 
 

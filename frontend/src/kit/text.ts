@@ -19,7 +19,7 @@ const ENDS = [/(?<=[.!?]) /, /(?<=[:;,]) /],
   NUMERAL = /^[-+]?[0-9][0-9.e+-]*$/,
   WORD = /\p{L}/gu;
 const FEW = 6,
-  LONGEST = 1000,
+  LONGEST = 600,
   DEEPEST = 6;
 
 /** Return a text of ours, with the values in its placeholders. */

@@ -9,6 +9,5 @@ const WORDS: Readonly<Record<string, Readonly<Record<string, string>>>> = { infr
 
 /** Return the plain word for a term of that reading or of the speed; empty for a term of somebody's own. */
 export function plainTerm(reading: string, term: string): string {
-  const words = WORDS[reading] ?? LEVELS;
-  return Object.hasOwn(words, term) ? (words[term as keyof typeof words] ?? "") : "";
+  return Object.entries(WORDS[reading] ?? LEVELS).find(([name]) => name === term)?.[1] ?? "";
 }

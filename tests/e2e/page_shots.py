@@ -30,7 +30,7 @@ PUBLIC = {
     "sign-up": "/accounts/signup/", "reset": "/accounts/password/reset/", "nothing": "/nothing/",
 }  # fmt: skip
 OWN = {"me": "/me/", "clearance": "/robots/puma/clearance/", "email": "/accounts/email/"}
-STAFF = {"admin": "/admin/", "admin-live": "/admin/live/", "admin-robot": "/admin/robots/robot/1/change/", "survey": "/survey/results/"}  # fmt: skip
+STAFF = {"admin": "/admin/", "admin-robot": "/admin/robots/robot/1/change/", "survey": "/survey/results/"}  # fmt: skip
 PEOPLE = """
 from allauth.account.models import EmailAddress
 from accounts.models import Clearance, OrientationRead, User

@@ -10,7 +10,11 @@ from tests.world.seeds import hunts
 from tests.world.test_puma_tasks import GALLERY
 from tests.world.test_tasks import run
 
-pytestmark = [pytest.mark.parametrize("which", ["puma"], indirect=True), pytest.mark.usefixtures("sharp")]
+pytestmark = [
+    pytest.mark.length,
+    pytest.mark.parametrize("which", ["puma"], indirect=True),
+    pytest.mark.usefixtures("sharp"),
+]
 NEAR_M = 0.006
 
 

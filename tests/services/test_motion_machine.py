@@ -18,6 +18,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from accounts.models import User
 from robots import services
+from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import RobotError
 from robots.kit.contract.session import Outcome, RobotState
 from robots.models import Command, Grant, Lease, Robot
@@ -60,6 +61,8 @@ class Arm:
 
 class Wire:
     """The driver of one owner: asks the permit last, then moves the arm."""
+
+    clock = SYSTEM  # by which its state is old
 
     def __init__(self, arm):
         self.arm, self.owner, self.dies, self.beside = arm, None, None, False

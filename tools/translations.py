@@ -64,7 +64,7 @@ def update(package: Path | None) -> int:
     for domain, template in of_package(package) if package else (("django", marked()), ("djangojs", unmarked())):
         for path in catalogues(domain, package):
             catalogue = read(path)
-            catalogue.update(template, no_fuzzy_matching=True)
+            catalogue.update(template, no_fuzzy_matching=True, update_creation_date=False)
             catalogue.obsolete.clear()
             with path.open("wb") as file:
                 write_po(file, catalogue, width=120, no_location=True, sort_output=True, ignore_obsolete=True)

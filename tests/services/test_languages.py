@@ -1,5 +1,7 @@
 """The reader's language and time zone: chosen, remembered, and never broken by what a browser sends."""
 
+import re
+
 import pytest
 from django.utils import timezone
 
@@ -71,3 +73,15 @@ def test_times_are_in_the_zone_of_the_browser_if_it_exists(client, zone, shown):
     ReaderZone(lambda r: seen.append(timezone.get_current_timezone_name()) or r)(request)
     assert seen == [shown]
     assert timezone.get_current_timezone_name() == "UTC"
+
+
+def test_pages_of_allauth_address_people_as_ours_do(client, django_user_model):
+    """Its German says du."""
+    german, found = {"accept-language": "de"}, ""
+    for address in ("login", "signup", "password/reset", "password/reset/done", "confirm-email"):
+        found += client.get(f"/accounts/{address}/", headers=german).text
+    client.force_login(django_user_model.objects.create_user("ada", "ada@example.org", "x"))
+    for address in ("email", "logout", "password/change"):
+        found += client.get(f"/accounts/{address}/", headers=german).text
+    assert "Sie" in found
+    assert re.findall(r"\b(?:du|dein\w*|dir|dich)\b.{40}", found, re.IGNORECASE) == []

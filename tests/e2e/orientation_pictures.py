@@ -8,6 +8,7 @@ import json
 import sys
 from pathlib import Path
 
+from django.conf import settings
 from PIL import Image
 
 from accounts.orientation import PLACES, folder_of, orientation
@@ -30,7 +31,7 @@ RECTANGLE = """(name) => {
 def main() -> None:
     set_up()
     for driver in sys.argv[1:] or SHIPPED:
-        for language in ("en", "de"):
+        for language in dict(settings.LANGUAGES):
             if orientation(driver, language).language == language:
                 with database():
                     _take(driver, language)

@@ -30,6 +30,7 @@ TEXTS = """() => {
   return found.map((text) => text.trim()).filter((text) => text);
 }"""
 MARK = "\u202e"
+SCROLLED = 'class="table-wrap" tabindex="0"'  # by keys, too: words of any length have room
 WORD = re.compile(r"[A-Za-z]{3,}")
 # names and words of robots, people and formats, which are the same in each language
 NAMES = re.compile(
@@ -98,7 +99,7 @@ def test_longer_texts_from_right_to_left_stick_out_of_no_page(portal, written, v
         one.page.goto(address)
         for wide in (390, 1440):
             size(one.page, wide, 900)
-            assert one.page.evaluate(OVER) == [], (address, wide)
+            assert [found for found in one.page.evaluate(OVER) if SCROLLED not in found] == [], (address, wide)
 
 
 def test_the_switch_in_the_footer_changes_the_language_and_stays(portal, visitor):

@@ -126,6 +126,6 @@ def test_by_keyboard_and_by_touch_and_where_nothing_lies(transactional_db, porta
     # one of the cameras moves with the gripper: no place is known there
     page.click("[data-name=gripper]")
     page.locator("#screen").click()
-    expect(page.locator("#pick-said")).to_contain_text("choose one of these")
+    expect(page.locator("#pick-said")).to_contain_text("Choose one of them")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     ada.axe("pick and put on a phone")

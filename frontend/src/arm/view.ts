@@ -44,6 +44,11 @@ export const LOOK = {
   lampAt: [1.5, 3, 1],
 } as const;
 
+/** Return the vertical field of view (degrees) that is `times` as high as one of `field` (degrees) at the same distance. */
+export function verticalField(field: number, times: number): number {
+  return (360 / Math.PI) * Math.atan(Math.tan((field * Math.PI) / 360) * times);
+}
+
 export class ArmView extends View3D {
   protected readonly forbidden = new Group();
   protected readonly grid = new GridHelper(3, 30);
@@ -170,6 +175,12 @@ export class ArmView extends View3D {
         at(-1);
       }
     }, 100);
+  }
+
+  /** In a view that is higher than wide, see as much to the sides as a square one does. */
+  protected override fit(): void {
+    this.camera.fov = verticalField(LOOK.field, 1 / Math.min(1, this.camera.aspect));
+    this.camera.updateProjectionMatrix();
   }
 
   /** Move the camera nearer (a factor below 1) or farther; 0 puts it back where it was at the start. */

@@ -14,7 +14,7 @@ import {
 } from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import type { URDFJoint } from "urdf-loader";
-import { ArmView, LOOK } from "../arm/view.ts";
+import { ArmView, LOOK, verticalField } from "../arm/view.ts";
 import { setPoints } from "../kit/view_3d.ts";
 import type { Pose } from "../motion/chain.ts";
 import { turnOf } from "../motion/linear.ts";
@@ -254,9 +254,9 @@ export class SceneView extends ArmView {
   }
 
   protected override fit(): void {
-    const { camera, wide } = this,
-      half = Math.tan((wide * Math.PI) / 360);
-    camera.fov = wide ? (360 / Math.PI) * Math.atan(half * Math.max(PICTURE, 1 / camera.aspect)) : LOOK.field;
+    const { camera, wide } = this;
+    if (!wide) return super.fit();
+    camera.fov = verticalField(wide, Math.max(PICTURE, 1 / camera.aspect));
     camera.updateProjectionMatrix();
   }
 

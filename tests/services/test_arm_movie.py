@@ -95,7 +95,7 @@ def tool(joints):
 def test_the_tool_is_where_the_joints_of_a_state_say(driver):
     names = spec_of(driver).joints
     joints = [0.1 * n for n in range(len(names))]
-    (x, y, _), start = tool_of(driver)(Message(STATE, 0, 0, told(names, joints)))
+    (x, y, _), start, _ = tool_of(driver)(Message(STATE, 0, 0, told(names, joints)))
     arm = chain(driver)
     assert dist((x, y), arm.forward(np.array(joints[: len(arm.names)]))[:2, 3]) < 1e-9
     assert start == tuple(joints), "a preview begins from all of them"
@@ -120,4 +120,4 @@ def test_a_table_is_the_largest_box_and_the_others_stand_on_it_those_of_staff_to
 
 
 def test_a_robot_that_neither_rolls_nor_is_an_arm_has_none():
-    assert floor_of("mercury", {}) is None
+    assert floor_of("so101", {}) is None

@@ -91,7 +91,7 @@ def test_a_floor_that_cannot_be_drawn_is_refused(wrong):
 def test_robots_say_how_their_floor_looks():
     hall = floor_of("srv1", {})
     assert hall.room == (0.0, 0.0, 12.0, 8.0) and len(hall.rectangles) == 6 and len(hall.circles) == 3
-    assert floor_of("mercury", {}) is None and floor_of("nobody", {}) is None
+    assert floor_of("so101", {}) is None and floor_of("nobody", {}) is None
 
 
 @given(st.lists(st.tuples(st.integers(0, 300), st.integers(0, 300)), min_size=2, max_size=8))
@@ -146,6 +146,18 @@ def test_the_path_planned_is_shown_from_its_command_on():
 
 def stage(**told):
     return Message(COMMANDS, T0 * 10**6, 0, json.dumps(told).encode())
+
+
+def test_where_a_command_takes_the_robot_is_marked_until_it_has_ended():
+    one, picture = film(), np.zeros((240, 320, 3), np.uint8)
+
+    def marked(**told):
+        one.follow(stage(id=7, kind="go", **told))
+        return count(one.beside(picture)[TOP : TOP + 220, VIEW[0] :], chart.TARGET)
+
+    assert marked(state="accepted", target={}) == 0
+    assert marked(state="sent", target={"words": "Go", "place": {"x": 6.0, "y": 2.0}}) > 20
+    assert marked(state="failed", target={}) == 0
 
 
 def test_captions_tell_time_step_and_newest_readings():

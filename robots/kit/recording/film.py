@@ -14,8 +14,9 @@ from robots.kit.contract.floor import Floor
 from robots.kit.recording.captions import Captions, wrapped
 from robots.kit.recording.chart import Chart, Picture, text, width_of
 from robots.kit.recording.container import COMMANDS, STATE, Message
-from robots.kit.recording.paths import plot_bounds
-from robots.kit.recording.track import Pose, Track, reader_of
+from robots.kit.recording.marks import Marks
+from robots.kit.recording.paths import PoseReading, plot_bounds
+from robots.kit.recording.track import Track, reader_of
 
 WIDTH, HEIGHT = 640, 360
 VIEW = 352, 264  # the picture's part, lower left; the plot is to its right
@@ -35,10 +36,11 @@ class Film:
         self._taken = [(f["at_ms"], f["number"], tuple(f["place"])) for f in plot["findings"] if f["place"]]
         self._planned = list(track.plans)
         self._read = reader_of(plot)
-        self._pose: Pose | None = None
+        self._marks = Marks(plot.get("works"))
+        self._reading: PoseReading | None = None
         self._now_ms = 0
         self._chart: Chart | None = None
-        self._waits: list[Pose] = []  # of the path driven, not yet drawn
+        self._waits: list[PoseReading] = []  # of the path driven, not yet drawn
         self._scale = 1
 
     def follow(self, message: Message) -> None:
@@ -46,38 +48,39 @@ class Film:
         self._now_ms = message.at_ns // 10**6
         if message.topic == COMMANDS:
             self._captions.take(message)
+            self._marks.take(message)
         elif message.topic == STATE and (found := self._read(message)) is not None:
-            self._pose = found[0]
-            self._waits.append(found[0])
+            self._reading = found
+            self._waits.append(found)
 
     def beside(self, picture: Picture) -> Picture:
         """Return a picture with plot and captions as they are now; all of one film have one size."""
         chart = self._chart or self._begun(picture)
         while self._planned and self._planned[0][0] <= self._now_ms:
             chart.draw_planned(self._planned.pop(0)[1])
-        for pose in self._waits:
-            chart.draw_driven(pose[:2])
+        for reading in self._waits:
+            chart.draw_driven(reading.pose[:2])
         self._waits.clear()
         scale = self._scale
         width, top = VIEW[0] * scale, TOP * scale
         frame = np.full((HEIGHT * scale, WIDTH * scale, 3), GROUND, np.uint8)
         _fit(frame[top:, :width], picture)
         taken = [(number, place) for at, number, place in self._taken if at <= self._now_ms]
-        frame[top:, width:] = chart.with_marks(self._pose, taken)
+        frame[top:, width:] = chart.with_marks(self._reading, taken, self._marks)
         self._write(frame)
         return frame
 
     def _begun(self, picture: Picture) -> Chart:
         self._scale = 2 if picture.shape[1] > 1.5 * VIEW[0] else 1
         path = [*self._track.driven(), *(line for _, line in self._track.plans)]
-        size, floor, arm = (
-            ((WIDTH - VIEW[0]) * self._scale, VIEW[1] * self._scale),
-            self._floor,
-            bool(self._plot.get("of_tool")),
-        )
-        if arm:  # a table is much larger than what its arm reaches: its base and what stands there are shown
-            path += [[(0.0, 0.0)], *([box[:2], box[2:]] for box in (floor.rectangles if floor else ()))]
-        self._chart = Chart(plot_bounds(None if arm else floor, path), *size, self._scale, arm)
+        size = (WIDTH - VIEW[0]) * self._scale, VIEW[1] * self._scale
+        floor, arm = self._floor, bool(self._plot.get("of_tool"))
+        if arm:
+            path.append([(0.0, 0.0)])  # its base
+        if self._plot.get("near"):
+            path += [[box[:2], box[2:]] for box in (floor.rectangles if floor else ())]
+            floor = None
+        self._chart = Chart(plot_bounds(floor, path), *size, self._scale, arm)
         self._chart.floor(self._floor)
         return self._chart
 

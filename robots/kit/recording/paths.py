@@ -2,18 +2,32 @@
 
 from collections.abc import Iterable, Sequence
 from math import cos, dist, isfinite, sin
+from typing import NamedTuple
 
 from robots.kit.contract import channels
 from robots.kit.contract.floor import FARTHEST, Box, Floor
 
 Place = tuple[float, float]
 Line = list[Place]
+Pose = tuple[float, float, float]
+Start = tuple[float, ...]  # what a preview begins from: joints (rad, m) of an arm, else the pose
 IN_PLANE = channels.IN_PLANE.coordinates  # the pose of a robot whose path is drawn
 PREVIEWS = 10  # of the commands of a recording
 POINTS = 400  # of a path on a page
 LEAST_M = 0.01  # between two points of a path
 JUMP_M = 1.0  # from one state to the next: it was carried, or its odometry began anew
-MARGIN_M, LEAST_ROOM_M = 0.3, 2.0  # around a path without a floor; the least that is shown of a floor
+MARGIN_M, LEAST_ROOM_M = 0.3, 2.0  # around a path without a floor; the least that is shown then
+
+
+class PoseReading(NamedTuple):
+    """Where a state says that a robot is: its pose, or that of an arm's tool; what a preview begins from.
+
+    `arm`: the places of an arm from its base to its tool (m), between which its links are drawn.
+    """
+
+    pose: Pose
+    start: Start
+    arm: tuple[Place, ...] = ()
 
 
 def is_place(pose: Sequence[float]) -> bool:
@@ -63,7 +77,10 @@ def placed(poses: Iterable[Sequence[float]], start: Sequence[float]) -> Line:
 
 
 def plot_bounds(floor: Floor | None, path: Iterable[Line]) -> Box:
-    """Return what a plot shows (x0, y0, x1, y1): the floor's room and all of the path, at least 2 m each way."""
+    """Return what a plot shows (x0, y0, x1, y1): the floor's room and all of the path.
+
+    Without a floor it is at least 2 m each way.
+    """
     places = [place for line in path for place in line]
     margin = MARGIN_M if floor is None else 0.0
     xs = [x + side for x, _ in places for side in (-margin, margin)]
@@ -71,11 +88,12 @@ def plot_bounds(floor: Floor | None, path: Iterable[Line]) -> Box:
     if floor is not None:
         xs += [floor.room[0], floor.room[2]]
         ys += [floor.room[1], floor.room[3]]
-    (x0, x1), (y0, y1) = _widened(xs), _widened(ys)
+    least = LEAST_ROOM_M if floor is None else 0.0
+    (x0, x1), (y0, y1) = _widened(xs, least), _widened(ys, least)
     return x0, y0, x1, y1
 
 
-def _widened(values: Sequence[float]) -> tuple[float, float]:
+def _widened(values: Sequence[float], least: float) -> tuple[float, float]:
     low, high = min(values, default=0.0), max(values, default=0.0)
-    more = max(0.0, LEAST_ROOM_M - (high - low)) / 2
+    more = max(0.0, least - (high - low)) / 2
     return low - more, high + more

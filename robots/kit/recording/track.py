@@ -15,14 +15,23 @@ from robots.kit.contract.capabilities import Preview
 from robots.kit.contract.find import spec_of
 from robots.kit.previews import LENGTH, Job, read
 from robots.kit.recording.container import STATE, Message
-from robots.kit.recording.paths import IN_PLANE, PREVIEWS, Line, is_place, lines, placed, simplified
+from robots.kit.recording.paths import (
+    IN_PLANE,
+    PREVIEWS,
+    Line,
+    Pose,
+    PoseReading,
+    Start,
+    is_place,
+    lines,
+    placed,
+    simplified,
+)
 from robots.kit.recording.reading import messages
 
 MOST = 200_000  # poses of a recording: five hours of them
 PREVIEW_S = 120.0  # to wait for all previews of a recording, at the lowest priority
-Pose = tuple[float, float, float]
-Start = tuple[float, ...]  # what a preview begins from: joints (rad, m) of an arm, else the pose
-Reader = Callable[[Message], tuple[Pose, Start] | None]  # where a state says that the robot, or an arm's tool, is
+Reader = Callable[[Message], PoseReading | None]
 
 
 @dataclass(frozen=True)
@@ -58,7 +67,7 @@ def reader_of(plot: Mapping[str, Any]) -> Reader:
         from robots.kit.recording.arm import tool_of  # noqa: PLC0415 - not every robot is an arm
 
         return tool_of(plot["driver"])
-    return lambda message: (pose, pose) if (pose := pose_of(message)) is not None else None
+    return lambda message: PoseReading(pose, pose) if (pose := pose_of(message)) is not None else None
 
 
 def poses_in(path: Path, read: Reader) -> Iterator[tuple[int, Pose, Start]]:
@@ -67,7 +76,7 @@ def poses_in(path: Path, read: Reader) -> Iterator[tuple[int, Pose, Start]]:
         if count >= MOST:
             return
         if (found := read(message)) is not None:
-            yield message.at_ns // 10**6, *found
+            yield message.at_ns // 10**6, found.pose, found.start
 
 
 def track_of(path: Path, plot: Mapping[str, Any]) -> Track:

@@ -5,7 +5,8 @@ from typing import Any
 
 from robots.kit.contract.errors import BadRequest, OutOfWorkspace
 from robots.kit.contract.find import spec_of
-from robots.kit.contract.session import RobotState
+from robots.kit.contract.floor import Floor
+from robots.kit.contract.session import JSON, RobotState
 from robots.kit.contract.values import known_command, number, within
 from robots.kit.description import load
 from robots.kit.drivers.mercury.scara import OutOfReach, scara
@@ -67,3 +68,11 @@ def check_target(description: dict[str, Any], x: float, y: float, z: float) -> t
         return arm.inverse(x, y, min(max(z, low), high), radians(description["arm"]["theta_deg"]))
     except OutOfReach as error:
         raise OutOfWorkspace(f"The arm cannot reach that point: {error}.") from error
+
+
+def floor_plan(_settings: JSON) -> Floor:
+    """Return the table as plots show it: what the map of the classic console shows, and the sand."""
+    described = load("mercury")
+    (x0, x1), (y0, y1) = described["sand"]["x"], described["sand"]["y"]
+    room = described["classic"]["map"]
+    return Floor((room[0], room[1], room[2], room[3]), ((x0, y0, x1, y1),))

@@ -2,9 +2,10 @@
 
 from math import radians
 
-from robots.kit.contract.capabilities import Calibration, Check, ClickInPicture, Reset, ResultRow, Setting
+from robots.kit.contract.capabilities import Calibration, Check, ClickInPicture, FloorPlan, Reset, ResultRow, Setting
 from robots.kit.contract.channels import Pose, Scale
 from robots.kit.contract.excavation import Excavation
+from robots.kit.contract.planar import PlanarArm
 from robots.kit.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.kit.description import load
 from robots.kit.drivers.mercury.beds import MOST_BEDS
@@ -54,6 +55,8 @@ def spec() -> Spec:
             ClickInPicture("click", f"{HERE}.calibration:resolve"),
             Reset(),
             Excavation("air", (x0, y0, x1, y1), f"{HERE}.pieces:pieces", "bury", once="burst", often="bursts"),
+            PlanarArm(("q1", "q2"), (arm["link1"], arm["link2"])),
+            FloorPlan(f"{HERE}.checks:floor_plan"),
             Calibration(f"{HERE}.calibration:calibrate", rows=MEASURED),
             stills(description["camera"], f"{HERE}.brightness:Brightness"),
             Setting("speed", "Speed", unit="m/s", low=slowest, high=fastest, default=motion["speed"]),

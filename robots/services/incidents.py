@@ -10,6 +10,7 @@ from robots.services.permissions import need_staff
 # the remedies of incidents that end without anybody's help
 TRIED_AGAIN = "Trying again every few seconds."
 NOT_OFFERED = "Not offered."
+TRANSIENT = (TRIED_AGAIN, NOT_OFFERED)  # closed when the robot is ready again
 AS_IT_IS = "The robot is offered as it is. Put right what was left, or tidy up from the robot's page of the admin."
 BACK_IN_PLACE = "Tidied up later."
 UNTIDY = "untidy"

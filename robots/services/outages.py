@@ -9,7 +9,7 @@ from django.db.models import Q
 
 from robots.grants import owner_alive
 from robots.models import Incident, Robot
-from robots.services.incidents import NOT_OFFERED, TRIED_AGAIN, incident
+from robots.services.incidents import TRANSIENT, incident
 from robots.states import Cycle
 
 CODE = "outage"
@@ -17,7 +17,7 @@ LONG = timedelta(minutes=2)  # a worker that is started again is back sooner
 TEXT = "The robot's worker does not answer."
 RESTARTED = "The supervisor starts it again."
 OVER = "It was over by itself."
-_SILENCE, _ENDS_BY_ITSELF = Q(code=CODE), Q(remedy__in=(TRIED_AGAIN, NOT_OFFERED))
+_SILENCE, _ENDS_BY_ITSELF = Q(code=CODE), Q(remedy__in=TRANSIENT)
 
 
 def note_outages(now: datetime) -> None:

@@ -96,7 +96,9 @@ def test_who_does_not_drive_has_view_and_next_step_in_view(portal, visitor):
                 expect(page.locator(selector).first).to_be_in_viewport(ratio=1)
         if robot != "irat":  # whose goals everybody can set
             size(page, 1440, 900)
-            assert page.locator("#screen").bounding_box()["width"] > 0.4 * 1440, "the views have the room of the controls"
+            assert page.locator("#screen").bounding_box()["width"] > 0.4 * 1440, (
+                "the views have the room of the controls"
+            )
 
 
 @pytest.mark.parametrize("robot", ["mercury", "pa10"])

@@ -13,7 +13,7 @@ from portal.web.alerts.models import Alert, AlertChoice, AlertMessage
 from portal.web.alerts.sending import send_due
 from robots.models import Incident, Lease, Program, Robot
 from robots.services import note_outages, programs
-from robots.services.incidents import close_incident, incident
+from robots.services.incidents import TRANSIENT, close_incident, incident
 from robots.states import Cycle
 from tests.services.alerts import rounds, stop
 from tests.services.alerts import staffed as staffed
@@ -78,6 +78,18 @@ def test_an_incident_is_told_at_once_and_others_of_its_kind_with_it(robot, clock
         close_incident(one, people["kim"])
     rounds(clock, 5)
     assert subjects() == [NEEDS, OVER]
+
+
+@pytest.mark.parametrize("remedy", TRANSIENT)
+def test_what_is_tried_again_and_ends_within_a_minute_is_told_to_nobody(robot, clock, people, remedy):
+    incident(robot, "camera", "The camera has not started yet.", clock.now(), remedy=remedy)
+    rounds(clock, 0.5)
+    close_incident(Incident.objects.get(), people["kim"])
+    rounds(clock, 5)
+    assert not mail.outbox
+    incident(robot, "camera", "The camera has not started yet.", clock.now(), remedy=remedy)
+    rounds(clock, 2)
+    assert subjects() == [NEEDS]
 
 
 def test_an_incident_of_another_kind_is_another_alert(robot, clock):

@@ -7,7 +7,7 @@ import pytest
 from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Lease, Robot
-from robots.services.incidents import NOT_OFFERED, TRIED_AGAIN, incident
+from robots.services.incidents import TRANSIENT, incident
 from robots.services.outages import CODE, LONG, OVER
 from robots.states import Cycle
 
@@ -86,7 +86,7 @@ def test_a_locked_out_robot_has_its_outages_too(robot, people, now):
     assert Incident.objects.get().closed_at == later
 
 
-@pytest.mark.parametrize("remedy", [TRIED_AGAIN, NOT_OFFERED])
+@pytest.mark.parametrize("remedy", TRANSIENT)
 def test_an_incident_of_a_lost_line_is_closed_when_the_robot_is_in_order_again(robot, now, remedy):
     one = incident(robot, "hardware_fault", "The arm does not answer.", now, remedy=remedy)
     Robot.objects.update(cycle=Cycle.FAULT, reason="The arm does not answer.")

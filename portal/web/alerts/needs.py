@@ -12,6 +12,7 @@ from queueing.services import waits_for_staff
 from robots.grants import owner_alive
 from robots.models import Incident, Robot
 from robots.sentences import english
+from robots.services.incidents import TRANSIENT
 from robots.services.outages import CODE
 from robots.services.programs import to_approve
 from robots.states import Cycle
@@ -20,6 +21,7 @@ NEW_S = (
     1800.0  # an older incident needs nobody now: it was dealt with, or the robot is not ready, which is told by itself
 )
 STOPPED_S = 60.0  # the operator may release a stop before
+TRANSIENT_S = 60.0  # what is tried again may end by itself, as at a start
 REVIEW_S = 86_400.0
 LONGEST = 300
 
@@ -59,7 +61,8 @@ def _of(robot: Robot, now: datetime) -> Iterator[Need]:
     fresh = Incident.objects.filter(robot=robot, closed_at=None, at__gte=now - timedelta(seconds=NEW_S))
     fresh = fresh.exclude(code=CODE)  # told already: its worker does not answer
     for code, text, remedy in fresh.order_by("at").values_list("code", "text", "remedy")[:50]:
-        yield Need(robot, Kind.INCIDENT, f"{text} {remedy}".strip()[:LONGEST], subject=code)
+        after_s = TRANSIENT_S if remedy in TRANSIENT else 0.0
+        yield Need(robot, Kind.INCIDENT, f"{text} {remedy}".strip()[:LONGEST], after_s, code)
 
 
 def _not_ready(robot: Robot, text: str) -> Need:

@@ -31,6 +31,7 @@ def log(request: HttpRequest) -> HttpResponse:
     """List the entries that everybody may read, and hidden ones to their author alone."""
     entries = services.entries_for(request.user).select_related("author", "robot", "frame", "turn")
     robot = request.GET.get("robot", "")
+    known = Robot.objects.filter(slug=robot).first() if robot else None
     if robot:
         entries = entries.filter(robot__slug=robot)
     unwritten = None
@@ -38,7 +39,8 @@ def log(request: HttpRequest) -> HttpResponse:
         mine = Turn.objects.filter(user=request.user, entry=None, robot__practice_for=None)
         unwritten = mine.exclude(ended_at=None).first()
     page = Paginator(entries, PAGE).get_page(request.GET.get("page"))
-    return render(request, "operatorlog/list.html", {"page": page, "robot": robot, "unwritten": unwritten})
+    context = {"page": page, "robot": robot, "known": known, "unwritten": unwritten}
+    return render(request, "operatorlog/list.html", context)
 
 
 @never_cache

@@ -15,7 +15,7 @@ _path = list(sys.path)
 app = Celery("portal")
 sys.path[:] = _path
 app.config_from_object("django.conf:settings", namespace="CELERY")
-app.autodiscover_tasks(["queueing", "portal.web.daily", "portal.web.alerts"])
+app.autodiscover_tasks(["queueing", "portal.web.daily", "portal.web.alerts", "portal.web.feeds"])
 
 
 @signals.task_prerun.connect

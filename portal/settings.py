@@ -76,7 +76,7 @@ INSTALLED_APPS = [
     "queueing",
     "operatorlog",
     "portal",
-    *(f"portal.web.{one}" for one in ("classic", "daily", "alerts")),
+    *(f"portal.web.{one}" for one in ("classic", "daily", "alerts", "feeds")),
 ]
 MIDDLEWARE = [
     "portal.web.pages.middleware.KnownHost",
@@ -176,6 +176,7 @@ CELERY_BEAT_SCHEDULE = {
     "clean-jobs": {"task": "queueing.clean", "schedule": 3600.0},
     "alerts": {"task": "alerts.tell", "schedule": 30.0, "options": {"expires": 25, "queue": "alerts"}},
     "daily": {"task": "daily.figures", "schedule": 900.0},
+    "downtimes": {"task": "feeds.downtimes", "schedule": 60.0, "options": {"expires": 30}},
 }
 
 AUTH_USER_MODEL = "accounts.User"

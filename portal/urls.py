@@ -15,6 +15,7 @@ from portal.web.classic import pictures
 from portal.web.classic import views as classic
 from portal.web.composites import views as streams
 from portal.web.daily import views as daily
+from portal.web.feeds import views as feeds
 from portal.web.jobs import views as jobs
 from portal.web.pages import landing, practice, scripts, views
 from portal.web.pages.places import my_places
@@ -71,6 +72,10 @@ urlpatterns = [
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),
     path("log/", log.log, name="log"),
+    path("log.atom", feeds.log, name="log-feed"),
+    path("status.atom", feeds.status, name="status-feed"),
+    path("robots/<slug:slug>/log.atom", feeds.log, name="robot-log-feed"),
+    path("robots/<slug:slug>/status.atom", feeds.status, name="robot-status-feed"),
     path("robots/<slug:slug>/finds/", log.finds, name="finds"),
     path("turns/<int:pk>/", log.turn_page, name="turn"),
     path("survey/results/", results.results, name="survey-results"),

@@ -23,7 +23,7 @@ from tests.services.admin_forms import as_sent, controls_of, other_values
 
 pytestmark = pytest.mark.django_db
 # left out: cameras and /readyz, which ask a worker and Redis, and answer 503 without
-ALONE = ("/", "/story/", "/status/", "/me/", "/me/places/", "/log/", "/survey/results/", "/survey/results.csv",
+ALONE = ("/", "/story/", "/status/", "/me/", "/me/places/", "/log/", "/log.atom", "/status.atom", "/survey/results/", "/survey/results.csv",
          "/accounts/email/")  # fmt: skip
 OF_A_ROBOT = (
     "",
@@ -33,6 +33,8 @@ OF_A_ROBOT = (
     "jobs/",
     "statistics/",
     "statistics.json",
+    "log.atom",
+    "status.atom",
     "recordings/",
     "finds/",
 )

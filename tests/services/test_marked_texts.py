@@ -91,7 +91,8 @@ def test_a_refusal_at_the_door_is_in_the_language_of_the_browser():
 
 def test_what_other_software_reads_is_english(used):
     german = {"accept-language": "de"}
-    for path in ("/statistics.json", "/statistics.csv", "/robots/irat/statistics.json", "/statistics.json?days=7"):
+    for path in ("/statistics.json", "/statistics.csv", "/robots/irat/statistics.json", "/statistics.json?days=7", "/log.atom",
+                 "/robots/mercury/status.atom"):  # fmt: skip
         assert Client(headers=german).get(path).content == Client().get(path).content
     assert "Seitenaufrufe" in Client(headers=german).get("/statistics/").text
 

@@ -196,12 +196,17 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
 
     form, add_form = PersonForm, NewPersonForm
     also_saved = ("handle_key",)
+    fieldsets = (*(UserAdmin.fieldsets or ()), (gettext_lazy("More time"), {"fields": ("turn_factor",)}))
 
     def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
-        """Return the locked fields: rights, and the mail address where a new password for it would give more rights."""
+        """Return the locked fields: rights, the own length of turns, and the mail address of who drives more.
+
+        With a new password for that address, others could drive more than they may.
+        """
         locked = () if request.user.is_superuser else ("is_staff", "is_superuser", "groups", "user_permissions")
         email = ("email",) if obj is not None and drives_more(obj, request.user) else ()
-        return (*super().get_readonly_fields(request, obj), *locked, *email)
+        own = ("turn_factor",) if obj is not None and obj.pk == request.user.pk and locked else ()
+        return (*super().get_readonly_fields(request, obj), *locked, *email, *own)
 
     def get_fieldsets(self, request: HttpRequest, obj: Any = None) -> Any:
         """Return the groups of fields, without the password and its button if the user may not set it."""

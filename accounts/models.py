@@ -10,6 +10,15 @@ from django.utils.translation import gettext, gettext_lazy
 from accounts.handles import HandleKey
 
 
+class TurnLength(models.IntegerChoices):
+    """How many times as long as usual a person's turns are."""
+
+    USUAL = 1, gettext_lazy("as long as usual")
+    TWICE = 2, gettext_lazy("twice as long")
+    THREE_TIMES = 3, gettext_lazy("three times as long")
+    FOUR_TIMES = 4, gettext_lazy("four times as long")
+
+
 class User(AbstractUser):
     """A person; the username is the handle shown to others."""
 
@@ -34,7 +43,19 @@ class User(AbstractUser):
         max_length=10, blank=True, default="", db_default="", editable=False
     )  # of mails; empty: English
 
+    turn_factor = models.PositiveSmallIntegerField(
+        gettext_lazy("turns"), choices=TurnLength, default=TurnLength.USUAL, db_default=TurnLength.USUAL,
+        help_text=gettext_lazy(
+            "For a person who needs more time, of turns on all robots, also to take control and before a turn ends "
+            "because nothing is done. In the queue it costs as much as a usual turn. Only the person and staff "
+            "can read this."
+        ),
+    )  # fmt: skip
+
     class Meta(AbstractUser.Meta):
+        constraints = [
+            models.CheckConstraint(condition=Q(turn_factor__in=TurnLength.values), name="a_known_length_of_turns")
+        ]
         verbose_name = gettext_lazy("person")  # type: ignore[assignment] # lazy, as Django reads it
         verbose_name_plural = gettext_lazy("people")  # type: ignore[assignment]
 

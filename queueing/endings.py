@@ -42,7 +42,7 @@ def end_of_place(ticket: Ticket) -> End | None:
 def last_turn(robot: Robot, user: Any) -> Turn | None:
     """Return the person's last turn on the robot, if it has ended."""
     mine = Turn.objects.filter(user=user, robot=robot).exclude(ended_at=None)
-    return mine.select_related("grant").order_by("-id").first()
+    return mine.select_related("grant", "user").order_by("-id").first()
 
 
 def is_news(turn: Turn, now: datetime) -> bool:

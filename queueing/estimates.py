@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from django.db.models import BigAutoField, Count, FloatField, Q, QuerySet
+from django.db.models import BigAutoField, Count, FloatField, Q, QuerySet, Sum
 
 from queueing import fairshare
 from queueing.jobs.forecasts import HANDOVER_S, any_waits, jobs_before, jobs_take, left_of_turn
@@ -14,6 +14,8 @@ from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from robots.states import Cycle
 
+People = tuple[int, int]  # how many, and how many times as long as usual their turns are, added up
+NOBODY: People = (0, 0)
 TAG, TICKET = Slot("tag", FloatField()), Slot("ticket", BigAutoField())
 _AHEAD: Prepared[Any] = Prepared(
     lambda: (
@@ -21,8 +23,8 @@ _AHEAD: Prepared[Any] = Prepared(
         .filter(Q(start_tag__lt=TAG) | Q(start_tag=TAG, pk__lt=TICKET))
         .order_by()
         .values("queue")
-        .annotate(number=Count("pk"))
-        .values_list("number", flat=True)
+        .annotate(number=Count("pk"), lengths=Sum("user__turn_factor"))
+        .values_list("number", "lengths")
     )
 )
 
@@ -44,10 +46,10 @@ def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tu
     Nobody is before a ticket that no longer waits. The wait is None if it is not known.
     """
     if ticket.state != TicketState.WAITING:
-        return 0, _wait(robot, ticket.queue, 0, None, now)
-    people = _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
+        return 0, _wait(robot, ticket.queue, NOBODY, None, now)
+    people = _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or NOBODY
     jobs = jobs_before(ticket)
-    return people + len(jobs), _wait(robot, ticket.queue, people, jobs, now)
+    return people[0] + len(jobs), _wait(robot, ticket.queue, people, jobs, now)
 
 
 def wait_if_joined(robot: Robot, now: datetime) -> tuple[int, int] | None:
@@ -57,17 +59,19 @@ def wait_if_joined(robot: Robot, now: datetime) -> tuple[int, int] | None:
     """
     link = link_of(robot)
     if link is None:  # nobody has ever joined
-        return fairshare.estimate(0, 0.0, length_of_turn(robot), HANDOVER_S)
-    people = Ticket.objects.filter(queue=link.queue_id, state__in=NOT_YET).count()
+        return fairshare.estimate(*NOBODY, 0.0, length_of_turn(robot), HANDOVER_S)
+    waiting_now = Ticket.objects.filter(queue=link.queue_id, state__in=NOT_YET)
+    found = waiting_now.aggregate(number=Count("pk"), lengths=Sum("user__turn_factor"))
+    people = found["number"], found["lengths"] or 0
     jobs = list(Job.objects.filter(queue=link.queue_id, state=JobState.WAITING)) if any_waits(link.queue_id) else []
     return _wait(robot, link.queue, people, jobs, now)
 
 
-def _wait(robot: Robot, queue: Queue, people: int, jobs: list[Job] | None, now: datetime) -> tuple[int, int] | None:
-    """Return the wait behind so many people and these jobs; `jobs` None: nor behind the one that runs."""
+def _wait(robot: Robot, queue: Queue, people: People, jobs: list[Job] | None, now: datetime) -> tuple[int, int] | None:
+    """Return the wait behind these people and jobs; `jobs` None: nor behind the one that runs."""
     if queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     left = left_of_turn(robot, now) or 0.0
-    low, high = fairshare.estimate(people, left, length_of_turn(robot), HANDOVER_S)
+    low, high = fairshare.estimate(*people, left, length_of_turn(robot), HANDOVER_S)
     of_jobs = (0.0, 0.0) if jobs is None else jobs_take(robot, jobs, now)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

@@ -49,14 +49,21 @@ def chargeable_s(used_s: float, alone_s: float) -> float:
     return max(0.0, used_s) - alone * (1 - ALONE_CHARGE)
 
 
-def turn_range(turn_s: float, handover_s: float) -> tuple[float, float]:
-    """Return the least and greatest time of a turn and its handover (s): a quarter, or all after a late answer."""
-    return turn_s * 0.25 + handover_s, turn_s + ANSWER_S + handover_s
+def turns_range(people: int, lengths: int, turn_s: float, handover_s: float) -> tuple[float, float]:
+    """Return the least and greatest time of a turn of each of these people and its handover (s).
+
+    A turn takes a quarter of its time, or all of it after a late answer. `lengths`: how many times as long as usual
+    the turns of these people are, added up.
+    """
+    return lengths * turn_s * 0.25 + people * handover_s, lengths * (turn_s + ANSWER_S) + people * handover_s
 
 
-def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
-    """Return the least and greatest wait (s) of a person with `ahead` people before them, after the running turn."""
-    least, most = turn_range(turn_s, handover_s)
-    low = min(running_left_s, turn_s * 0.1) + ahead * least
-    high = running_left_s + handover_s + ahead * most
+def estimate(ahead: int, lengths: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
+    """Return the least and greatest wait (s) of a person with `ahead` people before them, after the running turn.
+
+    `lengths`: as of `turns_range`, of the people before.
+    """
+    least, most = turns_range(ahead, lengths, turn_s, handover_s)
+    low = min(running_left_s, turn_s * 0.1) + least
+    high = running_left_s + handover_s + most
     return round(low), round(max(low, high))

@@ -13,7 +13,7 @@ from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
 from queueing.rows import QUEUE, announce, lock
 from queueing.tickets import open_ticket
-from queueing.turns import ALWAYS, end_turn, length_of_turn
+from queueing.turns import ALWAYS, end_turn, length_of_turn, times_as_long
 from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
@@ -79,7 +79,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
         RobotsFault: the robot is no longer offered, or somebody else may move it.
         RobotUnavailable: the person operates another robot.
     """
-    until = now + timedelta(seconds=length_of_turn(robot, ticket.user.guest))
+    until = now + timedelta(seconds=length_of_turn(robot, ticket.user))
     _leave_practice(ticket.user, now)
     try:
         with transaction.atomic():
@@ -218,7 +218,8 @@ def make_offer(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Non
 
 
 def _length(ticket: Ticket) -> timedelta:
-    return timedelta(seconds=RULES["CLASSIC_OFFER_S" if ticket.classic else "OFFER_S"])
+    usual = timedelta(seconds=RULES["CLASSIC_OFFER_S" if ticket.classic else "OFFER_S"])
+    return usual * times_as_long(ticket.user)
 
 
 def made_at(ticket: Ticket) -> datetime:

@@ -50,7 +50,9 @@ _LOST: Prepared[Ticket] = Prepared(lambda: _newest_over().filter(Q(state=TicketS
 
 def _mine() -> QuerySet[Ticket]:
     return (
-        Ticket.objects.filter(user=USER).select_related("queue", "robot", "turn__grant", "turn__robot").order_by("pk")
+        Ticket.objects.filter(user=USER)
+        .select_related("queue", "robot", "turn__grant", "turn__robot", "turn__user")
+        .order_by("pk")
     )
 
 

@@ -52,10 +52,20 @@ def _theirs() -> QuerySet[Command]:
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
-def length_of_turn(robot: Robot, of_guest: bool = False) -> float:
-    """Return the length of a turn on the robot (s), without extra time."""
-    own = robot.guest_s if of_guest else robot.turn_s
-    return float(own or RULES["TURN_S"])
+def times_as_long(user: Any) -> int:
+    """Return how many times as long as usual a person has for what they do; nobody (None) has the usual time."""
+    return 1 if user is None else int(user.turn_factor)
+
+
+def length_of_turn(robot: Robot, user: Any = None) -> float:
+    """Return the length of the person's turn on the robot (s), without extra time; None: of a usual one."""
+    own = robot.guest_s if user is not None and user.guest else robot.turn_s
+    return float(own or RULES["TURN_S"]) * times_as_long(user)
+
+
+def countdown_s(turn: Turn) -> float:
+    """Return how long a turn in its extra time goes on after somebody else has come (s)."""
+    return float(RULES["COUNTDOWN_S"] * times_as_long(turn.user))
 
 
 def open_turn(robot: Robot) -> Turn | None:
@@ -70,12 +80,12 @@ def turn_of(robot: Robot, user: Any) -> Turn | None:
 
 
 def start_countdown(queue: Queue, now: datetime, job: Job | None = None) -> None:
-    """Limit the wait of a newcomer, or of another person's `job`: a turn in its extra time ends after COUNTDOWN_S."""
-    turns = Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None)
+    """Limit the wait of a newcomer, or of another person's `job`: a turn in its extra time ends after `countdown_s`."""
+    turns = Turn.objects.select_related("grant", "user").filter(robot__queue_link__queue=queue, ended_at=None)
     if job is not None:
         turns = turns.filter(robot=job.robot).exclude(user=job.user)
     for turn in turns:
-        end = max(turn.base_until, now + timedelta(seconds=RULES["COUNTDOWN_S"]))
+        end = max(turn.base_until, now + timedelta(seconds=countdown_s(turn)))
         if turn.until > end:
             set_until(turn, end)
 
@@ -102,7 +112,8 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
         turn.sessions.all().delete()
         end_grant(turn.grant, code, reason, now)
         Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
-        charge(queue, account_of(queue, turn.user), ticket.start_tag, seconds)
+        # who needs more time for the same has as many turns as others
+        charge(queue, account_of(queue, turn.user), ticket.start_tag, seconds / times_as_long(turn.user))
         Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
         settle(queue)
         announce(queue)
@@ -168,7 +179,7 @@ def _idle_at(turn: Turn, others: datetime | None, now: datetime, up_since: datet
 
 def idle_s(turn: Turn) -> int:
     """Return how long the operator may do nothing while others wait (s)."""
-    return int(RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"])
+    return int(RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]) * times_as_long(turn.user)
 
 
 def stay(robot: Robot, user: Any, now: datetime) -> bool:

@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from django.conf import settings
 from django.db.models import QuerySet
 
-from queueing.fairshare import turn_range
+from queueing.fairshare import turns_range
 from queueing.jobs.kinds import limit_of
 from queueing.models import NOT_YET, OPEN_JOB, Job, JobRun, JobState, QueueRobot, Ticket, Turn
 from queueing.rows import QUEUE, is_suspended, link_of, links_of
-from queueing.turns import length_of_turn
+from queueing.turns import countdown_s, length_of_turn
 from robots.grants import ROBOT, open_grant
 from robots.models import Robot
 from robots.prepared import Prepared
@@ -22,7 +21,9 @@ LATEST = 20  # ended jobs from which the duration of a job is estimated
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
 HANDOVER_S, LEAST_LEFT_S = 12.0, 5.0
 Range = tuple[float, float]
-_TURN: Prepared[Turn] = Prepared(lambda: Turn.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
+_TURN: Prepared[Turn] = Prepared(
+    lambda: Turn.objects.select_related("user").filter(robot=ROBOT, ended_at=None).order_by("pk")[:1]
+)
 _WAITING: Prepared[Job] = Prepared(lambda: Job.objects.filter(queue=QUEUE, state=JobState.WAITING).only("pk")[:1])
 _RUNNING: Prepared[Job] = Prepared(lambda: _of(JobState.RUNNING)[:1])
 _OPEN: Prepared[Job] = Prepared(lambda: _of(*OPEN_JOB).select_related("account", "queue", "robot"))
@@ -54,7 +55,7 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     if not jobs:
         return []
     each = durations(robot, jobs[0].kind)
-    turns, turn = _turns(jobs[0].queue_id), turn_range(length_of_turn(robot), HANDOVER_S)
+    turns, turn_s = _turns(jobs[0].queue_id), length_of_turn(robot)
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     turn_left = left_of_turn(robot, now)
@@ -63,9 +64,10 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     found: list[Forecast] = []
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
-        before = 0 if running else sum(tag <= tags[job] for tag in turns)
-        wait = (round(low + before * turn[0]), round(high + before * turn[1]))
-        found.append(Forecast(job, number + before, (0, 0) if running else wait if known else None))
+        before = [] if running else [length for tag, length in turns if tag <= tags[job]]
+        least, most = turns_range(len(before), sum(before), turn_s, HANDOVER_S)
+        wait = (round(low + least), round(high + most))
+        found.append(Forecast(job, number + len(before), (0, 0) if running else wait if known else None))
         if not running:
             low, high = low + each[0], high + each[1]
     return found
@@ -82,7 +84,7 @@ def left_of_turn(robot: Robot, now: datetime) -> float | None:
     if turn is None:
         return None
     if turn.until > turn.base_until:  # in its extra time
-        return float(settings.FARHAND["COUNTDOWN_S"])
+        return countdown_s(turn)
     return max(0.0, (turn.until - now).total_seconds())
 
 
@@ -159,9 +161,10 @@ def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
     return tags
 
 
-def _turns(queue: int) -> list[float]:
+def _turns(queue: int) -> list[tuple[float, int]]:
+    """Return the start tags of people who wait, and how many times as long as usual each person's turns are."""
     waiting: QuerySet[Ticket] = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
-    return list(waiting.values_list("start_tag", flat=True))
+    return list(waiting.values_list("start_tag", "user__turn_factor"))
 
 
 def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:

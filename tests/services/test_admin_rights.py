@@ -44,7 +44,7 @@ def page(user, what="change"):
 def filled(user, **written):
     return {
         "username": user.username, "email": user.email, "date_joined_0": "2026-01-01", "date_joined_1": "00:00:00",
-        "is_active": "on",
+        "is_active": "on", "turn_factor": user.turn_factor,
     } | written  # fmt: skip
 
 

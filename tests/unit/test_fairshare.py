@@ -57,8 +57,39 @@ def test_a_heavier_weight_pays_less_and_none_is_refused():
         fairshare.finish_tag(0, 1, 0)
 
 
-@given(st.integers(0, 50), st.floats(0, 600), st.floats(30, 900), st.floats(0, 60))
-def test_the_estimate_is_a_range_that_grows_with_the_queue(ahead, left, turn_s, handover_s):
-    low, high = fairshare.estimate(ahead, left, turn_s, handover_s)
+LENGTHS = st.lists(st.integers(1, 4), max_size=50)
+
+
+@given(LENGTHS, st.integers(1, 4), st.floats(0, 600), st.floats(30, 900), st.floats(0, 60))
+def test_the_estimate_is_a_range_that_grows_with_the_queue(before, more, left, turn_s, handover_s):
+    low, high = fairshare.estimate(len(before), sum(before), left, turn_s, handover_s)
     assert 0 <= low <= high
-    assert fairshare.estimate(ahead + 1, left, turn_s, handover_s)[1] >= high
+    later = fairshare.estimate(len(before) + 1, sum(before) + more, left, turn_s, handover_s)
+    assert (later[0] >= low, later[1] >= high) == (True, True)
+
+
+@given(LENGTHS, st.data(), st.floats(0, 600), st.floats(30, 900), st.floats(0, 60))
+def test_people_with_longer_turns_take_no_longer_than_the_estimate_says(before, data, left, turn_s, handover_s):
+    low, high = fairshare.estimate(len(before), sum(before), left, turn_s, handover_s)
+    shares = [data.draw(st.tuples(st.floats(0, 1), st.floats(0.25, 1))) for _ in before]
+    waited = left + handover_s
+    for length, (answer, used) in zip(before, shares, strict=True):
+        waited += length * (answer * fairshare.ANSWER_S + used * turn_s) + handover_s
+    assert low - 1 <= waited <= high + 1
+
+
+@given(st.lists(st.floats(1, 300), min_size=20, max_size=120), st.integers(1, 4))
+def test_who_has_longer_turns_has_as_many_as_others(seconds, times):
+    """Ada's turns are so many times as long and are charged as usual ones, as `end_turn` does it; bob's are usual."""
+    clock, tags, turns = Clock(), {"ada": 0.0, "bob": 0.0}, {"ada": 0, "bob": 0}
+    charged = dict.fromkeys(turns, 0.0)
+    for usual_s in seconds:
+        who = min(tags, key=lambda u: (tags[u], u))
+        clock = clock.serve(tags[who])
+        used_s = usual_s * (times if who == "ada" else 1)
+        cost = used_s / (times if who == "ada" else 1)
+        finish = fairshare.finish_tag(tags[who], cost, 1.0)
+        charged[who] += cost
+        turns[who] += 1
+        clock, tags[who] = clock.finish(finish), fairshare.start_tag(clock, finish)
+        assert abs(charged["ada"] - charged["bob"]) <= 600

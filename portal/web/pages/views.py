@@ -183,7 +183,7 @@ def me(request: HttpRequest) -> HttpResponse:
     """Show the person's clearances and turns."""
     context = {
         "clearances": Clearance.objects.filter(user=request.user.pk, revoked_at=None).select_related("robot"),
-        "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry")[:50],
+        "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry", "grant", "user")[:50],
         "alerts": may_be_told(request.user),
         "alerts_by_mail": not AlertChoice.objects.filter(user=request.user.pk, by_mail=False).exists(),
     }

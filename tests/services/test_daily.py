@@ -15,11 +15,14 @@ from portal.web.daily import hits as counting
 from portal.web.daily.figures import keep
 from portal.web.daily.hits import ALL, CountedPages, Hits, store
 from portal.web.daily.models import DailyFigures
-from queueing.models import Turn
+from queueing.models import Ticket, Turn
+from queueing.services import queue_of
 from robots import bus
 from robots.bus import web_uptime
 from robots.kit.clock import SYSTEM
-from robots.models import Command, Usage
+from robots.models import Command, Robot, Usage
+from robots.services.incidents import incident
+from robots.services.outages import CODE as OUTAGE
 from robots.states import GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -166,8 +169,8 @@ def driven(robot, person, now):
 
 def command(robot, grant, now, **values):
     return Command.objects.create(
-        robot=robot, grant=grant, client_seq=Command.objects.count(), kind="move", epoch=5, state="completed",
-        created_at=now, deadline=now, accepted_at=now, ended_at=now, **values,
+        robot=robot, grant=grant, client_seq=Command.objects.count(), kind="move", epoch=5, created_at=now,
+        deadline=now, ended_at=now, **{"state": "completed", "accepted_at": now} | values,
     )  # fmt: skip
 
 
@@ -197,6 +200,64 @@ def test_days_before_are_computed_once_and_what_was_deleted_since_stays_counted(
     Command.objects.all().delete()
     keep(clock.now())
     assert of(today).commands == 1
+
+
+def waited(robot, person, now, seconds):
+    """A turn that begins now, for which the person waited so long."""
+    turn = driven(robot, person, now)
+    turn.ticket = Ticket.objects.create(
+        queue=queue_of(robot), user=person, state="done", start_tag=0.0, joined_at=now - timedelta(seconds=seconds),
+        last_seen=now,
+    )  # fmt: skip
+    turn.save()
+    return turn
+
+
+def test_waits_success_and_faults_follow_from_their_rows(robot, people, clock, today, client):
+    other = Robot.objects.create(slug="other", name="Other", driver="mercury", address="sim:mercury", enabled=True)
+    keep(clock.now())
+    row = of(today, robot)
+    assert (row.wait_median_s, row.wait_longest_s, row.success) == (None, None, None), "nothing happened: not known"
+    assert (row.faults, row.outages) == (0, 0)
+    turns = [waited(robot, people["ada"], clock.now(), seconds) for seconds in (600, 30, 90)]
+    waited(other, people["bob"], clock.now(), 3600)
+    driven(robot, people["ada"], clock.now())  # whose ticket is gone with an account
+    for state, many in (("completed", 3), ("failed", 1), ("cancelled", 5)):
+        for _ in range(many):
+            command(robot, turns[0].grant, clock.now(), state=state)
+    command(robot, turns[0].grant, clock.now(), state="rejected", accepted_at=None)
+    command(other, other.grants.get(), clock.now(), state="unknown")
+    for code in ("silent", "limit", OUTAGE):
+        incident(robot, code, "It was silent.", clock.now())
+    incident(robot, "silent", "Tomorrow.", clock.now() + timedelta(days=1))
+    keep(clock.now())
+    row, whole = of(today, robot), of(today)
+    assert (row.turns, row.wait_median_s, row.wait_longest_s) == (4, 90.0, 600.0)
+    assert (whole.wait_median_s, whole.wait_longest_s) == (345.0, 3600.0), "of all people, not of the medians"
+    assert (row.commands, row.success) == (9, 0.75)
+    assert whole.success == pytest.approx(3 / 5)
+    assert of(today, other).success == 0.0
+    assert (row.faults, row.outages, whole.faults, whole.outages) == (2, 1, 2, 1)
+    assert "Outages" in client.get("/statistics/").content.decode()
+    text = client.get("/statistics/?robot=mercury").content.decode()
+    for words in ("Wait, median (min)", "1.50", "Commands carried out (%)", "75", "Faults as a table"):
+        assert words in text, words
+    day = client.get("/statistics.json?robot=mercury").json()["days"]
+    assert (day[-1]["wait_median_s"], day[-1]["success"], day[-1]["faults"]) == (90.0, 0.75, 2)
+    assert (day[0]["wait_median_s"], day[0]["success"], day[0]["faults"]) == (None, None, None)
+    (last,) = list(csv.DictReader(client.get("/statistics.csv").content.decode("utf-8-sig").splitlines()))[-1:]
+    assert (last["wait_longest_s"], last["success"], last["outages"]) == ("3600.0", "0.6", "1")
+
+
+def test_practice_makes_no_wait_and_no_fault(robot, people, clock, today):
+    twin = Robot.objects.create(
+        slug="twin", name="Twin", driver="mercury", address="sim:mercury", practice_for=robot, clearance_required=False
+    )
+    waited(twin, people["ada"], clock.now(), 60)
+    incident(twin, "silent", "It was silent.", clock.now())
+    keep(clock.now())
+    assert (of(today).wait_longest_s, of(today).faults) == (None, 0)
+    assert not DailyFigures.objects.filter(robot=twin).exists()
 
 
 def test_a_find_counts_on_the_day_of_its_report_whenever_it_is_decided(robot, people, clock, today):
@@ -230,9 +291,15 @@ def test_days_from_before_this_figure_are_counted_and_what_is_known_of_them_stay
     keep(clock.now())
     clock.go(86_400 * 5)
     keep(clock.now())
-    DailyFigures.objects.update(finds=None, commands=7)
+    DailyFigures.objects.update(finds=None, faults=None, commands=7)
     keep(clock.now())
     assert (of(today, robot).finds, of(today).finds, of(today).commands) == (0, 0, 7)
+    incident(robot, "silent", "It was silent.", clock.now() - timedelta(days=5))
+    keep(clock.now())
+    assert of(today).faults == 0, "it was counted once"
+    DailyFigures.objects.update(faults=None, commands=7)
+    keep(clock.now())
+    assert (of(today, robot).faults, of(today).faults, of(today).commands) == (1, 1, 7)
 
 
 def test_a_robot_in_which_nothing_is_hidden_shows_no_finds(robot, some, client, monkeypatch):

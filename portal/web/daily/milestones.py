@@ -20,7 +20,8 @@ STEPS = tuple(factor * 10**power for power in range(2, 13) for factor in (1, 5))
 class Figure:
     """A figure of a day: its name in rows, its title, what it means, and what one is called in a milestone.
 
-    `size`: it is shown in units of so many. `adds_up`: the sum over days means something.
+    `size`: it is shown in units of so many. `adds_up`: the sum over days means something. Without words for one and
+    many it has no milestones.
     """
 
     name: str
@@ -33,7 +34,7 @@ class Figure:
 
     def in_unit(self, value: float) -> float:
         """Return a value in the unit in which it is shown."""
-        return value / self.size
+        return round(value / self.size, 9)  # so that 0.29 in % is 29
 
 
 FIGURES = (
@@ -107,6 +108,43 @@ FIGURES = (
         gettext_lazy("{} GB sent"),
         1e9,
     ),
+    Figure(
+        "wait_median_s",
+        gettext_lazy("Wait, median (min)"),
+        gettext_lazy(
+            "Half of the people whose turn began on that day had waited less, from joining the queue to control. A day "
+            "on which no turn began has no wait."
+        ),
+        size=60.0,
+        adds_up=False,
+    ),
+    Figure(
+        "wait_longest_s",
+        gettext_lazy("Wait, longest (min)"),
+        gettext_lazy("The longest wait of somebody whose turn began on that day."),
+        size=60.0,
+        adds_up=False,
+    ),
+    Figure(
+        "success",
+        gettext_lazy("Commands carried out (%)"),
+        gettext_lazy(
+            "Of the commands of turns and jobs that a robot took, without those that somebody cancelled or stopped. A "
+            "day without any has no share."
+        ),
+        size=0.01,
+        adds_up=False,
+    ),
+    Figure(
+        "faults",
+        gettext_lazy("Faults"),
+        gettext_lazy("Faults of robots that the portal noted, also those that were over by themselves."),
+    ),
+    Figure(
+        "outages",
+        gettext_lazy("Outages"),
+        gettext_lazy("Times in which a robot was switched on and its worker did not answer for two minutes or longer."),
+    ),
 )
 BY_NAME = {figure.name: figure for figure in FIGURES}
 
@@ -153,7 +191,7 @@ def milestones(days: Iterable[Day]) -> list[Milestone]:
             if before == 0.0 < after and figure.first:
                 found.append(Milestone(one.day, name, 1, str(figure.first)))
             passed = [step for step in STEPS if before < step <= after]
-            if passed:
+            if passed and figure.nth:
                 number = number_format(passed[-1], force_grouping=True)
                 found.append(Milestone(one.day, name, passed[-1], figure.nth.format(number)))
     return found

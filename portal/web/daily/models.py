@@ -27,6 +27,19 @@ class DailyFigures(models.Model):
     online_s = models.FloatField(null=True, blank=True, help_text=gettext_lazy("Of the portal: all robots together."))
     sent_bytes = models.BigIntegerField(null=True, blank=True, help_text=gettext_lazy("Live, to people who watched."))
 
+    wait_median_s = models.FloatField(
+        null=True, blank=True, help_text=gettext_lazy("Of the turns that began: from joining the queue to control.")
+    )
+    wait_longest_s = models.FloatField(null=True, blank=True, help_text=gettext_lazy("Of the same."))
+    success = models.FloatField(
+        null=True, blank=True,
+        help_text=gettext_lazy("The share of commands that were carried out, of those that nobody ended before."),
+    )  # fmt: skip
+    faults = models.PositiveIntegerField(null=True, blank=True, help_text=gettext_lazy("Incidents, without outages."))
+    outages = models.PositiveIntegerField(
+        null=True, blank=True, help_text=gettext_lazy("Times in which a robot's worker did not answer.")
+    )
+
     class Meta:
         ordering = ("day", "id")
         constraints = [

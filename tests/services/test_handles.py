@@ -151,7 +151,7 @@ def test_older_accounts_keep_theirs_in_the_admin(people, client, admin_user):
     page = f"/admin/accounts/user/{admin_user.pk}/change/"
     data = {
         "username": "admin", "email": "admin@example.org", "is_active": "on", "is_staff": "on", "is_superuser": "on",
-        "date_joined_0": "2026-01-01", "date_joined_1": "00:00:00", "first_name": "Kept",
+        "date_joined_0": "2026-01-01", "date_joined_1": "00:00:00", "first_name": "Kept", "turn_factor": 1,
     }  # fmt: skip
     assert client.post(page, data).status_code == 302
     admin_user.refresh_from_db()

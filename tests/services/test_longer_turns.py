@@ -81,7 +81,7 @@ def test_a_turn_without_acts_ends_as_many_times_later_and_says_so(stage):
 def test_after_somebody_comes_extra_time_ends_as_many_times_later(stage):
     robot, people, clock = stage
     drive(robot, people["ada"], clock.now())
-    ticks(robot, [people["ada"]], clock, 605)
+    ticks(robot, [people["ada"]], clock, 615, each_s=15)
     assert Turn.objects.get().until > Turn.objects.get().base_until, "nobody waits"
     Turn.objects.update(until=clock.now() + timedelta(seconds=900))
     queue.join(robot, people["bob"], clock.now())
@@ -99,6 +99,8 @@ def test_it_costs_as_much_in_the_queue_as_a_usual_turn(stage):
 def test_who_waits_behind_longer_turns_waits_within_the_estimate(stage):
     robot, people, clock = stage
     longer(people["mod"], 4)
+    Robot.objects.update(turn_s=60)
+    robot.refresh_from_db()
     for name in ("mod", "kim"):
         Clearance.objects.create(user=people[name], robot=robot, granted_at=clock.now())
     behind = [people["ada"], people["mod"], people["bob"]]
@@ -107,8 +109,8 @@ def test_who_waits_behind_longer_turns_waits_within_the_estimate(stage):
         queue.join(robot, person, clock.go(1))
     place = queue.open_ticket(robot, people["bob"])
     low, high = queue.place_and_wait(robot, place, clock.now())[1]
-    assert high >= 300 + 2 * 330 + 4 * 330
-    assert queue.wait_if_joined(robot, clock.now())[1] >= high + 330
+    assert high >= 60 + 2 * 90 + 4 * 90
+    assert queue.wait_if_joined(robot, clock.now())[1] >= high + 90
     asked = clock.now()
     while queue.open_ticket(robot, people["bob"]).state == TicketState.WAITING:
         assert clock.now() - asked < timedelta(hours=2)
@@ -116,11 +118,11 @@ def test_who_waits_behind_longer_turns_waits_within_the_estimate(stage):
         if (offer := Ticket.objects.filter(state=TicketState.OFFERED).first()) is not None:
             queue.accept(robot, offer.user, clock.now())
         left, last = queue.place_and_wait(robot, place, clock.now())[1]
-        ticks(robot, [*behind, people["kim"]], clock, 15, each_s=15)
+        ticks(robot, [*behind, people["kim"]], clock, 10, each_s=10)
         Robot.objects.filter(cycle=Cycle.HANDOVER).update(cycle=Cycle.READY)
         assert left <= last
     waited = (clock.now() - asked).total_seconds()
-    assert waited > 300 + 600 + 1200
+    assert waited > 60 + 120 + 240
     assert low <= waited <= high
 
 

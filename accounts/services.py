@@ -9,15 +9,15 @@ from typing import Any
 from django.conf import settings
 from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
-from django.utils.formats import date_format
 from django.utils.timezone import localtime
-from django.utils.translation import gettext, ngettext, pgettext
+from django.utils.translation import gettext, ngettext
 
 from accounts import quiz
 from accounts.bank import load_bank as load_bank
 from accounts.guests import new_guest as new_guest
 from accounts.guests import remove_guests as remove_guests
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question, User
+from robots.dates import date_words
 from robots.grants import ROBOT
 from robots.kit.contract.capabilities import Preview
 from robots.kit.contract.errors import NotPermitted
@@ -174,7 +174,7 @@ def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
 def _need_clearable(user: Any, robot: Robot) -> None:
     """Check that staff have not withdrawn the person's clearance. Raises NotNow."""
     if (lost := withdrawn_clearance(user, robot)) is not None and lost.revoked_at is not None:
-        day = date_format(localtime(lost.revoked_at), pgettext("format of a date", "j F Y"))
+        day = date_words(localtime(lost.revoked_at))
         said = gettext("Staff withdrew your clearance on %(day)s; only staff can lift that.") % {"day": day}
         why = gettext("Their note: %(note)s") % {"note": lost.note} if lost.note else ""
         raise NotNow(f"{said} {why}".strip())

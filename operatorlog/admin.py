@@ -15,6 +15,7 @@ from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, OneChoice, thumbnail
 from robots.kit.clock import SYSTEM
+from robots.people import shown_name
 from robots.sentences import translate
 
 
@@ -108,7 +109,7 @@ class EntryAdmin(GuardedAdmin):
     def picture(self, entry: Entry) -> SafeString | str:
         """Return the entry's picture."""
         words = gettext("Picture from the turn of {author} on {robot}")
-        return thumbnail(entry.frame, words.format(author=entry.author_name, robot=entry.robot))
+        return thumbnail(entry.frame, words.format(author=shown_name(entry.author_name), robot=entry.robot))
 
     @admin.display(description=gettext_lazy("Page"))
     def page(self, entry: Entry) -> SafeString:

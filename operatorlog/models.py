@@ -6,7 +6,7 @@ from django.db.models import Q
 from django.utils.translation import gettext, gettext_lazy
 
 from queueing.models import Turn
-from robots.people import handle_of
+from robots.people import handle_of, shown_name
 
 
 class Visibility(models.TextChoices):
@@ -41,7 +41,7 @@ class Entry(models.Model):
         indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
 
     def __str__(self) -> str:
-        return f"{self.author_name}: {self.text[:60]}"
+        return f"{shown_name(self.author_name)}: {self.text[:60]}"
 
     @property
     def author_name(self) -> str:
@@ -211,7 +211,7 @@ class Find(models.Model):
         ]
 
     def __str__(self) -> str:
-        return gettext("{find}, by {author}").format(find=self.name, author=self.author_name)
+        return gettext("{find}, by {author}").format(find=self.name, author=shown_name(self.author_name))
 
     @property
     def author_name(self) -> str:

@@ -34,6 +34,7 @@ from robots.admin.verbs import add, staff_only
 from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
+from robots.people import shown_name
 from robots.sentences import translate
 
 NAMED, LISTED = 5, 100  # people of a queue in its row of the list, and on its page
@@ -58,7 +59,7 @@ def _moved_by(robot: Robot) -> str:
     turn, grant = open_turn(robot), open_grant(robot)
     if turn is not None:
         words = gettext("{operator} until {time}")
-        return words.format(operator=turn.operator_name, time=clock_time(turn.until))
+        return words.format(operator=shown_name(turn.operator_name), time=clock_time(turn.until))
     if grant is None:
         return gettext("nobody")
     return f"{grant.get_kind_display()}, {grant.holder}" if grant.holder_id else grant.get_kind_display()

@@ -5,6 +5,7 @@ from typing import Any
 from django.utils.translation import gettext, gettext_noop
 
 DELETED = gettext_noop("Deleted account")  # it has a space, so it is nobody's handle
+STAFF = gettext_noop("staff")  # in place of a handle; nobody may have it as one
 
 
 def handle_of(person: Any) -> str:
@@ -13,8 +14,8 @@ def handle_of(person: Any) -> str:
 
 
 def shown_name(handle: str) -> str:
-    """Return a handle as a page shows it: who has deleted the account is named in the reader's language."""
-    return gettext(DELETED) if handle == DELETED else handle
+    """Return a handle as a page shows it: staff, and deleted accounts, are named in the reader's language."""
+    return gettext(handle) if handle in (DELETED, STAFF) else handle
 
 
 def is_person(visitor: Any, pk: Any) -> bool:

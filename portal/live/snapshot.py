@@ -19,6 +19,7 @@ from queueing.services import (
     job_kinds,
     kinds_for,
     last_turn,
+    length_words,
     offers_turns,
     open_ticket,
     open_turn,
@@ -30,7 +31,10 @@ from queueing.services import (
 )
 from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result, told_target
 from robots.kit.clock import ms_of
+from robots.kit.contract.find import spec_or_none
+from robots.kit.contract.tidying import Tidy
 from robots.models import Command, Frame, Grant, Robot
+from robots.people import STAFF
 from robots.sentences import english
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -41,6 +45,7 @@ STAFF_COMMAND = (
     "handover", "Staff command running", "Staff run a command now; the robot is offered again after that.",
 )  # fmt: skip
 STOPPED = "Stopped. Release needs a look at the picture."
+TIDIES = "The robot tidies up for the next turn: it brings back what is elsewhere, which takes at most {most}."
 BY_ITSELF = {
     GrantKind.UPKEEP: (
         "handover",
@@ -68,7 +73,15 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
     if grant is not None and grant.kind in BY_ITSELF:
         return BY_ITSELF[GrantKind(grant.kind)] if grant.holder_id is None else STAFF_COMMAND
-    return robot.cycle, english(Cycle(robot.cycle).label), ""
+    return robot.cycle, english(Cycle(robot.cycle).label), _tidies(robot) if robot.cycle == Cycle.HANDOVER else ""
+
+
+def _tidies(robot: Robot) -> str:
+    """Return what a handover brings back, and how long that may take; empty for a robot that tidies nothing then."""
+    spec = spec_or_none(robot.driver)
+    tidy = spec.capability(Tidy) if spec is not None else None
+    longest_s = tidy.seconds(spec.for_driver(robot.settings)) if spec is not None and tidy is not None else 0.0
+    return TIDIES.format(most=length_words(longest_s)) if longest_s >= 1.0 else ""
 
 
 def moves(state: str, label: str) -> bool:
@@ -233,7 +246,7 @@ def operator_name(turn: Turn | None, grant: Grant | None) -> str | None:
     if turn is not None:
         return turn.operator_name
     by_staff = grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
-    return "staff" if by_staff else None
+    return STAFF if by_staff else None
 
 
 def _turn(robot: Robot, turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:

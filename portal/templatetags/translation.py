@@ -5,13 +5,13 @@ from datetime import date, datetime
 from django import template
 from django.conf import settings
 from django.urls import reverse
-from django.utils.formats import date_format
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 from django.utils.timezone import get_current_timezone_name, localtime
-from django.utils.translation import get_language, pgettext
+from django.utils.translation import get_language
 
 from portal.web.translation.views import version_of
+from robots.dates import date_words
 from robots.people import shown_name
 from robots.sentences import translate
 
@@ -38,7 +38,7 @@ def languages() -> list[tuple[str, str]]:
 @register.filter
 def day(on: date) -> str:
     """Return a day of the calendar, such as one of UTC, in words."""
-    return date_format(on, _format("day"))
+    return date_words(on)
 
 
 @register.filter
@@ -50,13 +50,5 @@ def moment(at: datetime | None, kind: str = "minute") -> str:
     if at is None:
         return ""
     zone = " UTC" if get_current_timezone_name() == "UTC" and kind != "day" else ""
-    shown = date_format(localtime(at), _format(kind)) + zone
+    shown = date_words(localtime(at), kind) + zone
     return format_html('<time datetime="{}" data-moment="{}">{}</time>', at.isoformat(), kind, shown)
-
-
-def _format(kind: str) -> str:
-    if kind == "day":
-        return pgettext("format of a date", "j F Y")
-    if kind == "second":
-        return pgettext("format of a date", "j F Y, H:i:s")
-    return pgettext("format of a date", "j F Y, H:i") if kind == "minute" else pgettext("format of a date", "H:i:s")

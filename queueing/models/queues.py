@@ -6,7 +6,7 @@ from django.db.models import Q
 from django.utils.timezone import localtime
 from django.utils.translation import gettext, gettext_lazy
 
-from robots.people import handle_of
+from robots.people import handle_of, shown_name
 from robots.validators import positive
 
 
@@ -194,7 +194,7 @@ class Turn(models.Model):
 
     def __str__(self) -> str:
         words = gettext("turn {number}: {operator} on {robot}")
-        return words.format(number=self.pk, operator=self.operator_name, robot=self.robot)
+        return words.format(number=self.pk, operator=shown_name(self.operator_name), robot=self.robot)
 
     def get_absolute_url(self) -> str:
         """Return the turn's permanent address."""

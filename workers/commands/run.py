@@ -180,10 +180,11 @@ class Runner:
         if isinstance(stage, Moves):
             self._paths.report(command, stage)
             return
-        self._said, now = command.pk, self._owned.now()
+        first, now = self._said != command.pk, self._owned.now()
+        self._said = command.pk
         if stage == "acknowledged":
             self._lane.gate.note_begun()
-        if not command.target:  # not earlier: nothing that is only told delays the first byte
+        if first:  # not earlier: nothing that is only told delays the first byte
             command.target = _target(self._owned, command)
         try:
             rows.advance(command, STAGES[stage], now)

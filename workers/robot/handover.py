@@ -54,7 +54,7 @@ class Handover:
         """Return how long the robot may tidy up between two turns (s), by its settings."""
         spec = self._owned.robot.spec()
         tidy = spec.capability(Tidy)
-        return 0.0 if tidy is None else float(spec.for_driver(self._owned.robot.settings).get(tidy.setting.name, 0.0))
+        return 0.0 if tidy is None else tidy.seconds(spec.for_driver(self._owned.robot.settings))
 
     def hand_over(self) -> None:
         """Put the robot in order; it ends ready, or in fault with a reason."""

@@ -1,5 +1,6 @@
 /** A robot's card: its picture follows its newest one, and says when it is not live. */
 import { byId, make, say, set } from "../kit/dom.ts";
+import { shownName } from "../kit/names.ts";
 import { every } from "../kit/page_clock.ts";
 import { gettext, translate } from "../kit/text.ts";
 import { LIVE_MS, isLive } from "../media/pictures.ts";
@@ -72,7 +73,7 @@ export class LiveCard {
       { robot } = m;
     const words = {
       pill: translate(robot.label),
-      drives: m.operator ? gettext("{name} drives", { name: m.operator }) : "",
+      drives: m.operator ? gettext("{name} drives", { name: shownName(m.operator) }) : "",
       wait: robot.turns ? joinWait(robot.state, robot.free ?? false, m.join_wait_s ?? null) : "",
     };
     for (const [name, text] of Object.entries(words)) {

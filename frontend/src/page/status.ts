@@ -1,5 +1,6 @@
 /** The words about a robot on its page: its state, who drives, who watches, and whether a stop holds it. */
 import { byId, say } from "../kit/dom.ts";
+import { shownName } from "../kit/names.ts";
 import { gettext, ngettext, translate } from "../kit/text.ts";
 import { watcherWords } from "../queue/waits.ts";
 import type { Snapshot } from "../socket/messages.ts";
@@ -29,7 +30,7 @@ export class Status {
   }
 
   private people(s: Snapshot): void {
-    const driven = s.operator ? gettext("{name} drives", { name: s.operator }) : s.robot.turns ? gettext("Nobody drives") : "";
+    const driven = s.operator ? gettext("{name} drives", { name: shownName(s.operator) }) : s.robot.turns ? gettext("Nobody drives") : "";
     const watch = this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`;
     const nobody = driven ? gettext("nobody waits") : gettext("Nobody waits");
     const queue = s.queue === 0 ? nobody : ngettext("{count} waiting", "{count} waiting", s.queue);

@@ -13,11 +13,11 @@ from django.conf import settings
 from django.core.mail import EmailMessage, get_connection
 from django.db.models import F
 from django.utils import translation
-from django.utils.formats import date_format
-from django.utils.translation import gettext, pgettext
+from django.utils.translation import gettext
 
 from portal.web.alerts import webhook
 from portal.web.alerts.models import UNSENT, AlertMessage, MessageState
+from robots.dates import date_words
 from robots.sentences import translate
 
 log = logging.getLogger(__name__)
@@ -96,7 +96,7 @@ def _written(message: AlertMessage) -> tuple[str, str]:
 
 
 def _at(time: datetime | None) -> str:
-    return date_format(time, pgettext("format of a date", "j F Y, H:i")) if time is not None else ""
+    return date_words(time, "minute") if time is not None else ""
 
 
 def _mail(message: AlertMessage) -> None:

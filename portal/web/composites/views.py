@@ -21,6 +21,7 @@ from django.utils.http import http_date
 from django.utils.translation import gettext_lazy
 from django.views.decorators.http import require_safe
 
+from portal.edge.cache_control import FOR_GOOD
 from portal.edge.limits import AddressCount
 from portal.edge.pages import leave_room
 from portal.live.loop import of_loop
@@ -111,7 +112,7 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
     etag = f'"{slug}-{number}-{at_ms}"'
     answer = HttpResponse(jpeg, content_type="image/jpeg")
     answer = get_conditional_response(request, etag=etag, last_modified=seconds, response=answer) or answer
-    answer.headers["Cache-Control"] = "public, max-age=31536000, immutable"
+    answer.headers["Cache-Control"] = FOR_GOOD
     answer.headers["ETag"], answer.headers["Last-Modified"] = etag, http_date(seconds)
     return answer
 

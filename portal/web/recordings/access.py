@@ -2,17 +2,17 @@
 
 import re
 from dataclasses import dataclass
-from datetime import date, datetime
+from datetime import datetime
 from typing import Any
 
 from django.http import Http404
-from django.utils.formats import date_format
 from django.utils.timezone import localtime
-from django.utils.translation import gettext, pgettext
+from django.utils.translation import gettext
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Job, Turn
 from queueing.services import label_of
+from robots.dates import date_words
 from robots.models import Recording, RecordingState
 from robots.people import is_person, shown_name
 from robots.sentences import translate
@@ -91,13 +91,8 @@ def words_for(recording: Recording) -> str:
         return f"{removed} {_reason(recording)}".strip()
     left_out = gettext("The disk was too slow: some pictures were left out.") if recording.dropped else ""
     kept = gettext("Kept until {day} at most, less if space is needed.")
-    said = (kept.format(day=day_words(localtime(recording.kept_until))), _reason(recording), left_out)
+    said = (kept.format(day=date_words(localtime(recording.kept_until))), _reason(recording), left_out)
     return " ".join(part for part in said if part)
-
-
-def day_words(day: date) -> str:
-    """Return a day as people read it."""
-    return date_format(day, pgettext("format of a date", "j F Y"))
 
 
 def _reason(recording: Recording) -> str:
@@ -108,4 +103,4 @@ def _reason(recording: Recording) -> str:
         day = datetime.strptime(dated[1], "%d %B %Y").date()  # noqa: DTZ007 - a day has no zone
     except ValueError:
         return translate(recording.reason)
-    return f"{day_words(day)}: {translate(dated[2])}"
+    return f"{date_words(day)}: {translate(dated[2])}"

@@ -11,6 +11,7 @@ from django.utils.timezone import localtime
 from django.utils.translation import gettext, gettext_lazy
 
 from portal.web.recordings import access
+from robots.dates import date_words
 from robots.models import Recording
 
 LONGEST = timedelta(hours=12)  # of a turn or a job
@@ -48,7 +49,7 @@ def card_tags(recording: Recording, about: access.About | None, second: int) -> 
     if about is None or not about.public or not recording.replayable:
         return SafeString("")
     site, here = settings.SITE_ADDRESS, recording.get_absolute_url()
-    day = access.day_words(localtime(recording.began_at))
+    day = date_words(localtime(recording.began_at))
     told: dict[str, Any] = {
         "og:site_name": settings.SITE_NAME, "og:type": "website",
         "og:title": gettext("{title} on {robot}").format(title=about.title, robot=recording.robot.full_name),

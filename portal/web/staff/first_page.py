@@ -8,13 +8,12 @@ from django.db.models import F, QuerySet
 from django.utils.translation import gettext
 
 from portal.live.snapshot import operator_name, shown_still, status_of
-from portal.web.staff.pending import list_of, pending
+from portal.web.staff.pending import Halt, halts, list_of, pending, sees_robots
 from queueing.models import Job, Turn
-from queueing.services import link_of, open_turn, waiting, waiting_people, waits_for_staff
+from queueing.services import link_of, open_turn, waiting, waiting_people
 from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
-from robots.services import stop_shown
 from robots.states import Cycle, GrantKind
 
 LIVE = 16  # cards with live pictures; each has a socket, and a person may have 20
@@ -24,13 +23,14 @@ NAMED = 5  # people in a queue that a card names
 def first_page(user: Any) -> dict[str, Any]:
     """Return what the first page shows to this member of staff."""
     now = SYSTEM.now()
-    sees = user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot")
-    cards = [_card(robot, user, now) for robot in _all()] if sees else []
+    sees = sees_robots(user)
+    found = halts(_all(), now) if sees else []
+    cards = [_card(halt, user, now) for halt in found]
     for card in [card for card in cards if card["robot"].enabled][:LIVE]:
         card["live"] = True
     return {
         "cards": cards, "sees_robots": sees, "may_act": user.has_perm("robots.change_robot"), "now": now,
-        "today": _today(user, now), "pending": pending(user, now),
+        "today": _today(user, now), "pending": pending(user, now, found),
     }  # fmt: skip
 
 
@@ -39,7 +39,8 @@ def _all() -> QuerySet[Robot]:
     return Robot.objects.order_by("-enabled", F("practice_for").asc(nulls_first=True), "name")
 
 
-def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:
+def _card(halt: Halt, user: Any, now: datetime) -> dict[str, Any]:
+    robot = halt.robot
     state, label, why = status_of(robot, now)
     turn, grant, link = open_turn(robot), open_grant(robot), link_of(robot)
     maintenance = grant is not None and grant.kind == GrantKind.STAFF
@@ -47,7 +48,7 @@ def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:
     incident = Incident.objects.filter(robot=robot).first() if user.has_perm("robots.view_incident") else None
     return {
         "robot": robot, "state": state, "label": label, "why": why, "still": shown_still(robot, user),
-        "stop": stop_shown(robot, now), "suspended": waits_for_staff(robot), "turn": turn,
+        "stop": halt.stop, "suspended": halt.suspended, "turn": turn,
         "operator": str(grant.holder) if maintenance and grant is not None else operator_name(turn, grant),
         "maintenance": maintenance, "until": turn.until if turn else grant.until if grant and maintenance else None,
         "mine": maintenance and grant is not None and grant.holder_id == user.pk,

@@ -1,6 +1,6 @@
 """What waits for staff, as one list: robots, incidents, programs for the gallery, entries of the log, finds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
@@ -14,11 +14,21 @@ from operatorlog.services import finds_to_decide, to_review
 from queueing.services import waits_for_staff
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Incident, Program, Robot
+from robots.people import shown_name
 from robots.sentences import translate
-from robots.services import stop_shown
+from robots.services import StopShown, stop_shown
 from robots.services.programs import to_approve
 
 MOST = 20  # of each kind, the newest
+
+
+@dataclass(frozen=True)
+class Halt:
+    """What holds a robot until staff act: its latched stop, or its jobs and own behaviour that wait to be resumed."""
+
+    robot: Robot
+    stop: StopShown | None
+    suspended: bool
 
 
 @dataclass(frozen=True)
@@ -65,13 +75,24 @@ class Pending:
     items: tuple[Item, ...]
 
 
-def pending(user: Any, now: datetime | None = None) -> Pending:
-    """Return what waits and this person may see."""
+def halts(robots: Iterable[Robot], now: datetime) -> list[Halt]:
+    """Return what holds each of these robots."""
+    return [Halt(robot, stop_shown(robot, now), waits_for_staff(robot)) for robot in robots]
+
+
+def sees_robots(user: Any) -> bool:
+    """Tell whether this member of staff may see robots in the admin."""
+    return bool(user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot"))
+
+
+def pending(user: Any, now: datetime | None = None, known: Sequence[Halt] | None = None) -> Pending:
+    """Return what waits and this person may see. `known`: what holds the robots, where that was read already."""
     now = now or SYSTEM.now()
     kinds: list[Kind] = []
     items: list[Item] = []
-    if user.has_perm("robots.view_robot") or user.has_perm("robots.change_robot"):
-        found = [item for robot in Robot.objects.filter(enabled=True) for item in _of_robot(robot, user, now)]
+    if sees_robots(user):
+        on = halts(Robot.objects.filter(enabled=True), now) if known is None else [h for h in known if h.robot.enabled]
+        found = [item for halt in on for item in _of_robot(halt, user, now)]
         kinds.append(Kind(gettext("Robots"), len(found), len(found), list_of(Robot)))
         items += found
     for name, permission, rows, order, item, query in _LISTS:
@@ -101,13 +122,13 @@ def _page(row: Any) -> str:
     return reverse(f"admin:{model.app_label}_{model.model_name}_change", args=[row.pk])
 
 
-def _of_robot(robot: Robot, user: Any, now: datetime) -> list[Item]:
+def _of_robot(halt: Halt, user: Any, now: datetime) -> list[Item]:
     """Return what staff have to do at a robot: look and release its stop, or resume its jobs."""
-    stop, since, to_card = stop_shown(robot, now), robot.stopped_at, gettext("Go to its card")
-    if stop is not None:
+    robot, since, to_card = halt.robot, halt.robot.stopped_at, gettext("Go to its card")
+    if halt.stop is not None:
         words = gettext("{robot} is stopped: look at its newest picture, then release the stop.").format(robot=robot)
         return [Item(f"stop-{robot.pk}", gettext("Robot"), words, since or now, f"#robot-{robot.slug}", to_card)]
-    if since is None or not waits_for_staff(robot):
+    if since is None or not halt.suspended:
         return []
     words = gettext("{robot} was stopped: its jobs and its own behaviour wait until they are resumed.")
     address = reverse("admin:robots_robot_do", args=[robot.pk, "resume_jobs"])
@@ -144,7 +165,7 @@ def _of_entry(row: Entry, user: Any) -> Item:
         else gettext("{author} wrote about {robot}.")
     )
     return Item(
-        f"entry-{row.pk}", gettext("Entry"), words.format(author=row.author_name, robot=row.robot),
+        f"entry-{row.pk}", gettext("Entry"), words.format(author=shown_name(row.author_name), robot=row.robot),
         row.edited_at or row.written_at, _page(row),
         gettext("Hide it, with a reason") if shown else gettext("Decide on the hidden entry"),
         acts, row.text, frame=row.frame, shows=gettext("Picture of this entry"),
@@ -154,7 +175,7 @@ def _of_entry(row: Entry, user: Any) -> Item:
 def _of_find(row: Find, user: Any) -> Item:
     words = gettext("{author} reports a find with {robot}.")
     return Item(
-        f"find-{row.pk}", gettext("Find"), words.format(author=row.author_name, robot=row.round.robot),
+        f"find-{row.pk}", gettext("Find"), words.format(author=shown_name(row.author_name), robot=row.round.robot),
         row.reported_at, _page(row), gettext("Choose which piece it is"),
         (_action(row, gettext("Decline"), "decline"),), row.name, frame=row.frame,
         shows=gettext("Picture of this find"),

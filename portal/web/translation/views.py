@@ -11,10 +11,10 @@ from django.views.decorators.http import require_GET, require_POST
 from django.views.i18n import JavaScriptCatalog, set_language
 
 from accounts.services import keep_language
+from portal.edge.cache_control import FOR_GOOD
 from robots.sentences import DOMAIN
 
 OWN = b"\nglobalThis.texts = globalThis.django;\n"  # the admin's own script replaces `django`
-FOR_GOOD = "public, max-age=31536000, immutable"
 
 
 @csrf_exempt  # no more than the language of pages changes; a token would set a cookie on pages that need none

@@ -1,6 +1,8 @@
 """The capability of a robot that brings the things around it back to where they belong. Pure data."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from robots.kit.contract.capabilities import Setting
 
@@ -27,3 +29,7 @@ class Tidy:
             help="What a turn has left somewhere else is brought back to its place before the next turn begins, as far"
             " as this time allows; a thing takes about 20 s. 0: not between turns, only when staff ask for it.",
         )  # fmt: skip
+
+    def seconds(self, values: Mapping[str, Any]) -> float:
+        """Return how long staff allow for it between two turns (s), by the values that they have set."""
+        return float(values.get(self.setting.name, 0.0))

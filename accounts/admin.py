@@ -17,7 +17,7 @@ from django.db import DataError
 from django.http import HttpRequest, HttpResponse
 from django.utils.translation import gettext, gettext_lazy, ngettext
 
-from accounts import handles, staff
+from accounts import admin_words, handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.staff import drives_more, may_do_more
@@ -255,6 +255,7 @@ class ForSuperusers(admin.ModelAdmin):  # type: ignore[type-arg]
 
 
 admin.site.unregister((Group, EmailAddress))
+admin_words.install()
 
 
 @admin.register(Group)

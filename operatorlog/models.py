@@ -3,7 +3,7 @@
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
-from django.utils.translation import gettext, gettext_lazy
+from django.utils.translation import gettext, gettext_lazy, gettext_noop
 
 from queueing.models import Turn
 from robots.people import handle_of, shown_name
@@ -149,7 +149,7 @@ class Round(models.Model):
 
     class Meta:
         ordering = ("robot", "-number")
-        permissions = [("renew_round", "Can end a round and hide the pieces again")]
+        permissions = [("renew_round", gettext_noop("Can end a round and hide the pieces again"))]
         constraints = [
             models.UniqueConstraint(fields=["robot", "number"], name="one_number_a_round"),
             models.UniqueConstraint(fields=["robot"], condition=Q(ended_at=None), name="one_present_round"),

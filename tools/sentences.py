@@ -58,7 +58,7 @@ LABELS = ("name", "tagline", "label", "title", "help", "reason", "unit_label", "
 WORDS = "words"  # the table of plain words for a robot's own
 WRITERS = ("steps.words", "steps._lines", "missions.__str__", "fuzzy_text.write")  # of languages of tasks and rules
 TOLD = ("Observation", "Progress")  # their texts have one word at times
-WRITTEN = ("object", "goal", "node", "feature")  # tables of robot.toml whose names people write in tasks and missions
+KEYS = ("goal", "feature")  # tables of robot.toml whose names no page shows
 WORD, NAME = re.compile("[A-Za-z][a-z]"), re.compile("[a-z]{3}")
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")  # a part of `CommandKind.says`
 
@@ -77,6 +77,7 @@ def sentences(root: Path) -> list[str]:
         spec = spec_of(path.parent.name)
         texts.update((*of_spec(spec), *of_jobs(spec.capability(Statistics) or Statistics())))
         texts.update(procedure.label for procedure in offered_procedures(path.parent.name))
+        texts.update(of_programs(path.parent))
     return sorted(texts)
 
 
@@ -91,7 +92,13 @@ def of_package(folder: Path) -> list[str]:
     sys.path.insert(0, str(folder.parent))
     spec = import_module(f"{folder.name}.spec").spec()
     texts.update((*of_spec(spec), *of_jobs(spec.capability(Statistics) or Statistics())))
-    return sorted({*texts, *of_table(tomllib.loads((folder / "robot.toml").read_text()))})
+    return sorted({*texts, *of_table(tomllib.loads((folder / "robot.toml").read_text())), *of_programs(folder)})
+
+
+def of_programs(folder: Path) -> Iterator[str]:
+    """Yield the names of the programs that come with a robot."""
+    for path in sorted(folder.glob("programs/**/*.txt")):
+        yield path.read_text().partition("\n")[0].removeprefix("#").strip()
 
 
 def of_source(source: str, path: Path = Path("module.py")) -> Iterator[str]:
@@ -114,8 +121,8 @@ def of_table(table: object, key: str = "") -> Iterator[str]:
     """Yield the labels of a table of a robot's package."""
     if isinstance(table, dict):
         for name, value in table.items():
-            written = name == "name" and key in WRITTEN
-            yield from () if written else of_table(value, WORDS if key == WORDS else name)
+            unseen = name == "name" and key in KEYS
+            yield from () if unseen else of_table(value, WORDS if key == WORDS else name)
     elif isinstance(table, list):
         for value in table:
             yield from of_table(value, key)

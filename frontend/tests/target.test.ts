@@ -3,8 +3,9 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { type Map2, pixel, target } from "../../robots/kit/drivers/mercury/console/scara.ts";
 import { targetOf } from "../src/page/target.ts";
+import { Story } from "../src/replay/story.ts";
 import { WatchedGoal } from "../src/scene/watched_goal.ts";
-import type { CommandInfo } from "../src/socket/messages.ts";
+import type { CommandInfo, Target } from "../src/socket/messages.ts";
 import type { PathPacket } from "../src/socket/packets.ts";
 import { FINAL } from "../src/socket/stages.ts";
 import { seededDraw } from "./helpers.ts";
@@ -23,6 +24,25 @@ test("of the commands that run the newest one counts, and none that has ended, o
   const before: CommandInfo = { ...told(7, "sent") };
   delete before.target; // from a portal of before
   assert.equal(targetOf([before]), null);
+});
+
+test("a recording has the target of the command that ran at the moment played, and none before it and after its end", () => {
+  const stage = (after_ms: number, state: string, target: Target) => ({ ...told(7, state, { target }), after_ms });
+  const goes = { words: "Move 7", place: { x: 0.1, y: 0.4 } };
+  const commands = [
+    stage(1000, "accepted", {}),
+    stage(2000, "sent", goes),
+    stage(4000, "acknowledged", goes),
+    stage(9000, "completed", {}),
+  ];
+  const index = { began_ms: 0, ended_ms: 20_000, end: "", needs: [0], cameras: [], pictures: 0, commands, events: [] };
+  const about = { index: "", slices: "", slug: "mercury", name: "Mercury", who: "ada" };
+  const story = new Story(index, about);
+  const at = (ms: number) => targetOf(story.snapshot(ms, false).commands);
+  for (const ms of [0, 1500, 9000, 15_000]) assert.equal(at(ms), null, String(ms));
+  for (const ms of [2000, 8999]) assert.deepEqual(at(ms), { ...goes, id: 7 });
+  const old = commands.map(({ target: _, ...before }) => before); // recorded before targets were told
+  assert.equal(targetOf(new Story({ ...index, commands: old }, about).snapshot(5000, false).commands), null);
 });
 
 const PATH: PathPacket = { command: 7, beganMs: 0, seconds: 2, knots: [[0, 0], [1, 0.5]], velocity: [] }; // prettier-ignore

@@ -15,14 +15,14 @@ from portal.live.snapshot import snapshot, status_of
 from robots.kit.clock import SYSTEM
 from robots.kit.installed import drivers
 from robots.models import Incident, Robot
-from robots.sentences import english
+from robots.sentences import english, translate
 from robots.states import Cycle
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.browsers import signed_in
 from tests.services.marked import PSEUDO, TURNED, WORD, Texts
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-NAMES = {"Farhand", "UTC", "English", "Deutsch", "Pseudo", "ID", "cm", "mm", "rad", "True", "False", "None", "mercury"}
+NAMES = {"Farhand", "UTC", "English", "Deutsch", "Pseudo", "ID", "cm", "mm", "rad", "None", "mercury"}
 OF_DJANGO = re.compile(  # texts of Django that it does not have in Arabic, of which the pseudo-language is a variant
     "Disabled|Enabled|Password-based|Raw passwords|Reset password|Control|Search|Whether the user will be able|hash|salt|md5|[*]{9}"
 )
@@ -130,3 +130,31 @@ def test_a_sentence_of_the_portal_is_translated_in_lists_and_on_pages(robot, dja
         text = client.get(page).text
         assert said not in text
         assert "It was pushed." in text  # nobody knows its translation
+
+
+def test_icons_and_permissions_are_named_in_the_readers_language(people, django_user_model):
+    root = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
+    german = signed_in(root, headers={"accept-language": "de"})
+    page = german.get("/admin/accounts/user/").text
+    assert 'alt="Ja"' in page and 'alt="Nein"' in page and 'alt="True"' not in page
+    page = german.get(f"/admin/accounts/user/{root.pk}/change/").text
+    assert "| Roboter | Ändern: Roboter<" in page and "Can " not in page
+    assert 'alt="Yes"' in signed_in(root).get("/admin/accounts/user/").text
+
+
+def test_a_handover_that_tidies_says_so_and_how_long_it_may_take(robot, people, owned):
+    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.HANDOVER)
+    robot.refresh_from_db()
+    assert status_of(robot, SYSTEM.now()) == ("handover", "Being put back in order", "")
+    for driver, words in (
+        ("mercury", ""),
+        ("puma", "it brings back what is elsewhere, which takes at most 3 min 20 s"),
+    ):
+        Robot.objects.filter(pk=robot.pk).update(driver=driver, settings={"tidy_s": 200})
+        robot.refresh_from_db()
+        state, _, why = status_of(robot, SYSTEM.now())
+        assert state == "handover" and words in why and bool(words) == bool(why)
+    with translation.override("de"):
+        assert translate(why) == (
+            "Der Roboter räumt für die nächste Runde auf: Er bringt zurück, was woanders liegt. Das dauert höchstens 3 min 20 s."
+        )

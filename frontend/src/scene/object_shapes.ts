@@ -17,6 +17,7 @@ import {
   Sprite,
   SpriteMaterial,
 } from "three";
+import { translate } from "../kit/text.ts";
 import { disposeContent } from "../kit/view_3d.ts";
 import type { KnownObject, PlateFacts } from "./known.ts";
 import { matrixOf } from "./matrices.ts";
@@ -92,7 +93,7 @@ function geometryOf({ shape, size: [x, y, z] }: KnownObject["facts"]): BufferGeo
 
 /** Return the object's name, which stays above it and turns with the view. */
 function labelOf({ facts, pose }: KnownObject, age: string): Object3D {
-  const text = [facts.name, age].filter(Boolean).join(", ");
+  const text = [translate(facts.name), age].filter(Boolean).join(", ");
   const canvas = document.createElement("canvas"),
     pen = canvas.getContext("2d");
   if (!pen) return new Group();

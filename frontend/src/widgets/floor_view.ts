@@ -4,6 +4,7 @@ import {
   BufferGeometry,
   CanvasTexture,
   CircleGeometry,
+  ConeGeometry,
   CylinderGeometry,
   EdgesGeometry,
   Group,
@@ -42,6 +43,7 @@ type Pose = readonly [number, number, number];
 
 const PATH_M = 0.03,
   RING_M = 0.02; // above the floor
+const PIN_M = 0.5; // the height of the mark where it goes: showcases hide what lies on the floor
 const WALL_M = 0.7;
 const FROM = new Vector3(0, 1.05, 1.02); // the direction in which the camera is at first
 const LOOK = { field: 40, near: 0.1, far: 100, from: FROM.toArray(), ambient: 1.5, lamp: 1.9, lampAt: [3, 9, 5] } as const;
@@ -56,6 +58,7 @@ export class FloorView extends View3D {
   private fixed = new Group();
   private robot: Group;
   private ghostBody: Group;
+  private goal = pin();
   private turned = false; // whether somebody has turned the view; a click alone does not
   private ringLook = new MeshBasicMaterial();
   private polar = 0; // the camera's polar angle after `fit` (rad)
@@ -81,8 +84,8 @@ export class FloorView extends View3D {
     this.robot = bodyOf(size, 0x0c6471, 1);
     this.robot.add(...ring(size, this.ringLook));
     this.ghostBody = bodyOf(size, 0xb4531b, 0.55);
-    this.robot.visible = this.ghostBody.visible = false;
-    this.world.add(this.fixed, this.robot, this.ghostBody, this.path);
+    this.robot.visible = this.ghostBody.visible = this.goal.visible = false;
+    this.world.add(this.fixed, this.robot, this.ghostBody, this.goal, this.path);
     this.build();
     this.fit();
     this.dark.addEventListener("change", () => this.build());
@@ -96,6 +99,13 @@ export class FloorView extends View3D {
 
   ghost(at: Pose | null): void {
     place(this.ghostBody, at);
+    this.ask();
+  }
+
+  /** Mark the place (m) to which the robot drives; null for none. */
+  mark(at: readonly [number, number] | null): void {
+    place(this.goal, at && [...at, 0]);
+    this.holder.toggleAttribute("data-goes", at !== null);
     this.ask();
   }
 
@@ -216,6 +226,19 @@ function ring([long]: Size, look: MeshBasicMaterial): Mesh[] {
   tip.position.x = long * 1.6;
   for (const part of [around, tip]) part.position.z = RING_M;
   return [around, tip];
+}
+
+/** A ring on the floor with a pin above it. */
+function pin(): Group {
+  const group = new Group(),
+    look = new MeshBasicMaterial({ color: 0xb4531b });
+  const around = new Mesh(new RingGeometry(0.24, 0.34, 40), look),
+    cone = new Mesh(new ConeGeometry(0.14, PIN_M, 20), look);
+  around.position.z = RING_M;
+  cone.rotation.x = -Math.PI / 2; // its tip shows to the floor
+  cone.position.z = PIN_M / 2 + RING_M;
+  group.add(around, cone);
+  return group;
 }
 
 function place(body: Group, at: Pose | null): void {

@@ -191,7 +191,7 @@ export class ProgramDesk<Step> {
     const answer = await request(`/robots/${this.page.slug}/programs/?kind=${this.kind}`);
     this.saved = answer.ok ? ((await answer.json()) as { programs: Saved[] }).programs : [];
     const group = (label: string, belongs: (p: Saved) => boolean): HTMLElement[] => {
-      const options = this.saved.filter(belongs).map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id)));
+      const options = this.saved.filter(belongs).map((p) => new Option(nameOf(p), String(p.id)));
       return options.length ? [make("optgroup", { label }, ...options)] : [];
     };
     this.list.replaceChildren(
@@ -307,6 +307,12 @@ export class ProgramDesk<Step> {
     }
     return null;
   }
+}
+
+/** Return a program's name as the list shows it: one that came with the robot in the reader's language. */
+function nameOf({ name, by, mine }: Saved): string {
+  if (!by) return translate(name);
+  return mine ? name : `${name} (${by})`;
 }
 
 function judgement(refuses: boolean, time: string, text: string): string {

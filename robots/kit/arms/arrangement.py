@@ -44,8 +44,8 @@ class Arrangement:
         """Return the object of that name. Raises NotPossible."""
         found = self.table.named(name)
         if found is None:
-            known = ", ".join(self.table.objects)
-            raise NotPossible(f"there is no object {name}; there are {known}")
+            written = ", ".join(self.table.objects)  # as tasks name them, in all languages
+            raise NotPossible(f"there is no object {name}; there are {written}")
         return found
 
     def pose(self, name: str) -> Matrix:

@@ -98,8 +98,8 @@ def check_request(table: ObjectTable, kind: str, args: dict[str, Any]) -> None:
     for step in steps_of:
         for name in steps.names(step.action, surfaces):
             if table.named(name) is None:
-                known = ", ".join(table.objects)
-                raise BadRequest(f"Line {step.line}: there is no object {name}; there are {known}.")
+                written = ", ".join(table.objects)  # as tasks name them, in all languages
+                raise BadRequest(f"Line {step.line}: there is no object {name}; there are {written}.")
 
 
 def amendment(table: ObjectTable, args: dict[str, Any]) -> tuple[str, Placed]:

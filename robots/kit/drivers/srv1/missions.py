@@ -137,8 +137,8 @@ def _go(rest: str) -> Step:
         return Step("go", node.at, node.name)
     parts = rest.split()
     if len(parts) != 2 or not re.search("[0-9]", rest):
-        names = ", ".join(n.name for n in hall().nodes)
-        raise ValueError(f"go where? Write two numbers in m, or one of {names}")
+        written = ", ".join(n.name for n in hall().nodes)  # as missions name them, in all languages
+        raise ValueError(f"go where? Write two numbers in m, or one of {written}")
     x = _number(parts[0], 0.0, hall().width, "the distance from the left wall", "m")
     return Step("go", (x, _number(parts[1], 0.0, hall().depth, "the distance from the lower wall", "m")))
 

@@ -25,6 +25,7 @@ class RoamingConsole extends Basics<RobotPage> {
   private last = 0; // the number of the map before this one
   private past = false; // whether the earlier map is shown
   private told = 0; // the number of the earlier map whose end was said
+  private target = 0; // the command whose target is marked
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
@@ -110,6 +111,7 @@ class RoamingConsole extends Basics<RobotPage> {
   /** Draw the letters of well-spread places and the marks of goals; both move with the map. */
   private marks(): void {
     const { spots } = this.known;
+    this.target = page.target?.id ?? 0;
     if (performance.now() - this.letteredAt > LETTERS_MS) {
       this.letteredAt = performance.now();
       this.letters = landmarks(this.letters, this.known.open());
@@ -119,6 +121,8 @@ class RoamingConsole extends Basics<RobotPage> {
       const at = this.placeOf(job.args);
       return at ? [{ ...at, text: String(job.ahead), own, now: job.state === "running" }] : [];
     });
+    const { x, y } = page.target?.place ?? {}; // of a command that is no job
+    if (x !== undefined && y !== undefined && !marks.some(({ now }) => now)) marks.push({ x, y, text: "", own: false, now: true });
     const labels = [...this.letters].flatMap(([letter, id]) => {
       const at = spots.get(id);
       return at ? [[letter, at] as const] : [];
@@ -151,6 +155,7 @@ class RoamingConsole extends Basics<RobotPage> {
 
   override draw(f: Facts): void {
     this.goals.draw();
+    if ((page.target?.id ?? 0) !== this.target) this.marks();
     this.list.enable(this.goals.whyNot());
     this.pad.draw(this.whyNot("drive", f));
     for (const name of OWN_BUTTONS) {

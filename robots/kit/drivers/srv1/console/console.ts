@@ -140,7 +140,8 @@ class HallConsole extends Basics<RobotPage> {
     // eslint-disable-next-line @typescript-eslint/no-unnecessary-condition -- the panel itself calls this first while it is made
     const job = this.jobs?.open.find(({ job: { kind, state } }) => kind === GO && state === "running")?.job.args;
     const to = page.target?.place ?? job; // of who drives, or of a job
-    this.map.mark(this.sent ?? (to ? [Number(to["x"]), Number(to["y"])] : null));
+    const at = this.sent ?? (to ? ([Number(to["x"]), Number(to["y"])] as const) : null);
+    for (const view of [this.map, this.deep]) view.mark(at);
   }
 
   override draw(f: Facts): void {

@@ -11,6 +11,7 @@ export class HallInDepth {
   private view: FloorView | null = null;
   private at: Pose | null = null;
   private planned: [readonly Pose[] | null, boolean] = [null, true];
+  private goal: readonly [number, number] | null = null;
 
   constructor(
     private page: RobotPage,
@@ -52,6 +53,7 @@ export class HallInDepth {
       this.view = new View(this.box, floor, [body.length, body.width, body.height], this.onPick);
       this.view.show(this.at);
       this.view.plan(...this.planned);
+      this.view.mark(this.goal);
     } catch (error) {
       console.warn(error);
       this.button.hidden = true; // this browser draws nothing in 3D
@@ -67,6 +69,12 @@ export class HallInDepth {
   plan(corners: readonly Pose[] | null, good: boolean): void {
     this.planned = [corners, good];
     this.view?.plan(corners, good);
+  }
+
+  /** Mark the place (m) to which the rover drives; null for none. */
+  mark(at: readonly [number, number] | null): void {
+    this.goal = at;
+    this.view?.mark(at);
   }
 
   ghost(at: Pose | null): void {

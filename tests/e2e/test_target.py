@@ -107,21 +107,3 @@ def test_who_watches_an_arm_in_three_dimensions_sees_where_it_goes(portal, pages
     for page in (watcher.page, late):
         expect(page.locator("#model")).not_to_have_attribute("data-goes", "")
         expect(page.locator("#target")).to_be_empty()
-
-
-def test_who_watches_the_rover_sees_where_it_goes_on_the_map_and_in_three_dimensions(portal, pages):
-    _, watcher = pages("rover")
-    robot, hall = portal.robots["rover"], watcher.page.locator("#hall-3d")
-    grant = robot.grants.get(ended_at=None)
-    Command.objects.create(
-        robot=robot, grant=grant, client_seq=1, issued_by=grant.holder, kind="go", args={"x": 10.5, "y": 1.5}, epoch=1,
-        created_at=SYSTEM.now(), deadline=SYSTEM.now(),
-    )  # fmt: skip
-    watcher.page.locator("#deep").click()
-    expect(hall.locator("canvas")).to_be_visible(timeout=30_000)
-    expect(hall).not_to_have_attribute("data-goes", "")
-    command = begun(portal, "rover", None)
-    expect(watcher.page.locator("#target")).to_have_text(command.target["words"])
-    expect(hall).to_have_attribute("data-goes", "")
-    finish(command, CommandState.COMPLETED, SYSTEM.now())
-    expect(hall).not_to_have_attribute("data-goes", "")

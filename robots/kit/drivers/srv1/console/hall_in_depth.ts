@@ -2,7 +2,7 @@
 import { byId, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import type { FloorView } from "/static/farhand/v1/floor_view.js";
 import type { Description } from "./hall_map.ts";
-import { gettext } from "/static/farhand/v1/text.js";
+import { gettext, translate } from "/static/farhand/v1/text.js";
 
 type Pose = readonly [number, number, number];
 const parts = (): Promise<typeof import("/static/farhand/v1/floor_view.js")> => import("/static/farhand/v1/floor_view.js");
@@ -47,8 +47,10 @@ export class HallInDepth {
     if (this.view) return; // it was pressed again meanwhile
     try {
       const { hall, body } = this.d,
-        { width, depth, node: marks } = hall;
-      const standing = [...hall.case.map(({ black, ...one }) => ({ ...one, dark: black === true })), ...hall.exhibit];
+        { width, depth } = hall;
+      const cases = hall.case.map(({ black, ...one }) => ({ ...one, dark: black === true }));
+      const standing = [...cases, ...hall.exhibit].map((one) => ({ ...one, name: translate(one.name) }));
+      const marks = hall.node.map(({ name, at }) => ({ name: translate(name), at }));
       const floor = { width, depth, standing, marks };
       this.view = new View(this.box, floor, [body.length, body.width, body.height], this.onPick);
       this.view.show(this.at);

@@ -52,15 +52,15 @@ def _theirs() -> QuerySet[Command]:
     return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
-def times_as_long(user: Any) -> int:
+def times_as_long(person: Any) -> int:
     """Return how many times as long as usual a person has for what they do; nobody (None) has the usual time."""
-    return 1 if user is None else int(user.turn_factor)
+    return 1 if person is None else int(person.turn_factor)
 
 
-def length_of_turn(robot: Robot, user: Any = None) -> float:
+def length_of_turn(robot: Robot, person: Any = None) -> float:
     """Return the length of the person's turn on the robot (s), without extra time; None: of a usual one."""
-    own = robot.guest_s if user is not None and user.guest else robot.turn_s
-    return float(own or RULES["TURN_S"]) * times_as_long(user)
+    own = robot.guest_s if person is not None and person.guest else robot.turn_s
+    return float(own or RULES["TURN_S"]) * times_as_long(person)
 
 
 def countdown_s(turn: Turn) -> float:

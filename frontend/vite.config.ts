@@ -52,6 +52,7 @@ export default defineConfig({
         "src/replay/page.ts",
         "src/admin/robot_form.ts",
         "src/admin/first_page.ts",
+        "src/admin/review.ts",
         ...modules,
         ...consoles,
       ],

@@ -2,36 +2,19 @@
 
 from typing import Any
 
-from django import forms
 from django.contrib import admin
 from django.db.models import F, QuerySet
 from django.http import HttpRequest
-from django.utils.html import format_html
 from django.utils.safestring import SafeString
 from django.utils.translation import gettext, gettext_lazy
 
 from operatorlog import finds_admin as finds_admin
 from operatorlog import services
-from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from robots.admin.bases import GuardedAdmin, NamedInline, NamedRowsAdmin, OneChoice, thumbnail
+from operatorlog.models import Entry, HidingReason, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
+from operatorlog.review_admin import ReviewAdmin
+from robots.admin.bases import NamedInline, NamedRowsAdmin, OneChoice, thumbnail
 from robots.kit.clock import SYSTEM
 from robots.people import shown_name
-from robots.sentences import translate
-
-
-class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
-    """A moderator's decision about an entry."""
-
-    def clean(self) -> dict[str, Any]:
-        """Show an error of the service at its field."""
-        cleaned = super().clean() or {}
-        try:
-            services.reason_for(Visibility(str(cleaned.get("visibility"))), cleaned.get("hidden_reason") or "")
-        except services.LogError as error:
-            self.add_error("hidden_reason", translate(error))
-        except ValueError:
-            pass  # an unknown visibility: its own field shows the error
-        return cleaned
 
 
 class EditedSince(OneChoice):
@@ -57,16 +40,13 @@ class WaitsForReview(OneChoice):
 
 
 @admin.register(Entry)
-class EntryAdmin(GuardedAdmin):
+class EntryAdmin(ReviewAdmin):
     """Publish, feature, or hide entries with a reason."""
 
-    list_display = ("written_at", "picture", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")
+    list_display = ("written_at", "picture", "author", "robot", "text", "visibility", "why_hidden", "edited_at")
     list_select_related = ("author", "robot", "frame__robot")
     list_filter = (WaitsForReview, "visibility", EditedSince, "robot")
-    form = ModerationForm
     search_fields = ("text", "author__username")
-    fields = ("author", "robot", "text", "picture", "page", "written_at", "edited_at", "visibility", "hidden_reason")
-    readonly_fields = ("author", "robot", "text", "picture", "page", "written_at", "edited_at")
     actions = ("publish", "feature")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
@@ -77,11 +57,6 @@ class EntryAdmin(GuardedAdmin):
         """Return False for a hidden entry: without it, the turn's pictures and recording would be shown again."""
         hidden = obj is not None and obj.visibility == Visibility.HIDDEN
         return not hidden and super().has_delete_permission(request, obj)
-
-    def save_model(self, request: HttpRequest, obj: Entry, form: Any, change: bool) -> None:
-        """Moderate through the service, so that a hidden entry has a reason and a moderator."""
-        wanted, reason = Visibility(obj.visibility), obj.hidden_reason
-        services.moderate(Entry.objects.get(pk=obj.pk), request.user, wanted, reason, SYSTEM.now())
 
     @admin.action(description=gettext_lazy("Publish"), permissions=["change"])
     def publish(self, request: HttpRequest, queryset: Any) -> None:
@@ -111,10 +86,18 @@ class EntryAdmin(GuardedAdmin):
         words = gettext("Picture from the turn of {author} on {robot}")
         return thumbnail(entry.frame, words.format(author=shown_name(entry.author_name), robot=entry.robot))
 
-    @admin.display(description=gettext_lazy("Page"))
-    def page(self, entry: Entry) -> SafeString:
-        """Return a link to the turn, which shows all its pictures."""
-        return format_html('<a href="{}">{}</a>', entry.turn.get_absolute_url(), gettext("The whole turn"))
+    @admin.display(description=gettext_lazy("Hidden reason"))
+    def why_hidden(self, entry: Entry) -> str:
+        """Return why the entry is hidden."""
+        return entry.why_hidden or "-"
+
+
+@admin.register(HidingReason)
+class HidingReasonAdmin(NamedRowsAdmin):
+    """The reasons from which moderators choose."""
+
+    list_display = ("text", "position", "active")
+    list_editable = ("position", "active")
 
 
 @admin.register(SurveyQuestion)

@@ -3,3 +3,7 @@
 
 class LogError(Exception):
     """The log refuses; the message says why."""
+
+
+class Outdated(LogError):
+    """The entry has changed since the page was made from which somebody decides."""

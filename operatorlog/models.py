@@ -29,6 +29,11 @@ class Entry(models.Model):
     edited_at = models.DateTimeField(null=True, blank=True)
     visibility = models.CharField(max_length=10, choices=Visibility, default=Visibility.PUBLISHED)
     hidden_reason = models.CharField(max_length=200, blank=True)
+    # the moderator's own, after the reason
+    hidden_words = models.CharField(max_length=300, blank=True, default="", db_default="")
+    waits = models.BooleanField(default=True, db_default=True, editable=False)  # for a moderator's look
+    # counts changes, decisions and appeals
+    revision = models.PositiveIntegerField(default=0, db_default=0, editable=False)
     moderated_by = models.ForeignKey(
         settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
     )
@@ -38,15 +43,82 @@ class Entry(models.Model):
         ordering = ("-written_at",)
         verbose_name, verbose_name_plural = gettext_lazy("log entry"), gettext_lazy("log entries")
         # read at each request for a stored picture
-        indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
+        indexes = [
+            models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries"),
+            models.Index(fields=["id"], condition=Q(waits=True), name="waiting_entries"),
+        ]
 
     def __str__(self) -> str:
         return f"{shown_name(self.author_name)}: {self.text[:60]}"
 
     @property
+    def why_hidden(self) -> str:
+        """Return the reason in the reader's language, and the moderator's own words."""
+        return " ".join(filter(None, (self.hidden_reason and gettext(self.hidden_reason), self.hidden_words)))
+
+    @property
     def author_name(self) -> str:
         """Return the author's handle, or that the account was deleted."""
         return handle_of(self.author)
+
+
+class HidingReason(models.Model):
+    """A reason to hide an entry, from which moderators choose. The author reads its text."""
+
+    text = models.CharField(max_length=200, unique=True)
+    position = models.PositiveSmallIntegerField(default=0)
+    active = models.BooleanField(default=True)
+
+    class Meta:
+        ordering = ("position", "id")
+        verbose_name, verbose_name_plural = gettext_lazy("reason to hide"), gettext_lazy("reasons to hide")
+
+    def __str__(self) -> str:
+        return self.text
+
+
+class Decision(models.Model):
+    """A moderator's decision about an entry: what they had read, and how the entry was before."""
+
+    entry = models.ForeignKey(Entry, models.CASCADE, related_name="decisions")
+    by = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="+")
+    at = models.DateTimeField()
+    visibility = models.CharField(max_length=10, choices=Visibility)
+    revision = models.PositiveIntegerField()  # the entry's, after the decision
+    text = models.TextField(max_length=2000)
+    picture = models.CharField(max_length=200, blank=True)
+    was_visibility = models.CharField(max_length=10, choices=Visibility)
+    was_reason = models.CharField(max_length=200, blank=True)
+    was_words = models.CharField(max_length=300, blank=True)
+    was_waiting = models.BooleanField()
+    was_moderated_by = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="+")
+    was_moderated_at = models.DateTimeField(null=True)
+    undone_at = models.DateTimeField(null=True)
+
+    class Meta:
+        ordering = ("id",)
+        constraints = [models.UniqueConstraint(fields=["entry", "revision"], name="one_decision_a_revision")]
+
+    def __str__(self) -> str:
+        return f"{self.get_visibility_display()}: {self.entry}"
+
+
+class Appeal(models.Model):
+    """The author's request for another look at a hidden entry; it is open until a moderator decides."""
+
+    entry = models.ForeignKey(Entry, models.CASCADE, related_name="appeals")
+    words = models.CharField(max_length=500)
+    at = models.DateTimeField()
+    answer = models.ForeignKey(Decision, models.SET_NULL, null=True, related_name="appeals")
+
+    class Meta:
+        ordering = ("id",)
+        constraints = [
+            models.UniqueConstraint(fields=["entry"], condition=Q(answer=None), name="one_open_appeal_an_entry")
+        ]
+
+    def __str__(self) -> str:
+        return self.words[:60]
 
 
 class SurveyQuestion(models.Model):

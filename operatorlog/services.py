@@ -1,28 +1,32 @@
 """The verbs of the log and the survey. One verb is one function."""
 
 from datetime import date, datetime, timedelta
-from functools import partial
 from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import Exists, F, OuterRef, Q, QuerySet
+from django.db.models import Exists, OuterRef, Q, QuerySet
 from django.db.models.signals import post_delete
 from django.dispatch import receiver
 from django.utils.translation import gettext
 
 from operatorlog.errors import LogError as LogError
+from operatorlog.errors import Outdated as Outdated
 from operatorlog.finds import Report, report
 from operatorlog.finds import begin_first as begin_first
 from operatorlog.finds import excavation_of as excavation_of
 from operatorlog.models import Entry, Find, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
+from operatorlog.moderation import appeal as appeal
+from operatorlog.moderation import may_appeal as may_appeal
+from operatorlog.moderation import moderate as moderate
+from operatorlog.moderation import to_review as to_review
+from operatorlog.moderation import undo as undo
 from queueing.models import Job, Turn
 from queueing.services import Asker, note_answered
 from robots import bus
 from robots.kit.packets import Changed
 from robots.models import Frame, Robot
 from robots.people import is_person
-from robots.recordings import keeping
 
 LONGEST = 2000
 LONGEST_ANSWER = 1000
@@ -102,45 +106,18 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
         if (text, frame) == (kept.text, kept.frame):
             return kept
         before, kept.text, kept.frame, kept.edited_at = kept.frame_id, text, frame, now
+        kept.waits, kept.revision = True, kept.revision + 1
         if kept.visibility == Visibility.FEATURED:
             kept.visibility = Visibility.PUBLISHED
-        kept.save(update_fields=["text", "frame", "edited_at", "visibility"])
+        kept.save(update_fields=["text", "frame", "edited_at", "visibility", "waits", "revision"])
         _keep(before, kept.frame_id)
         bus.publish_on_commit(kept.robot.slug, Changed("log"))
     return kept
 
 
-def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
-    """Publish, feature, or hide an entry; hiding needs a reason, and removes time-lapses. Raises LogError."""
-    if not user.has_perm("operatorlog.change_entry"):
-        raise LogError(gettext("This is for moderators."))
-    reason = reason_for(visibility, reason)
-    entry.visibility = visibility
-    entry.hidden_reason = reason
-    entry.moderated_by, entry.moderated_at = user, now
-    entry.save(update_fields=["visibility", "hidden_reason", "moderated_by", "moderated_at"])
-    if visibility == Visibility.HIDDEN:  # after the transaction, so that no time-lapse is made again before it
-        transaction.on_commit(partial(keeping.forget_lapses, entry.turn.grant), robust=True)
-    bus.publish_on_commit(entry.robot.slug, Changed("log"))
-
-
-def to_review() -> QuerySet[Entry]:
-    """Return the entries at which no moderator has looked, or that were changed since."""
-    return Entry.objects.filter(Q(moderated_at=None) | Q(edited_at__gt=F("moderated_at")))
-
-
 def finds_to_decide() -> QuerySet[Find]:
     """Return the reported finds on which no moderator has decided."""
     return Find.objects.filter(state=Find.State.REPORTED)
-
-
-def reason_for(visibility: Visibility, reason: str) -> str:
-    """Return the stored reason; only hiding has one, and needs one. Raises LogError."""
-    if visibility != Visibility.HIDDEN:
-        return ""
-    if not reason.strip():
-        raise LogError(gettext("Give the reason for hiding it; the author sees it."))
-    return reason.strip()[:200]
 
 
 def entries_for(user: Any) -> QuerySet[Entry]:

@@ -55,6 +55,8 @@ def turn_page(request: HttpRequest, pk: int) -> HttpResponse:
 def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next={turn.get_absolute_url()}")
+    if "appeal" in request.POST:
+        return _appeal(request, turn)
     text = request.POST.get("text")
     frame = whole(request.POST.get("frame", ""))
     try:
@@ -72,6 +74,17 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
         messages.success(request, gettext("It is in the log. Thank you!"))
     elif answered:
         messages.success(request, gettext("Thank you for your answers!"))
+    return redirect(turn)
+
+
+def _appeal(request: HttpRequest, turn: Turn) -> HttpResponse:
+    """Ask for another look at the hidden entry of the turn."""
+    entry = get_object_or_404(Entry, turn=turn)
+    try:
+        services.appeal(entry, request.user, request.POST["appeal"], SYSTEM.now())
+    except services.LogError as error:
+        return _show(request, turn, str(error), status=422 if is_person(request.user, entry.author_id) else 403)
+    messages.success(request, gettext("A moderator will look at your entry again."))
     return redirect(turn)
 
 
@@ -123,6 +136,9 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
         "others": [frame for frame in frames if frame.pk not in noted],
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
+        "may_appeal": entry is not None and services.may_appeal(entry, request.user),
+        "appeal": entry.appeals.select_related("answer").last() if entry and mine else None,
+        "appealed": request.POST.get("appeal", "") if problem else "",
         "survey": _survey(request, turn) if mine and ended else [],
         "steps": steps, "step_pages": step_pages,
         "findings": findings if "all" in request.GET else findings[:SHOWN],

@@ -44,7 +44,10 @@ JOB_SURVEY = (  # as in the paper of the iRat
 )
 SHIPPED = ("mercury", "pa10", "irat", "srv1", "puma")
 PRACTISED = "mercury"  # the robot of which a demo has a twin for practice; each costs a worker
-MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse", "view_find", "change_find")
+MODERATORS = (
+    "view_entry", "change_entry", "view_turn", "view_surveyresponse", "view_find", "change_find",
+    "view_hidingreason", "add_hidingreason", "change_hidingreason",
+)  # fmt: skip
 
 
 def add_robot(driver: str) -> Robot:

@@ -64,10 +64,10 @@ class GuardedAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         return back_to(request) if answer.status_code == HTTPStatus.FOUND and comes_from_first(request) else answer
 
     def history_view(self, request: HttpRequest, object_id: str, extra_context: Any = None) -> HttpResponse:
-        """Show the history of a row; what actions have noted is stored in English."""
+        """Show the history of a row; what actions have noted is stored in English, line by line."""
         answer = super().history_view(request, object_id, extra_context)
         for one in getattr(answer, "context_data", {}).get("action_list", ()):
-            one.change_message = gettext(one.change_message) if one.change_message else ""
+            one.change_message = " ".join(gettext(line) for line in one.change_message.splitlines() if line)
         return answer
 
     def act_on(

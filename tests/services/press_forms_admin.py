@@ -4,7 +4,7 @@ from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group
 
 from accounts.models import Clearance, Question, User
-from operatorlog.models import Round, SurveyQuestion
+from operatorlog.models import HidingReason, Round, SurveyQuestion
 from queueing.models import Queue
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
@@ -22,6 +22,7 @@ NEW = {
     Queue: {"name": "Another"},
     Round: {"robot": "{robot}"},
     SurveyQuestion: {"prompt": "What else?"},
+    HidingReason: {"text": "It is a riddle."},
 }
 
 

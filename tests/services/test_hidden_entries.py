@@ -47,7 +47,7 @@ def test_its_author_reads_it_with_the_reason_and_what_to_do(roles, hidden, page)
     html = answer.content.decode()
     assert TEXT in html
     assert REASON in html
-    assert "tell the staff of this site" in html
+    assert "ask for another look on the page of the turn" in html
     assert "no-store" in answer["Cache-Control"], "no cache may give it to others"
 
 

@@ -270,10 +270,10 @@ def test_an_entry_is_hidden_from_the_admin_with_a_reason_only(robot, people, own
     entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text="x", written_at=SYSTEM.now())
     client.force_login(people["mod"])
     address = f"/admin/operatorlog/entry/{entry.pk}/change/"
-    client.post(address, {"visibility": "hidden", "hidden_reason": ""})
+    client.post(address, {"visibility": "hidden", "words": ""})
     entry.refresh_from_db()
     assert entry.visibility == "published"
-    client.post(address, {"visibility": "hidden", "hidden_reason": "not kind"})
+    client.post(address, {"visibility": "hidden", "words": "not kind"})
     entry.refresh_from_db()
     assert (entry.visibility, entry.moderated_by) == ("hidden", people["mod"])
 

@@ -119,6 +119,9 @@ GET = {
     "admin/logout/": ("/admin/logout/", staff(METHOD, MOVED)),
     "admin/password_change/": ("/admin/password_change/", staff(OK)),
     "admin/password_change/done/": ("/admin/password_change/done/", staff(OK)),
+    "admin/operatorlog/entry/review/": (
+        "/admin/operatorlog/entry/review/", only("log_moderator", "superuser", else_=MOVED),
+    ),
     "admin/autocomplete/": (
         "/admin/autocomplete/?app_label=accounts&model_name=clearance&field_name=user",
         only("viewer", "superuser", else_=MOVED),
@@ -153,6 +156,9 @@ POST = [
     ("/me/alerts/", {}, {**everybody(NO), "anonymous": MOVED, "robot_staff": MOVED, "superuser": MOVED}),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
+    ("/turns/{turn}/", {"appeal": "x"}, {**everybody(ABSENT), "anonymous": MOVED}),
+    # who decides and undoes what there is: test_moderation.py
+    ("/admin/operatorlog/entry/review/", {"undo": "1"}, only("log_moderator", "superuser", status=ABSENT, else_=MOVED)),
     ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),
 ]  # fmt: skip
 

@@ -62,6 +62,20 @@ def entry(w):
     return Entry.objects.create(turn=one, author=one.user, robot=w.robot, text="x", written_at=SYSTEM.now())
 
 
+def hidden(w):
+    one = entry(w)
+    log.moderate(one, w.root, Visibility.HIDDEN, "rude", SYSTEM.now())
+    return one
+
+
+def decision(w):
+    """The person's own, as if they had lost the right to moderate since."""
+    made = log.moderate(entry(w), w.root, Visibility.FEATURED, "", SYSTEM.now())
+    made.by_id = w.user.pk
+    made.save()
+    return made
+
+
 def find(w):
     one = over(w)
     return log.report(one, one.user, Report("x", None, 0.1, 0.4), SYSTEM.now())
@@ -200,6 +214,9 @@ ROWS = {
     "operatorlog.moderate": (
         MODERATORS, lambda do, w: do(entry(w), w.user, Visibility.FEATURED, "", SYSTEM.now()),
     ),
+    "operatorlog.undo": (MODERATORS, lambda do, w: do(decision(w), w.user, SYSTEM.now()) or refused()),
+    "operatorlog.appeal": (OPERATOR, lambda do, w: do(hidden(w), w.user, "please", SYSTEM.now())),
+    "operatorlog.may_appeal": (OPERATOR, lambda do, w: do(hidden(w), w.user) or refused()),
     "operatorlog.answer_survey_of_job": (
         OPERATOR, lambda do, w: do(job(w, "done"), asker(w), {one_question(): "4"}, SYSTEM.now()),
     ),

@@ -20,6 +20,7 @@ PAGES = {
         (gettext_lazy("Movie of the day"), "movie-of-the-day", ""),
     ),
     "operatorlog": (
+        (gettext_lazy("Review entries"), "admin:operatorlog_entry_review", "operatorlog.change_entry"),
         (gettext_lazy("Log as visitors see it"), "log", ""),
         (gettext_lazy("Survey results"), "survey-results", "operatorlog.view_surveyresponse"),
     ),

@@ -95,11 +95,11 @@ def pending(user: Any, now: datetime | None = None, known: Sequence[Halt] | None
         found = [item for halt in on for item in _of_robot(halt, user, now)]
         kinds.append(Kind(gettext("Robots"), len(found), len(found), list_of(Robot)))
         items += found
-    for name, permission, rows, order, item, query in _LISTS:
+    for name, permission, rows, order, item, page in _LISTS:
         if user.has_perm(permission):
             waiting = rows()
             listed = [item(row, user) for row in waiting.order_by(f"-{order}")[:MOST]]
-            all_of_them = list_of(waiting.model) + query
+            all_of_them = list_of(waiting.model) + page if page.startswith("?") else reverse(page)
             kinds.append(
                 Kind(str(name), waiting.count() if len(listed) == MOST else len(listed), len(listed), all_of_them)
             )
@@ -159,14 +159,16 @@ def _of_entry(row: Entry, user: Any) -> Item:
         if shown
         else ()
     )
-    words = (
-        gettext("{author} changed an entry about {robot}.")
-        if row.edited_at
-        else gettext("{author} wrote about {robot}.")
-    )
+    appeal = row.appeals.filter(answer=None).last()
+    if appeal is not None:
+        words = gettext("{author} asks for another look at a hidden entry about {robot}.")
+    elif row.edited_at:
+        words = gettext("{author} changed an entry about {robot}.")
+    else:
+        words = gettext("{author} wrote about {robot}.")
     return Item(
         f"entry-{row.pk}", gettext("Entry"), words.format(author=shown_name(row.author_name), robot=row.robot),
-        row.edited_at or row.written_at, _page(row),
+        appeal.at if appeal else row.edited_at or row.written_at, _page(row),
         gettext("Hide it, with a reason") if shown else gettext("Decide on the hidden entry"),
         acts, row.text, frame=row.frame, shows=gettext("Picture of this entry"),
     )  # fmt: skip
@@ -182,7 +184,7 @@ def _of_find(row: Find, user: Any) -> Item:
     )  # fmt: skip
 
 
-# name, permission, rows that wait, order, item, filter of the list
+# name, permission, rows that wait, order, item, the page of all: a filter of the list, or a page's name
 _LISTS: tuple[tuple[Any, str, Callable[[], QuerySet[Any]], str, Callable[[Any, Any], Item], str], ...] = (
     (
         gettext_lazy("Incidents"), "robots.view_incident",
@@ -195,7 +197,8 @@ _LISTS: tuple[tuple[Any, str, Callable[[], QuerySet[Any]], str, Callable[[Any, A
     ),
     (
         gettext_lazy("Entries"), "operatorlog.change_entry",
-        lambda: to_review().select_related("robot", "author", "frame"), "written_at", _of_entry, "?waits=review",
+        lambda: to_review().select_related("robot", "author", "frame"), "written_at", _of_entry,
+        "admin:operatorlog_entry_review",
     ),
     (
         gettext_lazy("Finds"), "operatorlog.change_find",

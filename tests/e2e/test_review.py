@@ -19,7 +19,10 @@ SMALL = """() => [...document.querySelectorAll('#desk button, #desk a, #desk inp
   const r = e.getBoundingClientRect();
   return r.height && (r.height < 24 || r.width < 24);
 }).map((e) => e.outerHTML)"""
-WORDS = {"en": ("2 entries wait.", "Undo", "It is undone"), "de": ("2 Einträge warten.", "Rückgängig", "Rückgängig gemacht")}
+WORDS = {
+    "en": ("2 entries wait.", "Undo", "It is undone"),
+    "de": ("2 Einträge warten.", "Rückgängig", "Rückgängig gemacht"),
+}
 
 
 @pytest.fixture

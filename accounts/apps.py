@@ -11,5 +11,5 @@ class AccountsConfig(AppConfig):
     verbose_name = gettext_lazy("People and clearance")
 
     def ready(self) -> None:
-        """Connect the signals that end sessions with their account."""
-        from accounts import sessions  # noqa: F401, PLC0415 - after the models
+        """Connect the signals that end sessions with their account, and forget the browser of a sign-out."""
+        from accounts import push, sessions  # noqa: F401, PLC0415 - after the models

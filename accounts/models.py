@@ -162,3 +162,22 @@ class Clearance(models.Model):
 
     def __str__(self) -> str:
         return gettext("{user} on {robot}").format(user=self.user, robot=self.robot)
+
+
+class PushSubscription(models.Model):
+    """A browser that is told, by the push service of its vendor, that it is a person's turn."""
+
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="push_subscriptions")
+    endpoint = models.CharField(max_length=1000, unique=True)  # who knows it can have messages delivered
+    p256dh = models.CharField(max_length=88)  # the browser's public key, in base64url
+    auth = models.CharField(max_length=24)  # a secret that the browser has told us only
+    browser = models.CharField(max_length=60, blank=True)
+    created_at = models.DateTimeField()
+    last_success_at = models.DateTimeField(null=True, blank=True)
+    failures = models.PositiveSmallIntegerField(default=0)  # since the last success
+
+    class Meta:
+        verbose_name, verbose_name_plural = gettext_lazy("push subscription"), gettext_lazy("push subscriptions")
+
+    def __str__(self) -> str:
+        return gettext("a browser of {user}").format(user=self.user)

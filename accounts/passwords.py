@@ -1,4 +1,4 @@
-"""Refuses passwords made of the portal's own words."""
+"""Refuses passwords made of the portal's own words; a new password ends what the old one began."""
 
 import re
 from typing import Any
@@ -22,6 +22,13 @@ class OwnWordsValidator:
         if found and len(re.sub(r"[\W_]", "", left)) < LEFT:
             said = gettext("This password is mostly “{word}”, which is easy to guess here; add other words.")
             raise ValidationError(said.format(word=found[0]), code="password_own_words")
+
+    def password_changed(self, password: str, user: Any = None) -> None:
+        """Tell no browser of the person any more: their other sessions end with the old password."""
+        from accounts.push import unsubscribe_all  # noqa: PLC0415 - the settings name this module before the models
+
+        if user is not None and user.pk:
+            unsubscribe_all(user)
 
     def get_help_text(self) -> str:
         """Return the rule for the form."""

@@ -12,6 +12,7 @@ from django.db.models.signals import post_save, pre_delete, pre_save
 from django.dispatch import receiver
 from django.utils import timezone
 
+from accounts.push import unsubscribe_all
 from robots.prepared import Prepared, Slot
 
 _OPEN: Prepared[Session] = Prepared(
@@ -32,7 +33,8 @@ class SessionStore(db.SessionStore):
 
 
 def end_sessions(person: Any) -> None:
-    """Delete the rows of the person's sessions."""
+    """Delete the rows of the person's sessions, and tell none of their browsers any more."""
+    unsubscribe_all(person)
     mine = [s.pk for s in Session.objects.iterator() if s.get_decoded().get(auth.SESSION_KEY) == str(person.pk)]
     Session.objects.filter(pk__in=mine).delete()
 

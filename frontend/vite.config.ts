@@ -2,6 +2,7 @@ import { globSync } from "node:fs";
 import { defineConfig, type Plugin } from "vite";
 
 const BASE = "/static/app/";
+const WORKER = "src/push/worker.ts";
 /** A robot's folder brings its console: nothing here knows which robots there are. */
 const consoles = globSync("../robots/kit/drivers/*/console/console.ts", { cwd: import.meta.dirname });
 /** The console module and those beside it. As entries they are copies, so that no console of ours loads all that they export. */
@@ -53,9 +54,12 @@ export default defineConfig({
         "src/admin/robot_form.ts",
         "src/admin/first_page.ts",
         "src/admin/review.ts",
+        WORKER,
         ...modules,
         ...consoles,
       ],
+      // the portal serves the service worker from its root, under one name
+      output: { entryFileNames: ({ facadeModuleId }) => (facadeModuleId?.endsWith(WORKER) ? "push-worker.js" : "assets/[name]-[hash].js") },
     },
   },
 });

@@ -53,7 +53,7 @@ def webhook_is_whole(**_: Any) -> list[checks.CheckMessage]:
     if not settings.ALERTS["WEBHOOK"]:
         return []
     try:
-        webhook.checked(settings.ALERTS["WEBHOOK"], settings.ALERTS["SECRET"])
+        webhook.check(settings.ALERTS["WEBHOOK"], settings.ALERTS["SECRET"])
     except ValueError as error:
         return [checks.Error(str(error), id="portal.E002")]
     return []

@@ -15,7 +15,7 @@ _path = list(sys.path)
 app = Celery("portal")
 sys.path[:] = _path
 app.config_from_object("django.conf:settings", namespace="CELERY")
-app.autodiscover_tasks(["queueing", "portal.web.daily", "portal.web.alerts", "portal.web.feeds"])
+app.autodiscover_tasks(["queueing", *(f"portal.web.{one}" for one in ("daily", "alerts", "feeds", "push"))])
 
 
 @signals.task_prerun.connect

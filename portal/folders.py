@@ -1,8 +1,14 @@
-"""The places of the portal's files and data, in a clone or installed from a wheel; only their owner may read data."""
+"""The places of the portal's files and data, in a clone or installed from a wheel; only their owner may read data.
 
+Secrets of the installation are made here, too.
+"""
+
+import base64
 import contextlib
 import os
+import secrets
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 _PORTAL = Path(__file__).resolve().parent
@@ -12,6 +18,7 @@ INSTALLED = _SHIPPED.is_dir()
 TEMPLATES_DIR = _SHIPPED / "templates" if INSTALLED else ROOT / "templates"
 FRONTEND_DIST = _SHIPPED / "frontend" if INSTALLED else ROOT / "frontend" / "dist"
 UMASK = 0o077
+P256 = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551  # the order of the curve: a key is less
 
 
 def default_var() -> Path:
@@ -46,3 +53,24 @@ def keep_private(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(OSError):
         folder.chmod(folder.stat().st_mode & ~UMASK & 0o777)
+
+
+def kept_secret(path: Path, make: Callable[[], str]) -> str:
+    """Return the secret of this installation in the file `path`, made once and readable by its owner only."""
+    try:
+        return path.read_text().strip()
+    except FileNotFoundError:
+        pass
+    part = path.with_suffix(f".{os.getpid()}")
+    descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with os.fdopen(descriptor, "w") as file:
+        file.write(make())
+    with contextlib.suppress(FileExistsError):  # atomic: the first process wins
+        os.link(part, path)
+    part.unlink()
+    return path.read_text().strip()
+
+
+def new_push_key() -> str:
+    """Return a new private key of P-256 in base64url: the portal signs by it what it sends to push services."""
+    return base64.urlsafe_b64encode((1 + secrets.randbelow(P256 - 1)).to_bytes(32, "big")).decode().rstrip("=")

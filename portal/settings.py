@@ -3,8 +3,6 @@
 `docs/reference/settings.md` lists every variable.
 """
 
-import contextlib
-import os
 import secrets
 import sys
 from pathlib import Path
@@ -17,7 +15,7 @@ from django.core.exceptions import ImproperlyConfigured
 
 from portal.addresses import check_database, read_url, redis_tls, site_address
 from portal.edge.addresses import proxy_networks
-from portal.folders import FRONTEND_DIST, ROOT, TEMPLATES_DIR, default_var, keep_private
+from portal.folders import FRONTEND_DIST, ROOT, TEMPLATES_DIR, default_var, keep_private, kept_secret, new_push_key
 from portal.languages import *  # noqa: F403 - settings
 from portal.run import roles
 
@@ -30,25 +28,7 @@ ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder, bro
 DEBUG = env.bool("DEBUG", False)
 PUBLIC = env.bool("FARHAND_PUBLIC", False)  # behind TLS, on the open web
 
-
-def _kept_secret() -> str:
-    """Return the secret of this installation, created once and readable by its owner only."""
-    path = VAR / "secret_key"
-    try:
-        return path.read_text().strip()
-    except FileNotFoundError:
-        pass
-    part = path.with_suffix(f".{os.getpid()}")
-    descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-    with os.fdopen(descriptor, "w") as file:
-        file.write(secrets.token_urlsafe(64))
-    with contextlib.suppress(FileExistsError):  # atomic: the first process wins
-        os.link(part, path)
-    part.unlink()
-    return path.read_text().strip()
-
-
-SECRET_KEY = env.str("SECRET_KEY", "") or _kept_secret()
+SECRET_KEY = env.str("SECRET_KEY", "") or kept_secret(VAR / "secret_key", lambda: secrets.token_urlsafe(64))
 
 ALLOWED_HOSTS = env.list("ALLOWED_HOSTS", default=["localhost", "127.0.0.1", "[::1]"])
 if "*" in ALLOWED_HOSTS:
@@ -175,6 +155,7 @@ CELERY_BEAT_SCHEDULE = {
     "clean": {"task": "robots.clean", "schedule": 3600.0},
     "clean-jobs": {"task": "queueing.clean", "schedule": 3600.0},
     "alerts": {"task": "alerts.tell", "schedule": 30.0, "options": {"expires": 25, "queue": "alerts"}},
+    "push": {"task": "push.tell", "schedule": 1.0, "options": {"expires": 5, "queue": "push"}},
     "daily": {"task": "daily.figures", "schedule": 900.0},
     "downtimes": {"task": "feeds.downtimes", "schedule": 60.0, "options": {"expires": 30}},
 }
@@ -230,6 +211,7 @@ RATE_LIMITS = {
     "statistics": "120/m/ip",
     "ask": "30/5m/key",
     "practice": "30/m/ip,120/h/ip",  # turns of people without an account
+    "push": "30/m/user",  # changes of which browsers are told
     "code": "60/m/user",  # for the operator's stream
     "movie": "10/h/ip",
     "replay": "600/m/ip",
@@ -252,6 +234,12 @@ DEFAULT_FROM_EMAIL = env.str("DEFAULT_FROM_EMAIL", "Farhand <farhand@localhost>"
 ALERTS = {
     "AFTER_S": env.int("FARHAND_ALERT_AFTER_S", 300), "PRIVATE": env.bool("FARHAND_ALERT_PRIVATE", False),
     "WEBHOOK": env.str("FARHAND_ALERT_WEBHOOK", ""), "SECRET": env.str("FARHAND_ALERT_SECRET", ""),
+}  # fmt: skip
+
+# Web Push: `KEY` is the private key of the installation, 32 bytes in base64url; without `ON` no browser is told.
+PUSH = {
+    "ON": env.bool("FARHAND_PUSH", True), "PRIVATE": env.bool("FARHAND_PUSH_PRIVATE", False),
+    "KEY": env.str("FARHAND_PUSH_KEY", "") or kept_secret(VAR / "push_key", new_push_key),
 }  # fmt: skip
 
 FORMAT_MODULE_PATH = "portal.web.formats"
@@ -291,6 +279,7 @@ CONTENT_SECURITY_POLICY = {
     "DIRECTIVES": {
         "default-src": [SELF],
         "script-src": [SELF],
+        "worker-src": [SELF],
         "style-src": [SELF],
         "img-src": [SELF, "blob:", "data:"],
         "connect-src": [SELF],

@@ -19,6 +19,7 @@ from portal.web.feeds import views as feeds
 from portal.web.jobs import views as jobs
 from portal.web.pages import landing, practice, scripts, views
 from portal.web.pages.places import my_places
+from portal.web.push import views as push
 from portal.web.recordings import day, embeds, exports, oembed
 from portal.web.recordings import views as recordings
 from portal.web.statistics import views as statistics
@@ -37,6 +38,8 @@ urlpatterns = [
     path("me/", views.me, name="me"),
     path("me/alerts/", alerts.choose, name="alerts"),
     path("me/places/", my_places, name="places"),
+    path("me/push/", push.push, name="push"),
+    path("push-worker.js", push.worker, name="push-worker"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/drive/", landing.drive, name="drive"),
     path("robots/<slug:slug>/practise/", practice.practise, name="practise"),

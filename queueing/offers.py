@@ -5,8 +5,9 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import DateTimeField, Q, QuerySet
+from django.db.models import BooleanField, DateTimeField, Exists, ExpressionWrapper, F, OuterRef, Q, QuerySet
 
+from accounts.models import PushSubscription
 from accounts.services import cleared, cleared_people
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
@@ -22,6 +23,7 @@ from robots.sentences import english
 from robots.states import Cycle, GrantEnd, GrantKind
 
 RULES = settings.FARHAND
+REACHABLE = timedelta(hours=2)  # so long after a person was seen, an offer is made to them if a browser tells them
 BACK = timedelta(seconds=40)  # within this time after a start of the portal, pages connect again
 CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
@@ -46,19 +48,35 @@ _WITHOUT_TURN: PreparedUpdate[Robot] = PreparedUpdate(
     ),
     cycle=Cycle.HANDOVER,
 )
-_FIRST: Prepared[Ticket] = Prepared(lambda: _there()[:1])
-_FIRST_CLEARED: Prepared[Ticket] = Prepared(lambda: _there().filter(user__in=cleared_people(ROBOT))[:1])
+_PUSH_DUE: Prepared[Ticket] = Prepared(
+    lambda: Ticket.objects.select_related("user", "robot").filter(push_due=True).order_by("offer_until", "pk")
+)
+_FIRST: Prepared[Any] = Prepared(lambda: _there()[:1])
+_FIRST_CLEARED: Prepared[Any] = Prepared(lambda: _there().filter(user__in=cleared_people(ROBOT))[:1])
 
 
 def _there() -> QuerySet[Ticket]:
-    """Return the tickets that may come next, in order: of people who are present, or last seen before `back`.
+    """Return the tickets that may come next, in order: of people present, `reachable`, or last seen before `back`.
 
     The latter may not have connected again yet.
     """
     heard = Q(last_seen__gte=Slot("present", DateTimeField())) | Q(last_seen__lt=Slot("back", DateTimeField()))
-    waiting = Ticket.objects.filter(heard, queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
+    waiting = Ticket.objects.annotate(reachable=reachable()).filter(heard | Q(reachable=True))
+    waiting = waiting.filter(queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
     busy = Turn.objects.filter(ended_at=None, user__isnull=False, robot__practice_for=None).values("user_id")
     return waiting.exclude(user__in=busy).order_by("start_tag", "id")
+
+
+def reachable() -> Any:
+    """Return whether a ticket's person is away, but a browser of theirs tells them of an offer.
+
+    Not if they let an offer pass since they were seen: it kept others waiting, and is made to them again when they are
+    back. Its slot is `reachable`.
+    """
+    subscribed = Exists(PushSubscription.objects.filter(user=OuterRef("user")))
+    since_seen = Q(offer_until=None) | Q(offer_until__lt=F("last_seen"))
+    is_reachable = Q(subscribed) & since_seen & Q(last_seen__gte=Slot("reachable", DateTimeField()))
+    return ExpressionWrapper(is_reachable, output_field=BooleanField())
 
 
 class RobotsFault(Exception):
@@ -186,35 +204,51 @@ def open_offers(queue: Queue) -> list[Ticket]:
     return _OFFERED(queue=queue.pk)
 
 
-def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:
-    """Take an offer back; the place is kept."""
+def recall(queue: Queue, ticket: Ticket, robot: Robot | None, passed: bool = False) -> None:
+    """Take an offer back; the place is kept. `passed`: because a person who is away did not answer it."""
     back = Ticket.objects.filter(pk=ticket.pk, state=TicketState.OFFERED)
-    if back.update(state=TicketState.WAITING, robot=None, offer_until=None):
+    if back.update(state=TicketState.WAITING, robot=None, offer_until=ticket.offer_until if passed else None):
         if robot is not None:
             Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
         announce(queue)
 
 
 def head(queue: Queue, robot: Robot, now: datetime, up_since: datetime = ALWAYS) -> Ticket | None:
-    """Return the ticket of the first person who is present, may drive this robot and operates no other.
+    """Return the ticket of the first person who is present or reachable, may drive this robot and operates no other.
 
     None while somebody before them may not have come back yet: people can reach the portal only since `up_since`.
     """
     present = now - timedelta(seconds=RULES["PRESENCE_S"])
-    values = {"queue": queue.pk, "present": present, "back": up_since if now - up_since < BACK else ALWAYS}
+    back = up_since if now - up_since < BACK else ALWAYS
+    values = {"queue": queue.pk, "present": present, "back": back, "reachable": now - REACHABLE}
     found = _FIRST_CLEARED if robot.clearance_required else _FIRST  # of several robots in a queue
     first = found.first(**values, robot=robot.pk)
-    return first if first is not None and first.last_seen >= present else None
+    return first if first is not None and (first.last_seen >= present or first.reachable) else None
 
 
 def make_offer(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> None:
     """Offer a robot that is ready to the ticket's person."""
     if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
         return
+    push_due = PushSubscription.objects.filter(user=ticket.user_id).exists()
     Ticket.objects.filter(pk=ticket.pk).update(
-        state=TicketState.OFFERED, robot=robot, offer_until=now + _length(ticket)
+        state=TicketState.OFFERED, robot=robot, offer_until=now + _length(ticket), push_due=push_due
     )
     announce(queue)
+
+
+def take_due_pushes(now: datetime) -> list[Ticket]:
+    """Return the open offers of which nobody has told the browsers of their people yet; the caller does, and once."""
+    found = [one for one in _PUSH_DUE() if Ticket.objects.filter(pk=one.pk, push_due=True).update(push_due=False)]
+    return [
+        one for one in found
+        if one.state == TicketState.OFFERED and one.robot is not None and one.offer_until and one.offer_until > now
+    ]  # fmt: skip
+
+
+def was_away(ticket: Ticket) -> bool:
+    """Return whether the person was away when the offer was made, and has not been seen since."""
+    return ticket.last_seen < made_at(ticket) - timedelta(seconds=RULES["PRESENCE_S"])
 
 
 def _length(ticket: Ticket) -> timedelta:

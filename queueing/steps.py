@@ -27,7 +27,7 @@ SLACK = timedelta(seconds=1)
 
 
 def carry(step: Step, now: datetime) -> None:
-    """Move the stamps of all open rows. Raises OperationalError, InterfaceError: the database cannot be reached.
+    """Move the stamps of all open rows. Raises OperationalError, InterfaceError: the database cannot be reachable.
 
     Any other error is logged, because no tick may stop for it.
     """

@@ -11,7 +11,7 @@ from django.db.models import DateTimeField, Exists, OuterRef, Q, QuerySet
 from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.offers import made_at, open_offers, recall, recall_offers
+from queueing.offers import REACHABLE, made_at, open_offers, reachable, recall, recall_offers, was_away
 from queueing.rows import QUEUE, BadSettings, lock, queue_of, robots_of
 from queueing.serving import serve_next
 from queueing.tickets import dismiss_unfit, withdraw
@@ -24,6 +24,7 @@ from robots.states import Cycle
 log = logging.getLogger(__name__)
 ABSENT_S = 900  # a person who waits and is away this long loses the place
 QUIET_S = 5  # period for queues with nothing open
+SINCE = Slot("since", DateTimeField())
 _ALL: Prepared[Queue] = Prepared(lambda: Queue.objects.all())
 _BUSY: Prepared[Queue] = Prepared(lambda: busy_queues())
 _WITHOUT_QUEUE: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True, queue_link=None))
@@ -31,7 +32,11 @@ _TURNS: Prepared[Turn] = Prepared(
     lambda: Turn.objects.select_related("grant", "ticket", "user").filter(robot__queue_link__queue=QUEUE, ended_at=None)
 )
 _ABSENT: Prepared[Ticket] = Prepared(
-    lambda: Ticket.objects.filter(queue=QUEUE, state=TicketState.WAITING, last_seen__lte=Slot("since", DateTimeField()))
+    lambda: (
+        Ticket.objects.annotate(reachable=reachable())
+        .filter(queue=QUEUE, state=TicketState.WAITING, last_seen__lte=SINCE, reachable=False)
+        .exclude(offer_until__gt=SINCE)  # the offer that passed; a browser may have told it just now
+    )
 )
 RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
 
@@ -90,11 +95,13 @@ def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
             continue
         if made_at(ticket) < up_since:
             recall(queue, ticket, ticket.robot)
+        elif was_away(ticket):
+            recall(queue, ticket, ticket.robot, passed=True)
         else:
             withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.NO_ANSWER, now)
     absent = now - timedelta(seconds=ABSENT_S)
     if up_since <= absent:
-        for ticket in _ABSENT(queue=queue.pk, since=absent):
+        for ticket in _ABSENT(queue=queue.pk, since=absent, reachable=now - REACHABLE):
             withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.AWAY, now)
 
 

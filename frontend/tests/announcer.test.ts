@@ -9,6 +9,7 @@ const NOW = 1_000_000;
 const storage = new Map<string, string>();
 let started: number[] = []; // frequencies of the oscillators
 let vibrated: number[][] = [];
+let noted: string[] = [];
 
 let state = "running";
 let obeys = false; // the browser plays when it is asked to
@@ -43,6 +44,7 @@ beforeEach(() => {
   storage.clear();
   started = [];
   vibrated = [];
+  noted = [];
   [state, obeys] = ["running", false];
   mock.timers.reset();
   mock.timers.enable({ apis: ["setTimeout"] });
@@ -51,7 +53,9 @@ beforeEach(() => {
 function page(): { teller: Told; polite: { textContent: string }; assertive: { textContent: string } } {
   const polite = { textContent: "" },
     assertive = { textContent: "" };
-  const teller = new Announcer(polite as HTMLElement, assertive as HTMLElement, () => undefined);
+  const teller = new Announcer(polite as HTMLElement, assertive as HTMLElement, () => undefined, {
+    show: ({ title, body }) => void noted.push(`${title}: ${body}`),
+  });
   return { teller, polite, assertive };
 }
 
@@ -161,14 +165,6 @@ test("idleness is said at once, once, and again only after something was done", 
 });
 
 test("the end of a turn is said once with its reason, and by a notification to who looks elsewhere", () => {
-  const noted: string[] = [];
-  const Note = class {
-    static permission = "granted";
-    constructor(title: string, { body }: { body: string }) {
-      noted.push(`${title}: ${body}`);
-    }
-  };
-  Object.assign(globalThis, { window: { Notification: Note }, Notification: Note });
   Object.assign(document, { hidden: true });
   const over = { ...place("ended", 0), ended_ms: NOW, turn: 3, end: { why: "Staff ended it.", credited: "", next: "" } };
   const { teller, polite } = page();

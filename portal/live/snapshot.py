@@ -289,7 +289,8 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
     if ticket is not None:
         ahead, wait = place_and_wait(robot, ticket, now)
         shown = {
-            "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": ms_of(ticket.offer_until),
+            "state": ticket.state, "ahead": ahead, "wait_s": wait,
+            "offer_until_ms": ms_of(ticket.offer_until) if ticket.state == "offered" else None,
         }  # fmt: skip
     last = last_turn(robot, user)
     written = last is not None and _written(robot, last)

@@ -10,6 +10,8 @@ from accounts.adapter import mails_go_to_terminal
 from portal.live.standing import place_info
 from portal.stores import trouble
 from portal.web.jobs.views import asker_of
+from portal.web.push.messages import public_key
+from portal.web.push.views import subscription_number
 from queueing.models import Job
 from queueing.services import standings, unseen_jobs
 from robots.kit.clock import SYSTEM
@@ -43,5 +45,7 @@ def site(request: HttpRequest) -> dict[str, object]:
         "store_trouble": trouble(),
         "mails_to_terminal": mails_go_to_terminal(),
         "ended_jobs": SimpleLazyObject(lambda: _ended_jobs(request)),
+        "push_key": SimpleLazyObject(public_key),
+        "subscription_here": SimpleLazyObject(lambda: subscription_number(request)),
         "my_places": SimpleLazyObject(lambda: _my_places(user)),
     }

@@ -142,7 +142,16 @@ class Ticket(models.Model):
     last_seen = models.DateTimeField()
     classic = models.BooleanField(default=False, help_text=gettext_lazy("Uses the console without scripts."))
     robot = models.ForeignKey("robots.Robot", models.SET_NULL, null=True, blank=True, related_name="+")
-    offer_until = models.DateTimeField(null=True, blank=True)
+    offer_until = models.DateTimeField(
+        null=True,
+        blank=True,
+        help_text=gettext_lazy(
+            "Of a place that waits: when an offer ended that the person, who was away, did not answer."
+        ),
+    )
+    push_due = models.BooleanField(
+        default=False, db_default=False, editable=False
+    )  # browsers are not told of the offer yet
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
     dismissed_at = models.DateTimeField(
@@ -155,7 +164,10 @@ class Ticket(models.Model):
                 fields=["queue", "user"], condition=Q(state__in=OPEN_TICKET), name="one_open_ticket_a_person"
             )
         ]
-        indexes = [models.Index(fields=["queue", "state", "start_tag", "id"], name="served_in_tag_order")]
+        indexes = [
+            models.Index(fields=["queue", "state", "start_tag", "id"], name="served_in_tag_order"),
+            models.Index(fields=["offer_until"], condition=Q(push_due=True), name="offers_push_due"),
+        ]
         verbose_name, verbose_name_plural = gettext_lazy("place in a queue"), gettext_lazy("places in queues")
 
     def __str__(self) -> str:

@@ -3,7 +3,7 @@
 WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 # of the housekeeping worker, one queue each
-HOUSEKEEPING, TICKS, PROBES, ALERTS = "housekeeping", "ticks", "probes", "alerts"
+HOUSEKEEPING, TICKS, PROBES, ALERTS, PUSH = "housekeeping", "ticks", "probes", "alerts", "push"
 SOUND = "sound"  # what is watched by somebody who listens
 
 

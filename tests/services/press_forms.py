@@ -12,7 +12,7 @@ from django.db import connection
 from django.test import Client
 
 from accounts import services as accounts
-from accounts.models import Attempt, Choice, Clearance, OrientationRead, User
+from accounts.models import Attempt, Choice, Clearance, OrientationRead, PushSubscription, User
 from accounts.services import load_bank
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse
 from queueing import services as queue
@@ -21,6 +21,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Frame, Movie, Program
 from robots.recordings import keeping
 from robots.states import GrantEnd
+from tests.services.push_service import Browser
 from tests.services.turns import drive
 
 SECRET = "correct horse 42"
@@ -187,6 +188,13 @@ def place_in_the_classic_console(world):
     client = world.browser("ada")
     address = client.get("/classic/mercury/")["Location"]
     return Form(address, {"do": "join"}, {Ticket: 1}, client.cookies)
+
+
+def push_subscription(world):
+    browser = Browser("https://push.example.org/send/a")
+    data = {"do": "tell", **browser.fields}
+    more = {"headers": {"accept": "application/json"}}
+    return Form("/me/push/", data, {PushSubscription: 1}, world.browser("ada").cookies, more)
 
 
 def recording(world):

@@ -12,6 +12,7 @@ from django.core.checks import run_checks
 from hypothesis import given
 from hypothesis import strategies as st
 
+from portal.web import outgoing
 from portal.web.alerts import webhook
 from portal.web.alerts.models import AlertChoice, AlertMessage
 from tests.security.authority import HOST, Authority, Door
@@ -42,7 +43,7 @@ def hook(authority, settings, monkeypatch):
 
     door = Door(authority, serve)
     door.heard, door.answers = heard, answers
-    monkeypatch.setattr(webhook, "tls", lambda: ssl.create_default_context(cafile=str(authority.file)))
+    monkeypatch.setattr(outgoing, "tls", lambda: ssl.create_default_context(cafile=str(authority.file)))
     url = f"https://{HOST}:{door.port}/hook?a=1"
     settings.ALERTS = {"AFTER_S": 300, "WEBHOOK": url, "SECRET": SECRET, "PRIVATE": True}
     AlertChoice.objects.create(user_id=EmailAddress.objects.get(email="kim@example.org").user_id, by_mail=False)
@@ -102,7 +103,7 @@ def test_a_webhook_that_refuses_or_redirects_gets_it_again_with_the_same_number(
 
 def test_a_webhook_that_never_ends_its_answer_is_cut_off(robot, clock, hook, authority, settings, monkeypatch):
     """It drips a byte now and then, so each step is within its limit; the limit of the whole request ends it."""
-    monkeypatch.setattr(webhook, "ALL_S", 0.5)
+    monkeypatch.setattr(webhook, "LIMITS", outgoing.Limits(5.0, 0.5))
     closed = threading.Event()
 
     def serve(line, secure):

@@ -34,6 +34,7 @@ from tests.services.press_forms import (
     place,
     place_in_the_classic_console,
     program,
+    push_subscription,
     shared_program,
     survey_of_a_job,
     time_lapse,
@@ -47,7 +48,7 @@ PRESSES = 4
 OF_JOBS = (job_of_a_person, job_of_a_guest, job_of_a_script, survey_of_a_job)
 OTHERS = (
     entry, entry_with_answers, answers_of_a_turn, program, shared_program, failed_test, passed_test, orientation_read,
-    place, accepted_offer, place_in_the_classic_console, movie, time_lapse, account, address, *NEW_ROWS, *VERBS_ONCE.values(),
+    place, accepted_offer, place_in_the_classic_console, movie, time_lapse, account, address, push_subscription, *NEW_ROWS, *VERBS_ONCE.values(),
 )  # fmt: skip
 
 
@@ -151,7 +152,7 @@ def test_a_demo_shows_the_link_to_confirm_after_a_double_press(world, made, sett
 
 MAKES_NOTHING = {
     # reads only
-    "landing", "drive", "story", "status", "me", "robot", "model", "orientation-picture", "statistics", "statistics-json", "composite", "camera",
+    "landing", "drive", "story", "status", "me", "push-worker", "robot", "model", "orientation-picture", "statistics", "statistics-json", "composite", "camera",
     "snapshot", "shot", "movie-of-the-day", "recordings", "recording", "recording-file", "recording-index", "recording-part", "classic",
     "recording-picture", "embed-recording", "embed-robot", "oembed", "daily", "daily-json", "daily-csv", "classic-picture", "log", "log-feed", "status-feed", "robot-log-feed", "robot-status-feed", "finds", "survey-results", "survey-csv", "texts", "media", "favicon.ico", "livez", "readyz",
     "recordings/<str:key>/movie.mp4", "recordings/<str:key>/movie.webm",
@@ -169,7 +170,7 @@ MAKES_NOTHING = {
     "account_confirm_login_code",
 }  # fmt: skip
 MAKES = {
-    "places": (place, accepted_offer), "programs": (program, shared_program), "orientation": (orientation_read,),
+    "places": (place, accepted_offer), "push": (push_subscription,), "programs": (program, shared_program), "orientation": (orientation_read,),
     "clearance": (failed_test, passed_test), "jobs": (job_of_a_person, job_of_a_guest, job_of_a_script),
     "job": (survey_of_a_job,), "ask-lapse": (time_lapse,), "ask-movie": (movie,),
     "classic-page": (place_in_the_classic_console,), "turn": (entry, entry_with_answers, answers_of_a_turn),

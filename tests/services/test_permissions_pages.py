@@ -46,6 +46,8 @@ GET = {
     "me/": ("/me/", signed_in(OK)),
     "me/alerts/": ("/me/alerts/", everybody(METHOD)),
     "me/places/": ("/me/places/", signed_in(OK)),
+    "me/push/": ("/me/push/", signed_in(OK)),
+    "push-worker.js": ("/push-worker.js", everybody(OK)),
     "robots/<slug:slug>/": ("/robots/mercury/", everybody(OK)),
     "robots/<slug:slug>/drive/": ("/robots/mercury/drive/", everybody(MOVED)),
     "robots/<slug:slug>/practise/": ("/robots/mercury/practise/", everybody(METHOD)),
@@ -155,6 +157,7 @@ POST = [
     ("/language/", {"language": "de"}, everybody(MOVED)),
     ("/me/alerts/", {}, {**everybody(NO), "anonymous": MOVED, "robot_staff": MOVED, "superuser": MOVED}),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
+    ("/me/push/", {"do": "stop"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
     ("/turns/{turn}/", {"appeal": "x"}, {**everybody(ABSENT), "anonymous": MOVED}),
     # who decides and undoes what there is: test_moderation.py

@@ -15,7 +15,8 @@ from django.core.exceptions import PermissionDenied
 from django.db import transaction
 
 from accounts import services as accounts
-from accounts.models import Choice, Clearance, Question
+from accounts.models import Choice, Clearance, PushSubscription, Question
+from accounts.push import PushRefused, subscribe
 from operatorlog import services as log
 from operatorlog.finds import Report, begin_first
 from operatorlog.models import Entry, Find, SurveyQuestion, Visibility
@@ -36,7 +37,7 @@ from robots.states import GrantEnd
 from tests.services.conftest import ROLES
 
 pytestmark = pytest.mark.django_db
-REFUSED = (NotPermitted, QueueError, log.LogError, accounts.NotNow, PermissionDenied)
+REFUSED = (NotPermitted, QueueError, log.LogError, accounts.NotNow, PushRefused, PermissionDenied)
 
 ANYBODY = frozenset(ROLES)
 SIGNED_IN = ANYBODY - {"anonymous"}
@@ -122,6 +123,10 @@ def job(w, state="waiting"):
     return one
 
 
+def told(w, name):
+    return subscribe(w.cast[name], "https://push.example.org/", ("k", "s"), "", SYSTEM.now()).pk
+
+
 def one_question():
     return SurveyQuestion.objects.create(prompt="Q").pk
 
@@ -191,6 +196,10 @@ ROWS = {
     "accounts.grade": (OPERATOR, lambda do, w: do(an_attempt(w, w.cast["operator"]), w.user, dict.fromkeys(Question.objects.values_list("pk", flat=True), 0), SYSTEM.now())),
     "accounts.withdraw": (ADMINS, lambda do, w: do(held(w), w.user, "x", SYSTEM.now())),
     "accounts.lift": (ADMINS, lambda do, w: do(held(w), w.user, "x", SYSTEM.now())),
+    "accounts.subscriptions_of": (ANYBODY, lambda do, w: list(do(w.user))),
+    "accounts.subscribe": (SIGNED_IN, lambda do, w: do(w.user, "https://push.example.org/", ("k", "s"), "", SYSTEM.now())),
+    "accounts.unsubscribe": (OPERATOR, lambda do, w: do(w.user, told(w, "operator")) or refused()),
+    "accounts.unsubscribe_all": (OPERATOR, lambda do, w: (told(w, "operator"), do(w.user), PushSubscription.objects.exists() and refused())),
     "queueing.open_ticket": (ANYBODY, lambda do, w: do(w.robot, w.user)),
     "queueing.turn_of": (ANYBODY, lambda do, w: do(w.robot, w.user)),
     "queueing.change_place": (CLEARED, lambda do, w: do("join", w.robot, w.user, SYSTEM.now(), queue.Page())),
@@ -229,7 +238,7 @@ ROWS = {
 }  # fmt: skip
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
-    "accounts.keep_language", "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
+    "accounts.keep_language", "accounts.unsubscribe_signed_out", "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.note_disconnection", "queueing.dismiss", "queueing.note_waiting",
     "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",

@@ -2,6 +2,7 @@
 import { say } from "../kit/dom.ts";
 import { storage } from "../kit/storage.ts";
 import { gettext, translate } from "../kit/text.ts";
+import type { Notices } from "./notices.ts";
 import type { QueuePlace } from "./person_socket.ts";
 
 const MOMENTS_S = [60, 20, 10];
@@ -24,11 +25,13 @@ export class Announcer {
   private assertive: HTMLElement;
   private chimes = 0; // a later chime replaces one that still waits
   private open: (place: QueuePlace) => void;
+  private notices: Pick<Notices, "show">;
 
-  constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: QueuePlace) => void) {
+  constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: QueuePlace) => void, notices: Pick<Notices, "show">) {
     this.polite = polite;
     this.assertive = assertive;
     this.open = open;
+    this.notices = notices;
     for (const name of ["pointerdown", "pointerup", "keydown", "pageshow", "focus"])
       addEventListener(name, ({ target }) => this.ready(target), { capture: true, passive: true });
   }
@@ -125,21 +128,17 @@ export class Announcer {
     this.chime(() => storage.set("told", key));
     if (touched() && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
     if (document.hidden || !document.hasFocus())
-      this.notify(place, key, gettext("It is your turn on {name}", { name }), gettext("Take control before the offer ends."));
+      this.notify(
+        place,
+        `turn-${place.robot}`,
+        gettext("It is your turn on {name}", { name }),
+        gettext("Take control before the offer ends."),
+      );
   }
 
-  private notify(place: QueuePlace, key: string, words: string, body: string): void {
-    if (!("Notification" in window) || Notification.permission !== "granted") return;
-    try {
-      const note = new Notification(words, { body, tag: key, icon: this.calmIcon, requireInteraction: true });
-      note.onclick = () => {
-        window.focus();
-        note.close();
-        this.open(place);
-      };
-    } catch {
-      // on phones only service workers may show notifications
-    }
+  private notify(place: QueuePlace, tag: string, title: string, body: string): void {
+    const notice = { title, body, tag, icon: this.calmIcon, url: `/robots/${place.robot}/` };
+    this.notices.show(notice, () => this.open(place));
   }
 
   /** Prepare the sound for a chime; a press of the sound's button is left to that button. */

@@ -7,6 +7,7 @@ import { clock, timeOfDay } from "../kit/times.ts";
 import { gettext, ngettext, translate } from "../kit/text.ts";
 import { SOUND_ACTION, Announcer } from "./announcer.ts";
 import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
+import { Notices } from "./notices.ts";
 import { barPlaces, currentPlaces, PersonSocket, type PlaceAction, type QueuePlace } from "./person_socket.ts";
 import { before, waitSentence } from "./waits.ts";
 
@@ -18,6 +19,7 @@ class TurnBar {
   private home: string;
   private line: PersonSocket;
   private teller: Announcer;
+  private notices: Notices;
   private words = make("p", { class: "turnbar-words" });
   private buttons = make("div", { class: "turnbar-do" });
   private also = make("p", { class: "turnbar-also" });
@@ -38,7 +40,8 @@ class TurnBar {
     const polite = make("p", { class: "visually-hidden", "aria-live": "polite" });
     const assertive = make("p", { class: "visually-hidden", "aria-live": "assertive", role: "alert" });
     document.body.append(polite, assertive);
-    this.teller = new Announcer(polite, assertive, (place) => this.lead(place));
+    this.notices = new Notices(bar.dataset["push"] ?? "", token, bar.dataset["told"] === "yes", () => this.draw());
+    this.teller = new Announcer(polite, assertive, (place) => this.lead(place), this.notices);
     this.line = new PersonSocket(token, () => this.draw());
     const inner = make("div", { class: "turnbar-in" }, this.words, this.buttons, this.also, this.said);
     this.take = () => form.replaceWith(inner);
@@ -114,9 +117,9 @@ class TurnBar {
       const page = p.turn === null ? [] : [link(gettext("What did you find?"), `/turns/${p.turn}/`, "button primary")];
       return [...page, ask("dismiss", gettext("Dismiss"))];
     }
-    const notify = "Notification" in window && Notification.permission === "default";
+    const { offered, on } = this.notices;
     return [
-      ...(notify ? [ask("notify", gettext("Tell me when it is my turn"))] : []),
+      ...(offered ? [button(gettext("Tell me when it is my turn"), `${ASK}notify`, { pressed: on })] : []),
       button(gettext("Sound"), SOUND_ACTION, { pressed: this.teller.sound && !this.teller.paused }),
     ];
   }
@@ -130,7 +133,7 @@ class TurnBar {
       return;
     }
     if (wanted === "sound") this.teller.press();
-    else if (wanted === "notify") await this.notify();
+    else if (wanted === "notify") this.tell(await this.notices.press());
     else await this.carryOut(wanted as PlaceAction);
     this.draw();
   }
@@ -145,12 +148,6 @@ class TurnBar {
     this.tell(wrong);
     if (!wrong && wanted === "accept") this.lead(place);
     if (wanted === "stay" && place.robot === this.own) focusStage(); // where Escape stops
-  }
-
-  private async notify(): Promise<void> {
-    const answer = await Notification.requestPermission();
-    const denied = gettext("This browser may not notify you. Keep this page open: its title and a sound tell you.");
-    this.tell(answer === "granted" ? gettext("This browser will notify you.") : denied);
   }
 
   private tell(words: string): void {

@@ -16,6 +16,7 @@ from django.utils.http import http_date
 from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
+from accounts.push import subscriptions_of
 from accounts.services import TAKE
 from operatorlog.services import excavation_of, hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
@@ -180,10 +181,11 @@ def readyz(request: HttpRequest) -> HttpResponse:
 @never_cache
 @login_required
 def me(request: HttpRequest) -> HttpResponse:
-    """Show the person's clearances and turns."""
+    """Show the person's push subscriptions, clearances and turns."""
     context = {
         "clearances": Clearance.objects.filter(user=request.user.pk, revoked_at=None).select_related("robot"),
         "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry", "grant", "user")[:50],
+        "browsers": subscriptions_of(request.user),
         "alerts": may_be_told(request.user),
         "alerts_by_mail": not AlertChoice.objects.filter(user=request.user.pk, by_mail=False).exists(),
     }

@@ -1,0 +1,25 @@
+"""The periodic task of Web Push; it may be sent twice, and run in two processes."""
+
+from functools import cache
+
+from celery import shared_task
+
+from portal.web.push.sending import tell_offers
+from robots.kit.clock import SYSTEM, Lock
+
+
+@cache
+def telling() -> Lock:
+    """Return the lock under which this process tells: a slow push service keeps one thread of the worker, not all."""
+    return SYSTEM.lock()
+
+
+@shared_task(name="push.tell", ignore_result=True, max_retries=0)
+def tell() -> None:
+    """Tell people of their offers."""
+    if not telling().acquire(blocking=False):
+        return
+    try:
+        tell_offers(SYSTEM.now())
+    finally:
+        telling().release()

@@ -184,8 +184,9 @@ def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_
     tell = page.get_by_role("button", name="Tell me when it is my turn")
     expect(tell).to_be_visible()
     assert page.evaluate("asked") == 0
+    expect(tell).to_have_attribute("aria-pressed", "false")
     tell.click()
-    expect(tell).to_be_hidden()
+    expect(tell).to_have_attribute("aria-pressed", "true")
     assert page.evaluate("asked") == 1
     expect(page.locator(BAR)).to_contain_text("This browser will notify you.")
     sound = page.get_by_role("button", name="Sound")

@@ -8,6 +8,8 @@ const WORKER = "/push-worker.js";
 const ADDRESS = "/me/push/";
 const CHOICE = "notify"; // of the browser's storage: "off" once a person has switched notifications off
 
+const SUBSCRIBE_MS = 20_000; // without a connection some browsers wait for their push service for ever
+
 interface Answer {
   ok: boolean;
   text: string;
@@ -100,7 +102,7 @@ export class Notices {
       return gettext("This browser will notify you while a page of the portal is open. It cannot do so when none is open.");
     let fresh: PushSubscription;
     try {
-      fresh = await this.subscribe();
+      fresh = await Promise.race([this.subscribe(), late(SUBSCRIBE_MS)]);
     } catch {
       this.failed = true;
       return gettext(
@@ -154,4 +156,9 @@ export class Notices {
       return { ok: false, text: UNSENT };
     }
   }
+}
+
+/** Return a promise that is rejected after so long. */
+function late(ms: number): Promise<never> {
+  return new Promise((_, reject) => setTimeout(() => reject(new Error("late")), ms));
 }

@@ -1,7 +1,8 @@
 """Web Push in the browser: the press that asks for it, the service worker, and the list on the person's page.
 
 No push service is in reach of the tests, so the browser's own way to one is replaced; what it would deliver comes from
-the browser's debugger. What the portal sends is tested in tests/services/test_push.py.
+the browser's debugger. A Chromium without a window never lets a page notify, so the permission is replaced too, and of
+a notification is tested what the worker asks the browser to show. What the portal sends: tests/services/test_push.py.
 """
 
 import json
@@ -20,6 +21,12 @@ from tests.services.push_service import Browser
 
 BAR, TELL = "#turnbar", "Tell me when it is my turn"
 PHONE = {"width": 390, "height": 844}
+PERMITTED = """
+  Object.defineProperty(Notification, "permission", { get: () => "granted" });
+  Notification.requestPermission = () => Promise.resolve("granted");
+"""
+ASKED = """() => { self.shown = [];
+  self.registration.showNotification = (title, more) => Promise.resolve(self.shown.push([title, more])); }"""
 # a push service as the browser has it, but for the way there; the subscription outlives the page
 SERVICE = """
   const kept = (fields) => fields === null ? null : {
@@ -36,11 +43,11 @@ SERVICE = """
 
 @pytest.fixture
 def cast(visitor):
-    """Cleared people by name, each in a browser of their own that may show notifications."""
+    """Cleared people by name, each in a browser of their own that may notify."""
 
     def made(name, **options):
         one = visitor(**options).cleared(name, None)
-        one.context.grant_permissions(["notifications"], origin=one.portal.url)
+        one.context.add_init_script(PERMITTED)
         return one
 
     return made
@@ -141,17 +148,17 @@ def test_the_service_worker_shows_what_is_pushed_and_keeps_no_page(portal, cast)
         "tag": "turn-mercury", "icon": "/static/portal/icon-turn.svg", "until_ms": 1_800_000_000_000,
     }  # fmt: skip
     push = {"origin": portal.url, "registrationId": registered[-1]["registrationId"], "data": json.dumps(said)}
-    for _ in range(2):
-        line.send("ServiceWorker.deliverPushMessage", push)
-    shown = (
-        "navigator.serviceWorker.ready.then((r) => r.getNotifications())"
-        ".then((all) => all.map((n) => [n.title, n.body, n.tag, n.lang, n.data.url, n.requireInteraction]))"
-    )
-    wait_for(lambda: ada.page.wait_for_timeout(50) or ada.page.evaluate(shown), 15, "the notification")
-    [[title, body, *more]] = ada.page.evaluate(shown)
+    [worker] = ada.context.service_workers
+    worker.evaluate(ASKED)
+    line.send("ServiceWorker.deliverPushMessage", push)
+    wait_for(lambda: ada.page.wait_for_timeout(50) or worker.evaluate("self.shown"), 15, "the notification")
+    [[title, more]] = worker.evaluate("self.shown")
     assert title == "It is your turn on Mercury"
-    assert re.fullmatch(r"Take control before \d+:\d\d:\d\d.*\.", body)
-    assert more == ["turn-mercury", "en", "/robots/mercury/", True]
+    assert re.fullmatch(r"Take control before \d+:\d\d:\d\d.*\.", more.pop("body"))
+    assert more == {
+        "tag": "turn-mercury", "lang": "en", "data": {"url": "/robots/mercury/"}, "requireInteraction": True,
+        "icon": "/static/portal/icon-turn.svg",
+    }  # fmt: skip
     assert ada.page.evaluate("caches.keys()") == []
 
 

@@ -188,7 +188,7 @@ def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_
     tell.click()
     expect(tell).to_have_attribute("aria-pressed", "true")
     assert page.evaluate("asked") == 1
-    expect(page.locator(BAR)).to_contain_text("This browser will notify you.")
+    expect(page.locator(BAR)).to_contain_text("This browser will notify you while a page of the portal is open.")
     sound = page.get_by_role("button", name="Sound")
     expect(sound).to_have_attribute("aria-pressed", "true")
     sound.click()

@@ -8,7 +8,7 @@ from django.db import migrations, models
 class Migration(migrations.Migration):
 
     dependencies = [
-        ('accounts', '0012_language'),
+        ('accounts', '0013_length_of_turns'),
     ]
 
     operations = [

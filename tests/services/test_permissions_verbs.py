@@ -240,7 +240,6 @@ ROWS = {
 OWN = {
     "accounts.keep_language", "accounts.unsubscribe_signed_out", "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.note_disconnection", "queueing.dismiss", "queueing.note_waiting",
-    "queueing.length_of_turn", "queueing.times_as_long",
     "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",
     "robots.need_staff", "robots.need_level", "robots.reaches",

@@ -22,6 +22,7 @@ import { completeConsole, type Console } from "./console.ts";
 import { blocked, type Facts } from "./controls.ts";
 import { facts } from "./facts.ts";
 import "./key_card.ts";
+import { keys } from "./keys.ts";
 import { drawLog } from "./log_list.ts";
 import { Media } from "./media.ts";
 import { Notice } from "./notice.ts";
@@ -30,6 +31,7 @@ import { Stage } from "./stage.ts";
 import { Status } from "./status.ts";
 import { StopButton } from "./stop_button.ts";
 import { targetOf } from "./target.ts";
+import { WayBack } from "./way_back.ts";
 import { WireTrace } from "./wire_trace.ts";
 
 const AWAY_MS = 20_000; // a turn is kept for so long without a connection
@@ -57,6 +59,7 @@ export class RobotPage {
   private trace: WireTrace | null;
   private robot = new RobotState();
   private storeDown = "";
+  private ways: WayBack[] = [];
 
   constructor() {
     const { media } = this;
@@ -148,6 +151,11 @@ export class RobotPage {
       });
   }
 
+  /** Return the action of a pressed key, by `data-action` of the list of keys; empty if it has none. */
+  keyAction(event: KeyboardEvent): string {
+    return keys.action(event);
+  }
+
   /** The part of a held motion that is the same for every control. */
   readonly keepAlive = this.commands.heldMotion;
   readonly ladder: CommandList = this.commands.list;
@@ -166,6 +174,13 @@ export class RobotPage {
     const s = this.snapshot,
       known = s !== null && s.link && s.robot.state !== "offline" && !this.live.lost;
     return known && !this.operating ? targetOf(s.commands) : null;
+  }
+
+  /** Remember from now on where the robot was before the last move of these kinds, in this turn. */
+  wayBack(kinds: readonly string[], joints: number): WayBack {
+    const way = new WayBack(kinds, () => this.state?.joints.slice(0, joints) ?? []);
+    this.ways.push(way);
+    return way;
   }
 
   /** The number of the newest command of this grant; 0 if there is none. */
@@ -211,6 +226,7 @@ export class RobotPage {
   issue(kind: string, args: object): number {
     this.settle();
     const seq = this.commands.issue(kind, args, this.seen);
+    for (const way of this.ways) way.take({ seq, kind, grant: this.grant, state: "sending" });
     this.draw();
     return seq;
   }
@@ -272,7 +288,7 @@ export class RobotPage {
 
   private gotAnswer(m: Answer): void {
     const late = m.to === "stop" && this.stop.press.answer(m.ok);
-    if (!m.ok && m.to === "command") this.commands.refused(m);
+    if (!m.ok && m.to === "command") this.refused(m);
     if (m.to === "cheer") this.cheers?.answer(m.ok);
     if (m.ok && m.to !== "command") this.settle(); // a command has done so when it was sent
     const unchecked = m.to === "release" && !this.stop.looked;
@@ -281,13 +297,23 @@ export class RobotPage {
     else this.refuse(() => (unchecked && this.stop.looked ? "" : translate(m.text)));
   }
 
+  private refused(m: Answer): void {
+    this.commands.refused(m);
+    for (const way of this.ways) way.take({ seq: m.seq ?? 0, grant: this.grant, kind: "", state: "rejected" });
+  }
+
   private gotSnapshot(s: Snapshot): void {
     const wasOperating = this.operating,
       hadStill = this.snapshot?.still?.id;
     if (!s.replay) s.commands = latestStages(s.commands, this.snapshot?.commands);
     this.snapshot = s;
     this.storeDown = s.store;
-    if (this.commands.follow(s)) this.console?.turn();
+    const another = this.commands.follow(s);
+    for (const way of this.ways) {
+      way.turn(s.me.can.drive ? this.grant : 0);
+      for (const c of s.commands) way.take(c);
+    }
+    if (another) this.console?.turn();
     this.commands.show(s);
     this.turnPanel.changed(s);
     if (s.still?.id !== hadStill) this.media.still();
@@ -301,6 +327,7 @@ export class RobotPage {
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {
     this.commands.list.update(m);
+    for (const way of this.ways) way.take(m);
     document.dispatchEvent(new Event("farhand:acted"));
     if (this.snapshot) this.snapshot.commands = [m, ...this.snapshot.commands.filter((c) => c.id !== m.id)].slice(0, 8);
     this.console?.command(m);

@@ -2,6 +2,8 @@
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
 import type { Snapshot } from "../socket/messages.ts";
+import { STOP } from "../input/keys.ts";
+import { keys } from "./keys.ts";
 import { StopPress } from "./stop_press.ts";
 
 /** The parts of the page that `StopButton` needs. */
@@ -32,8 +34,8 @@ export class StopButton {
 
   private key(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
-    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || !this.use.snapshot()?.me.can.stop) return;
-    if (event.key !== "Escape" && (event.key.toLowerCase() !== "s" || field)) return;
+    if (event.repeat || keys.action(event) !== STOP || !this.use.snapshot()?.me.can.stop) return;
+    if (field && event.key !== "Escape") return;
     event.preventDefault();
     this.stop();
   }

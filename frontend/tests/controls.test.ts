@@ -10,6 +10,7 @@ import { ago, clock } from "../src/kit/times.ts";
 const D = {
   arm: { link1: 0.4, link2: 0.25, q2_deg: [0, 160] as [number, number], up: 0.075, down: 0 },
   sand: { x: [-0.24, 0.24] as [number, number], y: [0.29, 0.55] as [number, number] },
+  jog: { step: 0.008 },
 };
 
 test("reach and forward agree all over the sand", () => {

@@ -86,7 +86,14 @@ export class Joints {
     this.console.ask();
   }
 
-  private fill(joints: number[]): void {
+  /** Fill in a target. */
+  put(joints: readonly number[]): void {
+    this.edited.note(this.page.lastSeq);
+    this.fill(joints);
+    this.console.ask();
+  }
+
+  private fill(joints: readonly number[]): void {
     this.infos.forEach((_, i) => {
       const value = deg(joints[i] ?? 0).toFixed(1);
       const slider = this.sliders[i],

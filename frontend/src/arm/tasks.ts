@@ -3,8 +3,11 @@ import type { RobotPage } from "../page/robot_page.ts";
 import type { PlanAnswer } from "../socket/messages.ts";
 import { minutes, ProgramDesk } from "../widgets/program_desk.ts";
 import { parseTask, printTask, type TaskStep } from "../widgets/task_text.ts";
+import type { SceneFacts } from "../scene/scene.ts";
 import type { ArmMode, Judge, Target } from "./types.ts";
 import { gettext, translate } from "../kit/text.ts";
+
+const POSTURES = ["ready", "home"]; // of robot.toml
 
 interface Arm extends Judge {
   refuse(why: string): void;
@@ -19,13 +22,12 @@ export class Tasks implements ArmMode {
   constructor(
     page: RobotPage,
     private arm: Arm,
-    names: readonly string[],
-    postures: readonly string[],
-    hasPlate: boolean,
+    { objects = [], plate }: SceneFacts,
   ) {
+    const names = objects.map(({ name }) => name);
     const use = {
       blocks: async (box: HTMLElement, changed: (steps: TaskStep[]) => void) =>
-        new (await import("../widgets/task_desk.ts")).TaskBlocks(box, names, postures, hasPlate, changed),
+        new (await import("../widgets/task_desk.ts")).TaskBlocks(box, names, POSTURES, plate !== undefined, changed),
       changed: () => arm.ask(),
       refused: (why: string) => arm.refuse(why),
     };

@@ -12,6 +12,7 @@ import { facts } from "../page/facts.ts";
 import { sayWord } from "../page/plain_words.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Judgement } from "./judge.ts";
+import { loadJudge } from "./load_judge.ts";
 import { SceneObjects } from "./objects.ts";
 import { Scene, type SceneFacts } from "./scene.ts";
 import type { CommandInfo, PlanAnswer, Still } from "../socket/messages.ts";
@@ -21,6 +22,7 @@ import { BUTTONS, PICKING } from "../arm/buttons.ts";
 import { Cameras } from "../arm/cameras.ts";
 import { Joints } from "../arm/joints.ts";
 import { Position } from "../arm/position.ts";
+import { GoBack } from "../widgets/go_back.ts";
 import { Prediction } from "../arm/prediction.ts";
 import { Tasks } from "../arm/tasks.ts";
 import { Pick, type PickFacts } from "./pick.ts";
@@ -33,7 +35,7 @@ const description = facts as typeof facts & ArmDescription & ArmFacts & SceneFac
 const boxes = description.set.boxes ?? []; // of staff
 const PLAN_MS = 120;
 const MODEL_MS = 120_000; // the file may come over a slow line
-const POSTURES = ["ready", "home"]; // of robot.toml
+const MOVES = ["joints", "pose", "line", "ready"]; // to a position
 const THERE = 0.002; // rad: a target this near needs no ghost
 /** The kinds of motion that a newer target may replace. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
@@ -62,6 +64,7 @@ export class ArmConsole implements Console, Judge {
   private task: Tasks | null = null; // likewise
   private pick: Pick | null; // null for a robot that does not declare it
   private modes: Record<string, ArmMode>;
+  private back: GoBack;
 
   /** `modes` makes the robot's own modes, by the names of their tabs. */
   constructor(
@@ -89,7 +92,7 @@ export class ArmConsole implements Console, Judge {
       },
       start: (target) => this.start(target, "go-pick"),
     });
-    if (document.getElementById("panel-task")) this.task = this.tasks();
+    if (document.getElementById("panel-task")) this.task = new Tasks(page, this, description);
     if (document.getElementById("panel-scene"))
       this.scene = new Scene(page, {
         share,
@@ -110,6 +113,12 @@ export class ArmConsole implements Console, Judge {
       ...(this.task ? { task: this.task } : {}),
       ...modes(this),
     };
+    this.back = new GoBack(page, {
+      kinds: MOVES,
+      joints: this.axes.length,
+      whyNot: () => this.whyNot("back", page.facts()),
+      choose: (joints) => this.goBack(joints),
+    });
     page.on("open", () => this.grip(0));
     page.on("close", () => this.grip(1));
     page.on("ready", () => page.command("ready"));
@@ -117,19 +126,8 @@ export class ArmConsole implements Console, Judge {
     page.on("go-pose", () => this.go(this.position.target()));
     page.onPlan = (answer) => this.gotPlan(answer);
     this.mark(this.tabs.open);
-    void this.openPlanner();
+    if (this.scene) void loadJudge(description, boxes).then((judge) => this.scene?.plan(judge));
     void this.openView();
-  }
-
-  private async openPlanner(): Promise<void> {
-    const { scene } = this;
-    if (!scene) return;
-    try {
-      const { PoseJudge } = await import("./judge.ts");
-      scene.plan(new PoseJudge(description, boxes));
-    } catch (error) {
-      console.warn(error); // the server judges on Send
-    }
   }
 
   private async openView(): Promise<void> {
@@ -159,11 +157,6 @@ export class ArmConsole implements Console, Judge {
       );
       console.warn(error);
     }
-  }
-
-  private tasks(): Tasks {
-    const names = (description.objects ?? []).map(({ name }) => name);
-    return new Tasks(this.page, this, names, POSTURES, description.plate !== undefined);
   }
 
   watch(): void {
@@ -346,6 +339,12 @@ export class ArmConsole implements Console, Judge {
     else this.page.command("gripper", { closed });
   }
 
+  private goBack(joints: readonly number[]): void {
+    this.pick?.clear();
+    this.tabs.choose("joint");
+    this.joints.put(joints);
+  }
+
   private go(target: Target | null): void {
     if (target) this.start(target);
     else this.page.refuse(() => this.whyNot("go", this.page.facts()));
@@ -391,6 +390,7 @@ export class ArmConsole implements Console, Judge {
     this.showScene();
     for (const [name, kind] of Object.entries(BUTTONS))
       for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
+    this.back.draw();
     const why = this.whyNot("jog", f);
     for (const one of [this.joints, this.position, this.scene]) one?.enable(why);
   }

@@ -1,8 +1,11 @@
 /** Moves the ghost without a pointer in the view: keys on its handle, and a button for each direction. */
 import { isStale } from "../input/loop.ts";
-import { byId, make, say } from "../kit/dom.ts";
+import { byId, make, say, set } from "../kit/dom.ts";
 import { gettext } from "../kit/text.ts";
-import { keyMove, type Move, type Step, stepMove, STEPS } from "./moves.ts";
+import { facts } from "../page/facts.ts";
+import { keys } from "../page/keys.ts";
+import { isLarge, StepSize } from "../widgets/steps.ts";
+import { keyMove, type Move, stepMove, STEPS, USUAL } from "./moves.ts";
 
 export interface HandUse {
   /** Move the ghost by so much. */
@@ -11,6 +14,8 @@ export interface HandUse {
   send(): void;
   /** Close (1) or open (0) the gripper of an arm that follows. */
   grip(closed: number): void;
+  /** Say a sentence until the ghost is moved again. */
+  note(text: string): void;
 }
 
 const WAYS: readonly (readonly [string, string, Move])[] = [
@@ -28,29 +33,61 @@ const WAYS: readonly (readonly [string, string, Move])[] = [
   ["↺ z", gettext("Turn the ghost back about z"), [0, 0, 0, 0, 0, -1]],
 ];
 
+/** Return the steps of the ghost; a large one is a large part of where the tool may be sent. */
+function steps(): StepSize<(typeof STEPS)[number] & { words: string; isLarge: boolean }> {
+  const range = facts.commands.find(({ kind }) => kind === "pose")?.arguments.find(({ name }) => name === "x");
+  const sizes = STEPS.map((step) => ({
+    ...step,
+    words: `${step.mm} mm, ${step.degrees}°`,
+    isLarge: range !== undefined && isLarge(step.mm / 1000, range),
+  }));
+  return new StepSize(sizes, USUAL);
+}
+
 export class Hand {
   private pad = byId("ghost-pad");
   private handle = byId("ghost-handle");
-  private size = byId<HTMLSelectElement>("ghost-step");
+  private select = byId<HTMLSelectElement>("ghost-step");
+  private size = steps();
+  private labels = WAYS.map(([sign, label, way]) => ({ sign, label, way, button: make("button", { type: "button", class: "button" }) }));
 
   constructor(private use: HandUse) {
-    this.size.append(...STEPS.map(({ mm, degrees }, i) => make("option", { value: i }, `${mm} mm, ${degrees}°`)));
-    this.size.value = "1";
-    for (const [sign, label, way] of WAYS) {
-      const button = make("button", { type: "button", class: "button", "aria-label": `${sign}: ${label}` }, sign);
-      button.addEventListener("click", () => use.step(stepMove(way, this.step)));
+    this.select.append(...STEPS.map(({ mm, degrees }, i) => make("option", { value: i }, `${mm} mm, ${degrees}°`)));
+    this.select.addEventListener("change", () => this.choose(Number(this.select.value)));
+    for (const { way, button } of this.labels) {
+      button.addEventListener("click", () => this.move(way));
       this.pad.append(button);
     }
     byId("ghost-hand").addEventListener("keydown", (event) => this.key(event));
+    this.choose(USUAL);
+  }
+
+  /** Another turn begins: the step has its usual size again. */
+  reset(): void {
+    this.size.reset();
+    this.choose(this.size.index);
+  }
+
+  private choose(index: number): void {
+    this.size.choose(index);
+    const { mm, degrees } = this.size.now;
+    this.select.value = String(this.size.index);
+    for (const { sign, label, way, button } of this.labels) {
+      const size = way.slice(3).some(Boolean) ? `${degrees}°` : `${mm} mm`;
+      button.replaceChildren(`${sign} `, make("small", {}, size));
+      set(button, { "aria-label": `${sign} ${size}: ${label}` });
+    }
+  }
+
+  private move(way: Move): void {
+    const asked = this.size.ask();
+    if (asked) this.use.note(asked);
+    else this.use.step(stepMove(way, this.size.now));
   }
 
   /** Let keys and a gamepad move the ghost. */
   focus(): void {
     this.handle.focus({ preventScroll: true });
-  }
-
-  private get step(): Step {
-    return STEPS[Number(this.size.value)]!;
   }
 
   private key(event: KeyboardEvent): void {
@@ -65,18 +102,21 @@ export class Hand {
   private action(event: KeyboardEvent): (() => void) | null {
     const { key, shiftKey, target } = event;
     const move = keyMove(key, shiftKey);
-    if (move) return () => this.use.step(stepMove(move, this.step));
-    if (key === "+" || key === "-") return () => this.resize(key === "+" ? 1 : -1);
-    const letter = key.toLowerCase();
-    if (letter === "g") return () => this.use.home();
-    if (letter === "c" || letter === "o") return () => this.use.grip(letter === "c" ? 1 : 0);
+    if (move) return () => this.move(move);
     if (key === "Enter" && target === this.handle) return () => !event.repeat && this.use.send();
-    return null;
+    const acts: Record<string, () => void> = {
+      longer: () => this.resize(1),
+      shorter: () => this.resize(-1),
+      "ghost-home": () => this.use.home(),
+      close: () => this.use.grip(1),
+      open: () => this.use.grip(0),
+    };
+    return acts[keys.action(event)] ?? null;
   }
 
   private resize(by: number): void {
-    this.size.value = String(Math.max(0, Math.min(STEPS.length - 1, Number(this.size.value) + by)));
-    say(byId("ghost-step-said"), gettext("Step {mm} mm, {degrees}°", { mm: this.step.mm, degrees: this.step.degrees }));
+    this.choose(this.size.index + by);
+    say(byId("ghost-step-said"), gettext("Step {mm} mm, {degrees}°", { mm: this.size.now.mm, degrees: this.size.now.degrees }));
   }
 
   /** Whether the handle, its buttons or the view has the focus, so that what has no place on the page may move the ghost. */

@@ -15,7 +15,9 @@ export const STEPS: readonly Step[] = [
   { mm: 1, degrees: 1 },
   { mm: 5, degrees: 5 },
   { mm: 20, degrees: 15 },
+  { mm: 100, degrees: 45 },
 ];
+export const USUAL = 1; // the index of the step with which a turn begins
 type Said = (value: string) => string;
 const LENGTHS: readonly (readonly [Said, Said])[] = [
   [(mm) => gettext("{mm} mm forward", { mm }), (mm) => gettext("{mm} mm back", { mm })],

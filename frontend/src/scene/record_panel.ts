@@ -3,6 +3,7 @@ import { byId, say, sayLines, set } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import { gettext } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
+import { keys } from "../page/keys.ts";
 import { printTask, type TaskStep } from "../widgets/task_text.ts";
 import type { Recorded, Recorder } from "./recorder.ts";
 
@@ -27,7 +28,6 @@ export interface RecordUse {
 }
 
 const IDLE = gettext("While you record, nothing is sent: take the ghost to a brick, grip, take it to its place, put it down.");
-const KEYS: Record<string, "grip" | "way" | "undo"> = { p: "grip", m: "way", u: "undo" };
 
 export class RecordPanel {
   private button = byId("record");
@@ -40,17 +40,17 @@ export class RecordPanel {
   ) {
     byId("scene-record").hidden = false;
     this.button.addEventListener("click", () => this.toggle());
-    const acts = { grip: () => this.grip(), way: () => this.way(), undo: () => this.undo() };
+    const acts: Record<string, () => void> = { grip: () => this.grip(), way: () => this.way(), undo: () => this.undo() };
     for (const [name, act] of Object.entries({ ...acts, play: () => this.play() })) {
       const button = byId(`record-${name}`);
       button.addEventListener("click", () => (refusal(button) ? this.draw(refusal(button)) : act()));
     }
     byId("record-edit").addEventListener("click", () => use.edit());
     byId("ghost-hand").addEventListener("keydown", (event) => {
-      const key = event.ctrlKey || event.metaKey || event.altKey || event.repeat ? undefined : KEYS[event.key.toLowerCase()];
-      if (!key || !recorder.runs) return;
+      const act = event.repeat ? undefined : acts[keys.action(event)];
+      if (!act || !recorder.runs) return;
       event.preventDefault();
-      acts[key]();
+      act();
     });
     this.draw(IDLE);
   }

@@ -94,6 +94,7 @@ export class Scene implements ArmMode {
       home: () => this.home(),
       send: () => this.send(),
       grip: (closed) => this.grip(closed),
+      note: (text) => this.say(text),
     });
     this.handling = new Handling({
       page,
@@ -243,6 +244,7 @@ export class Scene implements ArmMode {
   /** Another turn has begun: the arm follows nobody before that person says so. */
   turn(): void {
     this.handling.disarm();
+    this.hand.reset();
     this.home();
   }
 

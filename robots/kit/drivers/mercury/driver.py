@@ -20,7 +20,6 @@ POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
 ARRIVED_M = 0.0006  # rounding of binary32 on the wire and of joints to a pose
 SQUARE_RAD = 0.003
-JOG_STEP_M = 0.008  # short enough that a step and its braking end soon after the keep-alives end
 STOPPED = "The motion was stopped on its way."
 
 
@@ -100,14 +99,14 @@ class Driver(Session):
 
     def _jog(self, dx: float, dy: float, permit: Permit, on_stage: OnStage) -> Outcome:
         """Move by short steps while `permit` allows each one, or to the edge of the sand."""
-        sand, length = self._description["sand"], hypot(dx, dy)
+        sand, share = self._description["sand"], float(self._description["jog"]["step"]) / hypot(dx, dy)
         sent: dict[str, Any] = {"steps": 0}
         go_on = until_held(permit, lambda: self.line.holds)
         while True:
             go_on()
             x, y, z = (self._latest or self.state()).pose[:3]
-            to_x = min(max(x + JOG_STEP_M * dx / length, sand["x"][0]), sand["x"][1])
-            to_y = min(max(y + JOG_STEP_M * dy / length, sand["y"][0]), sand["y"][1])
+            to_x = min(max(x + share * dx, sand["x"][0]), sand["x"][1])
+            to_y = min(max(y + share * dy, sand["y"][0]), sand["y"][1])
             if hypot(to_x - x, to_y - y) < ARRIVED_M:
                 return Outcome({**sent, "edge": True}, self._latest)
             self._go((to_x, to_y, z), go_on, on_stage)

@@ -8,16 +8,20 @@ import {
   type CommandInfo,
   facts,
   type Facts,
+  GoBack,
   Jog,
   make,
+  PlaceForm,
+  RecentPlaces,
   RobotPage,
+  say,
   type StatePacket,
   stick,
   type Still,
 } from "/static/farhand/v1/console.js";
 import "./console.css";
 import { type SandFacts, whyNot } from "./rules.ts";
-import { type Description, type Map2, nozzlePixel, onSand, pixel, target } from "./scara.ts";
+import { type Description, forward, type Map2, nozzlePixel, onSand, pixel, target } from "./scara.ts";
 import { Schematic } from "./schematic.ts";
 import { gettext } from "/static/farhand/v1/text.js";
 
@@ -25,6 +29,7 @@ type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; 
 
 const description = facts as typeof facts & Description;
 const page = new RobotPage();
+const MM = 1000;
 const NOT_YET = gettext("You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.");
 
 class SandConsole extends Basics<RobotPage> {
@@ -32,13 +37,24 @@ class SandConsole extends Basics<RobotPage> {
   private sent: Aim | null = null;
   private airStill = 0;
   private jog: Jog<readonly [number, number]>;
+  private back = new GoBack(page, {
+    kinds: ["move", "click"],
+    joints: 2,
+    whyNot: () => this.whyNot("back", page.facts()),
+    choose: (joints) => this.pickPoint(...forward(description, [...joints]).tool),
+  });
+  private recent = new RecentPlaces(byId("recent"), ["x", "y"], inMm, ([x = 0, y = 0]) => this.pickPoint(x, y));
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
   constructor() {
+    const { sand } = description;
     const [picture, overlay] = [byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay")];
     super(page, new CameraView(byId("screen"), picture, overlay, (u, v) => this.pickPixel(u, v)));
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => this.give(kind));
+    const axes = (["x", "y"] as const).map((name) => ({ name, unit: "mm", per: MM, low: sand[name][0], high: sand[name][1] }));
+    new PlaceForm(byId<HTMLFormElement>("place-form"), axes, ([x = 0, y = 0]) => this.pickPoint(x, y), (why) => page.refuse(why)); // prettier-ignore
+    for (const label of byId("jog").querySelectorAll("[data-step]")) say(label, `${MM * description.jog.step} mm`);
     byId("stage").addEventListener("keydown", (event) => this.key(event));
     this.jog = new Jog(byId("jog"), {
       read: (words) => {
@@ -68,9 +84,11 @@ class SandConsole extends Basics<RobotPage> {
 
   override turn(): void {
     this.aim = null;
+    this.recent.forget();
   }
 
   override command(c: CommandInfo): void {
+    if (c.grant === page.grant) this.recent.take(c);
     const still = page.snapshot?.still;
     if (c.state === "completed" && c.kind === "air" && still) this.airStill = still.id;
     if (c.state === "completed" && this.aim === this.sent) this.aim = null;
@@ -140,12 +158,16 @@ class SandConsole extends Basics<RobotPage> {
 
   private key(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, select, button, a");
-    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
-    const kind = { u: "up", d: "down", a: "air" }[event.key];
-    if ((!kind && event.key !== "Enter") || !page.operating) return;
+    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field || !page.operating) return;
+    const acts: Record<string, () => void> = {
+      up: () => this.give("up"),
+      down: () => this.give("down"),
+      air: () => this.give("air"),
+    };
+    const act = event.key === "Enter" ? () => this.go() : acts[page.keyAction(event)];
+    if (!act) return;
     event.preventDefault();
-    if (kind) this.give(kind);
-    else this.go();
+    act();
   }
 
   override draw(f: Facts): void {
@@ -154,6 +176,8 @@ class SandConsole extends Basics<RobotPage> {
     sayHeight(byId("height"), z);
     byId("jog").hidden = !page.operating;
     this.jog.enable(whyNot("jog", judged));
+    byId("back").hidden = byId("places").hidden = !page.operating;
+    this.back.draw();
     for (const name of ["go", "up", "down", "air"]) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
       if (button) allow(button, whyNot(name, judged));
@@ -198,6 +222,11 @@ function sayHeight(badge: HTMLElement, z: number | undefined): void {
   if (badge.dataset["words"] === words) return;
   badge.dataset["words"] = words;
   badge.replaceChildren(...(words ? [`${words} `, make("small", {}, `Z = ${up}`)] : []));
+}
+
+/** Return a place in words. */
+function inMm(place: readonly number[]): string {
+  return `${place.map((v) => Math.round(v * MM)).join(", ").replaceAll("-", "−")} mm`;
 }
 
 /** Return the place (m) to which the driver has sent the arm, for who watches. */

@@ -3,6 +3,7 @@
 export interface Description {
   arm: { link1: number; link2: number; q2_deg: [number, number]; up: number; down: number };
   sand: { x: [number, number]; y: [number, number] };
+  jog: { step: number };
 }
 export interface Arm {
   elbow: [number, number];

@@ -9,6 +9,8 @@ import {
   fill,
   FINAL,
   make,
+  PlaceForm,
+  RecentPlaces,
   RobotPage,
   type StatePacket,
   type StreamPacket,
@@ -59,6 +61,8 @@ class HallConsole extends Basics<RobotPage> {
   private stick = new StickPart(page, description, byId("drive"));
   private history = new HistoryPart(page, HISTORY, byId("readings"));
   private places: HTMLButtonElement[] = [];
+  private recent = new RecentPlaces(byId("recent"), ["x", "y"], ([x = 0, y = 0]) => where({ x, y }, GO), ([x = 0, y = 0]) => this.picked(x, y)); // prettier-ignore
+  private fields: PlaceForm;
   private jobs: JobPanel;
   private rules = new RulesPanel(page, description);
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
@@ -74,6 +78,13 @@ class HallConsole extends Basics<RobotPage> {
     };
     this.jobs = new JobPanel(page, words, () => this.mark());
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
+    const { width, depth } = description.hall;
+    this.fields = new PlaceForm(
+      byId<HTMLFormElement>("place-form"),
+      Object.entries({ x: width, y: depth }).map(([name, high]) => ({ name, unit: "m", per: 1, low: 0, high })),
+      ([x = 0, y = 0]) => this.picked(round(x), round(y)),
+      (why) => page.refuse(why),
+    );
     for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
     page.on("left", () => page.command("turn", { angle: TURN_RAD }));
     page.on("right", () => page.command("turn", { angle: -TURN_RAD }));
@@ -127,12 +138,14 @@ class HallConsole extends Basics<RobotPage> {
   }
 
   override command(c: CommandInfo): void {
+    if (c.grant === page.grant) this.recent.take(c);
     if (c.kind === GO && FINAL.has(c.state)) this.sent = null;
     this.mark();
   }
 
   override turn(): void {
     this.sent = null;
+    this.recent.forget();
   }
 
   /** Mark the place to which the rover drives. */
@@ -150,6 +163,9 @@ class HallConsole extends Basics<RobotPage> {
     this.rules.draw();
     const why = this.whyNotSend();
     for (const button of this.places) allow(button, why);
+    this.fields.enable(why);
+    this.recent.enable(why);
+    byId("recent").hidden = byId("recent-head").hidden = !page.operating;
     this.missions.draw();
     allow(byId("mission-send"), (page.operating ? page.whyNot(MISSION) : this.jobs.whyNot()) || this.missions.whyNot());
     this.pad.draw(this.whyNot("drive", f));

@@ -1,7 +1,7 @@
 /** Keys that a person chooses: no two actions have one, Stop keeps its own, and what is stored is never trusted. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { type KeyAction, KeyChoice, keyInWords, keyOf, shownKey, STOP } from "../src/input/keys.ts";
+import { type KeyAction, KeyChoice, keyInWords, keyOf, shownKey, STOP } from "../src/kit/keys.ts";
 import { seededDraw } from "./helpers.ts";
 
 const ACTIONS: KeyAction[] = [

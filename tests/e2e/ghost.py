@@ -195,7 +195,7 @@ class Mouse(Keys):
     def step(self, way, size, times):
         self.page.select_option("#ghost-step", str(size))
         for _ in range(times):
-            self.press(self.page.locator(f"#ghost-pad [aria-label^='{WAYS[way][1]}:']"))
+            self.press(self.page.locator(f"#ghost-pad [aria-label^='{WAYS[way][1]} ']"))
 
     def press(self, button):
         button.click()

@@ -90,13 +90,13 @@ def test_stop_is_in_reach_and_works_beside_the_card_of_keys(driving, portal, rob
         for share in scrolled(page):
             assert stop.evaluate(COVER) == "", (wide, high, share)
         assert card.evaluate(BESIDE_CLOSE) == [], (wide, high)
-        card.locator("button").focus()
+        card.get_by_role("button", name="Close", exact=True).focus()
         page.keyboard.press("Escape")
         expect(card).to_be_hidden()
         assert not stopped(portal, robot), "Escape closes the card, and no more"
     page.click("#keys-open")
     one.axe("the card of keys")
-    card.locator("button").focus()
+    card.get_by_role("button", name="Close", exact=True).focus()
     page.keyboard.press("s")
     expect(page.locator("#release")).to_be_visible()
     assert stopped(portal, robot), "the key of Stop works while the card is open"

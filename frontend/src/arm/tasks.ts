@@ -3,7 +3,6 @@ import type { RobotPage } from "../page/robot_page.ts";
 import type { PlanAnswer } from "../socket/messages.ts";
 import { minutes, ProgramDesk } from "../widgets/program_desk.ts";
 import { parseTask, printTask, type TaskStep } from "../widgets/task_text.ts";
-import type { SceneFacts } from "../scene/scene.ts";
 import type { ArmMode, Judge, Target } from "./types.ts";
 import { gettext, translate } from "../kit/text.ts";
 
@@ -22,7 +21,7 @@ export class Tasks implements ArmMode {
   constructor(
     page: RobotPage,
     private arm: Arm,
-    { objects = [], plate }: SceneFacts,
+    { objects = [], plate }: { objects?: readonly { name: string }[]; plate?: object },
   ) {
     const names = objects.map(({ name }) => name);
     const use = {

@@ -2,7 +2,7 @@
 import { byId, make, say, set } from "../kit/dom.ts";
 import { allow, refusal } from "../kit/refusal.ts";
 import { gettext } from "../kit/text.ts";
-import type { KeyAction } from "../input/keys.ts";
+import type { KeyAction } from "../kit/keys.ts";
 import { keys } from "./keys.ts";
 
 const MODIFIERS = new Set(["Shift", "Control", "Alt", "AltGraph", "Meta", "CapsLock"]);

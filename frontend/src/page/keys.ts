@@ -1,7 +1,7 @@
 /** The keys of this page's actions, which its list of keys declares (`data-action`), as the person has chosen them. */
 import { byId, say } from "../kit/dom.ts";
 import { storage } from "../kit/storage.ts";
-import { type KeyAction, KeyChoice, keyInWords, keyOf, shownKey } from "../input/keys.ts";
+import { type KeyAction, KeyChoice, keyInWords, keyOf, shownKey } from "../kit/keys.ts";
 
 const card = byId("keys");
 const NAMED = "kbd[data-action]";

@@ -2,7 +2,7 @@
 import { byId } from "../kit/dom.ts";
 import type { Connection } from "../socket/connection.ts";
 import type { Snapshot } from "../socket/messages.ts";
-import { STOP } from "../input/keys.ts";
+import { STOP } from "../kit/keys.ts";
 import { keys } from "./keys.ts";
 import { StopPress } from "./stop_press.ts";
 

@@ -226,7 +226,10 @@ function sayHeight(badge: HTMLElement, z: number | undefined): void {
 
 /** Return a place in words. */
 function inMm(place: readonly number[]): string {
-  return `${place.map((v) => Math.round(v * MM)).join(", ").replaceAll("-", "−")} mm`;
+  return `${place
+    .map((v) => Math.round(v * MM))
+    .join(", ")
+    .replaceAll("-", "−")} mm`;
 }
 
 /** Return the place (m) to which the driver has sent the arm, for who watches. */

@@ -1,5 +1,5 @@
 /** The keys of a console's actions: what a person has chosen, in place of the defaults. A key is a character, not a place. */
-import { gettext } from "../kit/text.ts";
+import { gettext } from "./text.ts";
 
 /** What a key does: its name, what it does in words, and its key at first; empty for an action that has none then. */
 export interface KeyAction {

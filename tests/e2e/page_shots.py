@@ -16,21 +16,13 @@ from pathlib import Path
 
 from PIL import Image
 
+from tests.e2e.pages import OWN, PUBLIC, STAFF, known
+
 PORT = 8791
 WEBP = {"format": "WEBP", "quality": 45, "method": 6}
 LANGUAGES = {"en": "en-GB", "de": "de-DE"}
 SIZES = {"wide": (1440, 900), "narrow": (390, 844)}
 SCHEMES = ("light", "dark")
-PUBLIC = {
-    "landing": "/", "story": "/story/", "status": "/status/", "statistics": "/statistics/", "log": "/log/",
-    "movie-of-the-day": "/movie-of-the-day/", "mercury": "/robots/mercury/", "museum-arm": "/robots/museum-arm/",
-    "irat": "/robots/irat/", "rover": "/robots/rover/", "puma": "/robots/puma/", "orientation": "/robots/mercury/orientation/",
-    "finds": "/robots/mercury/finds/", "jobs": "/robots/irat/jobs/", "statistics-of-jobs": "/robots/irat/statistics/",
-    "recordings": "/robots/irat/recordings/", "classic": "/classic/mercury/", "sign-in": "/accounts/login/",
-    "sign-up": "/accounts/signup/", "reset": "/accounts/password/reset/", "nothing": "/nothing/",
-}  # fmt: skip
-OWN = {"me": "/me/", "clearance": "/robots/puma/clearance/", "email": "/accounts/email/"}
-STAFF = {"admin": "/admin/", "admin-robot": "/admin/robots/robot/1/change/", "survey": "/survey/results/"}  # fmt: skip
 PEOPLE = """
 from allauth.account.models import EmailAddress
 from accounts.models import Clearance, OrientationRead, User
@@ -54,26 +46,39 @@ def main() -> None:
 
     folder, only = Path(sys.argv[1]), set(sys.argv[2:])
     with demo() as (url, person, staff), sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=["--no-sandbox"])
-        context = browser.new_context(base_url=url, locale="en-GB")
+        browsers = {locale: started(playwright, locale) for locale in LANGUAGES.values()}
+        context = browsers["en-GB"].new_context(base_url=url, locale="en-GB")
         context.add_cookies([{"name": "sessionid", "value": person, "url": url}])
-        turn = driven(context.new_page())
+        rows = driven(context.new_page())
         context.close()
-        groups = ((PUBLIC | {"turn": turn}, ""), (OWN, person), (STAFF, staff))
+        groups = (
+            (known(PUBLIC, **rows), ""),
+            (known(OWN, new="puma"), person),
+            (known(STAFF, robot=1), staff),
+        )
         for (code, locale), (size, (width, height)), (pages, session) in product(
             LANGUAGES.items(), SIZES.items(), groups
         ):
-            context = browser.new_context(base_url=url, locale=locale, viewport={"width": width, "height": height})
+            viewport = {"width": width, "height": height}
+            context = browsers[locale].new_context(base_url=url, locale=locale, viewport=viewport)
             if session:
                 context.add_cookies([{"name": "sessionid", "value": session, "url": url}])
             page = context.new_page()
             for name, address in pages.items():
                 if not only or name in only:
                     page.goto(address)
-                    page.wait_for_timeout(2500 if "/robots/" in address or address == "/" else 400)
+                    page.wait_for_timeout(400 if address.startswith("/accounts/") else 2500)
                     take(page, folder / code, f"{name}-{size}")
             context.close()
-        browser.close()
+        for browser in browsers.values():
+            browser.close()
+
+
+def started(playwright, locale: str):
+    """Return a browser whose own parts of a page, as fields for dates, are in that language, too."""
+    env = {**os.environ, "LANGUAGE": locale.replace("-", "_")}
+    arguments = ["--no-sandbox", f"--lang={locale}"]
+    return playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=arguments, env=env)
 
 
 def take(page, folder: Path, name: str) -> None:
@@ -85,8 +90,8 @@ def take(page, folder: Path, name: str) -> None:
         Image.open(io.BytesIO(page.screenshot())).convert("RGB").save(folder / f"{name}-{scheme}.webp", **WEBP)
 
 
-def driven(page) -> str:
-    """Drive Mercury for some commands, leave, and write in the log; return the address of the turn's page."""
+def driven(page) -> dict[str, str]:
+    """Drive Mercury for some commands, leave, write in the log, and ask the iRat for something; return what that made."""
     page.goto("/robots/mercury/")
     for _ in range(60):  # the robots start, on a busy machine for minutes
         button = page.locator("#place :is([data-do=take], [data-do=join], [data-do=accept])").first
@@ -108,7 +113,12 @@ def driven(page) -> str:
     page.fill("textarea[name=text]", "Four bursts in the corner, and there it was: a small round thing with a lid.")
     page.locator("main form.form button").first.click()
     page.wait_for_timeout(1000)
-    return address
+    recording = page.locator("main a[href^='/recordings/']").first.get_attribute("href")
+    page.goto("/robots/irat/jobs/")
+    page.locator("main form.form button").first.click()
+    page.wait_for_url("**/jobs/*/")
+    names = {"turn": address, "recording": recording.partition("?")[0], "job": page.url}
+    return {name: found.rstrip("/").rpartition("/")[2] for name, found in names.items()}
 
 
 @contextmanager

@@ -11,8 +11,6 @@ from tests.e2e.drawn import QUIET, scroll, settle, size
 PHONES = [(390, 844), (360, 640), (844, 390)]
 WIDTHS = [360, 390, 768, 1024, 1440]
 MODES = ["joint", "position", "program", "terminal"]
-ARM, SAND = "/robots/museum-arm/", "/robots/mercury/"
-PUBLIC = ["/", "/story/", "/status/", "/statistics/", "/log/", "/robots/mercury/finds/", SAND, ARM, "/classic/mercury/", "/robots/mercury/orientation/", "/accounts/login/", "/accounts/signup/", "/accounts/password/reset/"]  # fmt: skip
 # what lies on top in the middle of the element; empty where it is the element itself or inside it
 COVER = """(element) => {
   const box = element.getBoundingClientRect();

@@ -3,68 +3,25 @@
 import re
 from dataclasses import replace
 
-import cv2
-import numpy as np
 import pytest
 from playwright.sync_api import expect
 
 from robots.kit.clock import SYSTEM
-from robots.kit.contract.session import RobotState
-from robots.kit.packets import picture_packet, state_packet
 from robots.kit.recording.container import Tape
-from robots.kit.recording.packets import picture_of, state_told
 from robots.kit.recording.reading import messages
-from robots.models import Movie, RecordingState
+from robots.models import Movie
 from robots.recordings import keeping
 from tests.conftest import wait_for
 from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
-from tests.e2e.test_axe import DARK, LIGHT, OTHERS
+from tests.e2e.recorded import grey
+from tests.e2e.recorded import recording as recording
+from tests.e2e.test_axe import EACH_LOOK, looked_at, seen
 
 pytestmark = pytest.mark.timed
 
-SECONDS = 24
-NAMES = ("q1", "q2", "q3", "q4")
 # how bright the middle of the picture is
 GREY = "() => { const c = document.getElementById('picture'); return c.getContext('2d').getImageData(90, 80, 1, 1).data[0]; }"
-
-
-def grey(second):
-    return 10 * second
-
-
-def jpeg(level):
-    return cv2.imencode(".jpg", np.full((165, 192), level, np.uint8))[1].tobytes()
-
-
-@pytest.fixture
-def recording(portal):
-    """Half a minute of a turn: each second the picture is brighter; a command at 5 s that fails at 8 s."""
-    ada = portal.person("ada", "mercury")
-    turn = portal.drive(ada, "mercury")
-    portal.end(turn)
-    row = keeping.begin(turn.grant, "here", SYSTEM.now())
-    path, began = keeping.path_of(row), int(row.began_at.timestamp() * 1000)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tape = Tape(path, {})
-    stages = {5000: ("queued", ""), 8000: ("failed", "It slipped.")}
-    for tick in range(SECONDS * 4):
-        ms, second = began + 250 * tick, tick // 4
-        if tick % 8 == 7:
-            tape.flush()  # as the recorder does
-        state = RobotState(0.0, (0.1 * second, 1.8, 0.0, 0.0), (), False, True, mode=f"second {second}")
-        tape.put("state", ms * 10**6, state_told(state_packet(tick, ms, state, False), NAMES, ()))
-        if tick % 4 == 0:
-            tape.put("camera/0", ms * 10**6, picture_of(picture_packet(second, ms, 0, (), jpeg(grey(second)))))
-        if (ms - began) in stages:
-            stage, reason = stages[ms - began]
-            told = {"id": 7, "seq": 1, "grant": turn.grant_id, "kind": "down", "state": stage, "reason": reason,
-                    "at_ms": ms, "result": {}, "progress": {}}  # fmt: skip
-            tape.put("commands", ms * 10**6, told)
-    tape.close()
-    keeping.finish(row, RecordingState.READY, "", SYSTEM.now())
-    row.turn = turn
-    return row
 
 
 def shows(page, second):
@@ -140,21 +97,18 @@ def test_nothing_can_be_commanded_from_a_recording(portal, visitor, recording):
     assert not Command.objects.exists()
 
 
-@pytest.mark.parametrize("look", [LIGHT, DARK, *OTHERS])
-def test_the_page_of_a_recording_for_everybody(portal, visitor, recording, look):
-    one = visitor(**look)
+@EACH_LOOK
+def test_the_page_of_a_recording_for_everybody(portal, visitor, recording, looks):
+    one = visitor(**looks[0])
     page = one.page
     page.goto(recording.get_absolute_url())
-    shows(page, 0)
-    one.axe("replay")
-    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    expect(page.locator("#replay-time")).to_contain_text("0:23")
+    seen(one, looks)
     boxes = page.locator("#replay button, #replay select, #replay input, #replay-list button").evaluate_all(
         "(all) => all.map((e) => e.getBoundingClientRect()).map((b) => Math.min(b.width, b.height))"
     )
     assert min(boxes) >= 24
-    page.goto("/robots/mercury/recordings/")
-    one.axe("recordings")
-    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    looked_at(one, ["/robots/mercury/recordings/"], looks)
 
 
 def test_on_a_slow_line_it_says_that_it_loads(portal, visitor, recording):

@@ -6,16 +6,14 @@ from playwright.sync_api import expect
 from operatorlog.models import Visibility
 from tests.e2e.conftest import session
 from tests.e2e.drawn import size
+from tests.e2e.pages import OWN, PUBLIC, known, without
+from tests.e2e.recorded import recording as recording
 from tests.e2e.stage import assert_in_view
-from tests.e2e.test_axe import DOORS, NARROW, WIDE
-from tests.e2e.test_layout import OVER, PUBLIC
-from tests.e2e.test_replay import recording as recording
+from tests.e2e.test_axe import NARROW, WIDE
+from tests.e2e.test_layout import OVER
 from tests.e2e.test_stage import BAR, BESIDE, drives
 from tests.e2e.test_stage import portal as portal
 
-ROBOTS = ["/robots/irat/", "/robots/rover/", "/robots/puma/", "/robots/irat/jobs/", "/robots/irat/statistics/"]
-FOR_ALL = list(dict.fromkeys([*PUBLIC, *DOORS, *ROBOTS, "/embed/robots/mercury/"]))
-FOR_PERSONS = ["/me/", "/robots/mercury/orientation/", "/robots/rover/clearance/"]
 FOR_STAFF = ["/admin/", "/survey/results/"]
 SIZES = [(1440, 900), (390, 844), (844, 390)]
 # before the page's own scripts run
@@ -74,8 +72,9 @@ def test_nothing_sticks_out_of_a_page_for_all(portal, visitor, recording):
     entry = portal.entry(cy, "pa10", "w" * 300)
     anybody = visitor()
     anybody.allowed = ("/mercury/camera/0.jpg",)  # in a frame of another site; nothing sees now
-    fits(anybody, [*FOR_ALL, entry.turn.get_absolute_url()])
-    fits(session(visitor(), recording.turn.user), [recording.get_absolute_url(), *FOR_PERSONS])
+    fits(anybody, without(known(PUBLIC, turn=entry.turn.pk)))
+    own = known(OWN, new="rover").values()
+    fits(session(visitor(), recording.turn.user), [recording.get_absolute_url(), *own])
 
 
 def test_nothing_sticks_out_of_a_page_of_staff(portal, visitor):

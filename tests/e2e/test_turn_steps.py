@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 from robots.kit.clock import SYSTEM
 from robots.models import Command
 from tests.e2e.bare import portal as portal
-from tests.e2e.test_axe import LIGHT, OTHERS, both, looked_at
+from tests.e2e.test_axe import EACH_LOOK, looked_at
 
 
 @pytest.fixture
@@ -60,6 +60,6 @@ def test_without_scripts_the_list_tells_everything(portal, turn, visitor):
     expect(one.page.locator("#stepper")).to_be_hidden()
 
 
-@pytest.mark.parametrize("look", [LIGHT, *OTHERS])
-def test_axe_finds_nothing_on_it(portal, turn, visitor, look):
-    looked_at(visitor(**look), [turn.get_absolute_url()], *both(look))
+@EACH_LOOK
+def test_axe_finds_nothing_on_it(portal, turn, visitor, looks):
+    looked_at(visitor(**looks[0]), [turn.get_absolute_url()], looks)

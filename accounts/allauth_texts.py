@@ -1,6 +1,6 @@
-"""Texts of allauth that address people: our catalogues have them too, so that all pages address them alike."""
+"""Texts of allauth that address people, or that our pages have in other words: our catalogues have them, too."""
 
-from django.utils.translation import gettext_noop
+from django.utils.translation import gettext_noop, pgettext_lazy
 
 TEXTS = (
     gettext_noop('<strong>Note:</strong> you can still <a href="%(email_url)s">change your email address</a>.'),
@@ -12,9 +12,12 @@ TEXTS = (
         "Forgotten your password? Enter your email address below, and we'll send you an email allowing you to reset it."
     ),
     gettext_noop("If you have not created an account yet, then please %(link)ssign up%(end_link)s first."),
+    pgettext_lazy("field label", "Login"),
     gettext_noop("In case you forgot, your username is %(username)s."),
     gettext_noop("Please Confirm Your Email Address"),
+    gettext_noop("Please contact us if you have any trouble resetting your password."),
     gettext_noop("Please type your current password."),
+    gettext_noop("Sign In"),
     gettext_noop("Thank you for using %(site_name)s!\n%(site_domain)s"),
     gettext_noop(
         "The password reset link was invalid, possibly because it has already been used.  Please request a <a"

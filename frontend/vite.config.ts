@@ -55,6 +55,7 @@ export default defineConfig({
         "src/admin/first_page.ts",
         "src/admin/review.ts",
         WORKER,
+        "src/admin/labels.ts",
         ...modules,
         ...consoles,
       ],

@@ -40,12 +40,8 @@ SITE_ADDRESS = site_address(env.str("FARHAND_URL", ""), CSRF_TRUSTED_ORIGINS, AL
 
 INSTALLED_APPS = [
     "portal.web.staff.apps.StaffConfig",
-    "django.contrib.auth",
-    "django.contrib.contenttypes",
-    "django.contrib.sessions",
-    "django.contrib.messages",
-    "django.contrib.staticfiles",
-    "django.contrib.humanize",
+    *(f"django.contrib.{one}" for one in ("auth", "contenttypes", "sessions", "messages", "staticfiles", "humanize")),
+    "django.forms",
     "allauth",
     "allauth.account",
     "csp",
@@ -81,6 +77,7 @@ MIDDLEWARE = [
 ]
 ROOT_URLCONF = "portal.urls"
 ASGI_APPLICATION = "portal.asgi.application"
+FORM_RENDERER = "django.forms.renderers.TemplatesSetting"  # ours may replace the templates of a field
 TEMPLATES = [
     {
         "BACKEND": "django.template.backends.django.DjangoTemplates",

@@ -1,7 +1,7 @@
 /** The newest state of an arm as a table. */
 import { byId } from "../kit/dom.ts";
 import { fill } from "../kit/render.ts";
-import { gettext } from "../kit/text.ts";
+import { decimals, gettext } from "../kit/text.ts";
 import { worded } from "../page/plain_words.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { deg } from "./types.ts";
@@ -11,8 +11,8 @@ export function showReadings(axes: readonly string[], packet: StatePacket, gripp
   const rows = axes.map((name, i) => {
     const v = packet.velocities[i],
       t = packet.torques[i];
-    const angle = `${deg(packet.joints[i] ?? 0).toFixed(1)}°`;
-    return [worded(name), angle, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
+    const angle = `${decimals(deg(packet.joints[i] ?? 0), 1)}°`;
+    return [worded(name), angle, v === undefined ? "" : `${decimals(deg(v), 1)} °/s`, t === undefined ? "" : `${decimals(t, 1)} N m`];
   });
   fill(byId("readings").querySelector("tbody")!, [...rows, [gettext("Gripper"), worded(gripper), "", ""]]);
 }

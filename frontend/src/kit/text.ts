@@ -52,6 +52,12 @@ export function language(): string {
   return (globalThis as { document?: Document }).document?.documentElement.lang || "en";
 }
 
+/** Return a number with so many decimals, as the reader's language writes them. */
+export function decimals(value: number, digits: number): string {
+  mark ??= new Intl.NumberFormat(language()).formatToParts(0.5).find(({ type }) => type === "decimal")?.value ?? ".";
+  return value.toFixed(digits).replace(".", mark);
+}
+
 function filled(text: string, values: Values): string {
   return text.replace(new RegExp(PLACE, "g"), (place, name: string) => (name in values ? String(values[name]) : place));
 }
@@ -179,3 +185,4 @@ function compare(a: readonly string[], b: readonly string[]): number {
 
 const memory = new Map<string, string>();
 let sentences: Sentences | undefined;
+let mark: string | undefined; // between a number's whole part and its decimals

@@ -1,5 +1,5 @@
 /** Times in words. */
-import { language } from "./text.ts";
+import { decimals, language } from "./text.ts";
 
 /** Return a duration as minutes and seconds; never less than 0:00. */
 export function clock(seconds: number): string {
@@ -10,7 +10,7 @@ export function clock(seconds: number): string {
 /** Return an age (ms) in the unit that suits it. */
 export function ago(ms: number): string {
   const s = ms / 1000;
-  if (s < 10) return `${Math.max(0, s).toFixed(1)} s`;
+  if (s < 10) return `${decimals(Math.max(0, s), 1)} s`;
   if (s < 90) return `${Math.round(s)} s`;
   if (s < 5400) return `${Math.round(s / 60)} min`;
   return `${Math.round(s / 3600)} h`;

@@ -1,6 +1,6 @@
 /** What a line carries: how many bytes come in a second, and how many would come if nothing were missed. */
 import { isQuick } from "./pace.ts";
-import { gettext } from "../kit/text.ts";
+import { decimals, gettext } from "../kit/text.ts";
 
 /** Bytes a second. */
 export interface Carried {
@@ -39,7 +39,7 @@ export function lineWords(carried: Carried, latency: number | null, best: number
 
 function kilobytes(bytes: number): string {
   const kB = bytes / 1000;
-  return kB < 9.95 ? kB.toFixed(1) : String(Math.round(kB));
+  return kB < 9.95 ? decimals(kB, 1) : String(Math.round(kB));
 }
 
 /** Counts what comes, over the last seconds; times are of one clock, in ms. */

@@ -1,6 +1,6 @@
 /** Pictures, video, sound and byte streams of a robot's page: what it asks for, and what becomes of what comes. */
 import { byId, say } from "../kit/dom.ts";
-import { gettext } from "../kit/text.ts";
+import { decimals, gettext } from "../kit/text.ts";
 import { pictureAge, skipsForReducedMotion } from "../media/pictures.ts";
 import { Sound } from "../media/sound.ts";
 import { Subscription } from "../media/subscription.ts";
@@ -106,7 +106,7 @@ export class Media {
     const at = this.use.console()?.pictureAt() ?? 0,
       age = at ? f.now - at : Infinity;
     const rate = age < RATE_MS ? this.subscription.rate() : 0;
-    const often = rate < 9.5 ? rate.toFixed(1) : String(Math.round(rate));
+    const often = rate < 9.5 ? decimals(rate, 1) : String(Math.round(rate));
     const [words, mark] = pictureAge(age, rate ? often : "");
     const badge = byId("age");
     say(badge, at ? words : facts.cameras ? gettext("No picture yet") : "");

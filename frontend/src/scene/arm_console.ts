@@ -3,7 +3,7 @@ import { byId, say } from "../kit/dom.ts";
 import { allow } from "../kit/refusal.ts";
 import { request } from "../kit/request.ts";
 import { Tabs } from "../kit/tabs.ts";
-import { gettext, translate } from "../kit/text.ts";
+import { decimals, gettext, translate } from "../kit/text.ts";
 import type { CameraView } from "../media/camera_view.ts";
 import type { ArmFacts } from "../motion/facts.ts";
 import type { Console } from "../page/console.ts";
@@ -328,7 +328,9 @@ export class ArmConsole implements Console, Judge {
     const there = answer.joints?.every((q, i) => Math.abs(q - (this.page.state?.joints[i] ?? Infinity)) < THERE) ?? false;
     if (answer.joints && !there) this.view?.target(answer.joints, answer.tool ?? []);
     else this.view?.target(null);
-    const way = there ? gettext("The arm is there") : gettext("{seconds} s on the way", { seconds: answer.seconds?.toFixed(1) ?? "?" });
+    const way = there
+      ? gettext("The arm is there")
+      : gettext("{seconds} s on the way", { seconds: answer.seconds === undefined ? "?" : decimals(answer.seconds, 1) });
     say(byId("model-said"), answer.ok ? way : translate(answer.text));
     this.page.draw();
   }

@@ -1,7 +1,7 @@
 /** The mode "Scene": the ghost of the tool is put where the tool shall go, planned in the page, and sent as one command. */
 import { TargetEdit, type ArmMode, type Target } from "../arm/types.ts";
 import { byId, sayLines, set } from "../kit/dom.ts";
-import { gettext, translate } from "../kit/text.ts";
+import { decimals, gettext, translate } from "../kit/text.ts";
 import type { Pose } from "../motion/chain.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Box } from "../socket/objects.ts";
@@ -364,7 +364,7 @@ export class Scene implements ArmMode {
     if (!this.ghost.away) return gettext("The ghost is at the arm");
     if (judgement?.verdict === "way") return refusalInWords(judgement.text);
     return judgement && Number.isFinite(judgement.seconds)
-      ? gettext("{seconds} s on the way", { seconds: judgement.seconds.toFixed(1) })
+      ? gettext("{seconds} s on the way", { seconds: decimals(judgement.seconds, 1) })
       : gettext("The server checks the way on Send");
   }
 

@@ -1,2 +1,2 @@
 /** `/static/farhand/v1/text.js`: texts in the reader's language. */
-export { gettext, language, ngettext, translate } from "../kit/text.ts";
+export { decimals, gettext, language, ngettext, translate } from "../kit/text.ts";

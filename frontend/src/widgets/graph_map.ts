@@ -1,5 +1,6 @@
 /** A map that a robot draws while it drives, on a canvas: places and links, its pose, a path, marks; a click finds a place. */
 import { set } from "../kit/dom.ts";
+import { gettext } from "../kit/text.ts";
 import { type Box, fittingBox, nearest, Scale } from "./plane.ts";
 
 export interface Spot {
@@ -142,7 +143,11 @@ export class GraphMap {
     const [x, y] = this.scale.toScreen(dock.x, dock.y);
     Object.assign(c, CENTRED, { strokeStyle: colours.dock, lineWidth: 2.5, font: "600 12px system-ui, sans-serif" });
     c.strokeRect(x - 7, y - 7, 14, 14);
-    this.words("dock", x, y + 17, colours.dock, colours);
+    const text = gettext("dock"),
+      half = c.measureText(text).width / 2 + 3,
+      { clientWidth: width, clientHeight: height } = this.canvas;
+    // away from the middle, where paths are; not cut off at the sides
+    this.words(text, Math.max(half, Math.min(width - half, x)), y + (y < height / 2 ? -17 : 17), colours.dock, colours);
   }
 
   private lines(pairs: Iterable<readonly (Spot | undefined)[]>, colour: string, wide: number): void {

@@ -1,7 +1,7 @@
 /** The console of a robot that brings none: its controls are made from its spec. */
 import { byId } from "../kit/dom.ts";
 import { type Cell, fill } from "../kit/render.ts";
-import { gettext } from "../kit/text.ts";
+import { decimals, gettext } from "../kit/text.ts";
 import { Basics } from "../page/console.ts";
 import type { Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
@@ -27,7 +27,7 @@ class PlainConsole extends Basics<RobotPage> {
     super.state(packet);
     const row = (name: string, unit: string): Cell[] => {
       const value = this.page.value(name);
-      return [worded(name), value === undefined ? gettext("not known") : `${value.toFixed(3)}${unit}`];
+      return [worded(name), value === undefined ? gettext("not known") : `${decimals(value, 3)}${unit}`];
     };
     const joints = facts.names.map((name) => row(name, ""));
     const others = [...facts.pose, ...facts.channels].map(({ name, unit }) => row(name, ` ${unit}`));

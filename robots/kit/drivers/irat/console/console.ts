@@ -5,7 +5,7 @@ import { DrivePad, GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabou
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
-import { gettext, language, translate } from "/static/farhand/v1/text.js";
+import { decimals, gettext, language, translate } from "/static/farhand/v1/text.js";
 
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
@@ -178,7 +178,7 @@ function showReadings(): void {
     byId("charge-said"),
     gettext("Battery {charge}, {voltage}", {
       charge: told("charge", (v) => `${v.toFixed(0)} %`),
-      voltage: told("battery", (v) => `${v.toFixed(1)} V`),
+      voltage: told("battery", (v) => `${decimals(v, 1)} V`),
     }),
   );
   fill(byId("readings").querySelector("tbody")!, [
@@ -187,7 +187,7 @@ function showReadings(): void {
     [gettext("Remembered places"), told("experiences", (v) => v.toFixed(0))],
     [gettext("Map"), told("map", (v) => gettext("number {number}", { number: v.toFixed(0) }))],
     [gettext("Dock seen from"), told("docks", (v) => gettext("{count} places", { count: v.toFixed(0) }))],
-    [gettext("Driven"), told("driven", (v) => `${v.toFixed(1)} m`)],
+    [gettext("Driven"), told("driven", (v) => `${decimals(v, 1)} m`)],
   ]);
 }
 

@@ -26,16 +26,16 @@ import type { Made } from "./rules_check.ts";
 import { RulesPanel } from "./rules_panel.ts";
 import { StickPart } from "./stick_part.ts";
 import { UnseenPart } from "./unseen_part.ts";
-import { gettext, translate } from "/static/farhand/v1/text.js";
+import { decimals, gettext, translate } from "/static/farhand/v1/text.js";
 
 const GO = "go";
 const TURN_RAD = Math.PI / 2;
 const HISTORY: readonly Reading[] = [
   { channel: "infrared", name: gettext("Ahead, by infrared"), words: (v) => `${(100 * v).toFixed(0)} cm`, least: 0.2 },
-  { channel: "sonar", name: gettext("Ahead, by sonar"), words: (v) => `${v.toFixed(2)} m`, least: 1 },
+  { channel: "sonar", name: gettext("Ahead, by sonar"), words: (v) => `${decimals(v, 2)} m`, least: 1 },
   { channel: "spread", name: gettext("Sure of its place"), words: (v) => within(v), least: 0.1 },
-  { channel: "battery", name: gettext("Battery"), words: (v) => `${v.toFixed(2)} V`, least: 0.5 },
-  { channel: "temperature", name: gettext("Temperature"), words: (v) => `${v.toFixed(1)} °C`, least: 2 },
+  { channel: "battery", name: gettext("Battery"), words: (v) => `${decimals(v, 2)} V`, least: 0.5 },
+  { channel: "temperature", name: gettext("Temperature"), words: (v) => `${decimals(v, 1)} °C`, least: 2 },
   { channel: "humidity", name: gettext("Humidity"), words: (v) => `${v.toFixed(0)} %`, least: 10 },
   { channel: "light", name: gettext("Light"), words: (v) => `${v.toFixed(0)} %`, least: 20 },
 ];
@@ -194,7 +194,7 @@ function where(args: Values, kind: string): string {
   if (kind === MISSION) return gettext("a mission");
   const [x, y] = [Number(args["x"]), Number(args["y"])];
   const node = description.hall.node.find(({ at }) => Math.hypot(at[0] - x, at[1] - y) < 0.05);
-  return node ? translate(node.name) : gettext("{x} m from the left, {y} m from below", { x: x.toFixed(1), y: y.toFixed(1) });
+  return node ? translate(node.name) : gettext("{x} m from the left, {y} m from below", { x: decimals(x, 1), y: decimals(y, 1) });
 }
 
 /** Show the rover's values in words. */
@@ -210,15 +210,15 @@ function readings(): void {
       gettext("Ahead, by infrared"),
       told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : gettext("nothing within 80 cm"))),
     ],
-    [gettext("Ahead, by sonar"), told("sonar", (v) => `${v.toFixed(2)} m`)],
+    [gettext("Ahead, by sonar"), told("sonar", (v) => `${decimals(v, 2)} m`)],
     [gettext("Looks"), told("compass", (v) => gettext("{degrees}° from north, clockwise", { degrees: v.toFixed(0) }))],
     [gettext("Sure of its place"), told("spread", (v) => (v > 1 ? gettext("not known: let it look around") : within(v)))],
-    [gettext("Battery"), told("battery", (v) => `${v.toFixed(2)} V`)],
-    [gettext("Temperature"), told("temperature", (v) => `${v.toFixed(1)} °C`)],
+    [gettext("Battery"), told("battery", (v) => `${decimals(v, 2)} V`)],
+    [gettext("Temperature"), told("temperature", (v) => `${decimals(v, 1)} °C`)],
     [gettext("Humidity"), told("humidity", (v) => `${v.toFixed(0)} %`)],
     [gettext("Light"), told("light", (v) => `${v.toFixed(0)} %`)],
     [gettext("Visitors near it"), told("presence", (v) => (v >= 0.5 ? gettext("yes") : gettext("no")))],
-    [gettext("Driven"), told("driven", (v) => `${v.toFixed(1)} m`)],
+    [gettext("Driven"), told("driven", (v) => `${decimals(v, 1)} m`)],
   ]);
 }
 

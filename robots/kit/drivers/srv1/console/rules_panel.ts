@@ -7,7 +7,7 @@ import { braking, type Braking, type Made, READINGS, type Wrong, wrongIn } from 
 import { parse, write } from "./rules_text.ts";
 import { cm, Surface } from "./surface.ts";
 import { plainTerm } from "./terms.ts";
-import { gettext, translate } from "/static/farhand/v1/text.js";
+import { decimals, gettext, translate } from "/static/farhand/v1/text.js";
 
 const KIND = "rules";
 /** Where the terms of a reading have their peaks when it is chosen; those of infrared and sonar are the paper's. */
@@ -68,7 +68,7 @@ export class RulesPanel {
       inForce = crc === undefined ? undefined : this.known.get(crc);
     say(byId("hall-rules-force"), force(crc, inForce !== undefined));
     if (!known) return say(byId("hall-rules-ghost"), "");
-    const here = this.rules.inputs.map(({ name, unit }, n) => `${translate(name)} ${(n ? second : first).toFixed(2)} ${unit}`).join(", ");
+    const here = this.rules.inputs.map(({ name, unit }, n) => `${translate(name)} ${decimals(n ? second : first, 2)} ${unit}`).join(", ");
     const values = { readings: here, speed: told(this.by(this.rules)) };
     const words =
       inForce === undefined

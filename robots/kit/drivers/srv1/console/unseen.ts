@@ -1,5 +1,5 @@
 /** What the rover did without a connection, by its journal: read from the stream `unseen`, and in words. */
-import { gettext, ngettext } from "/static/farhand/v1/text.js";
+import { decimals, gettext, ngettext } from "/static/farhand/v1/text.js";
 
 export type Point = readonly [number, number];
 export interface Unseen {
@@ -47,7 +47,7 @@ export function unseenWords({ ways, events }: Unseen, atMs: number, clock: (ms: 
     const way = ways[said.length] ?? [],
       metres = way.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - way[i]![0], y - way[i]![1]), 0);
     const halts = ngettext("turned away from something near once", "turned away from something near {count} times", reflexes);
-    const driven = gettext("it drove {metres} m by itself", { metres: metres.toFixed(1) });
+    const driven = gettext("it drove {metres} m by itself", { metres: decimals(metres, 1) });
     const what = [driven, ...(reflexes ? [halts] : []), ...(end ? [end] : [])].join(", ");
     said.push(gettext("Out of reach from {from} to {until}: {what}.", { from: clock(begun), until: clock(until), what }));
     begun = null;

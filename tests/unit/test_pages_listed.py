@@ -10,7 +10,7 @@ NO_PAGES = {
     "daily-json", "daily-csv", "statistics-json", "survey-csv", "texts", "alerts", "places", "stream-code", "programs", "model",
     "orientation-picture", "composite", "camera", "snapshot", "shot", "recording-file", "recording-index", "recording-part",
     "recording-picture", "classic-picture", "oembed", "media", "livez", "readyz", "log-feed", "status-feed",
-    "robot-log-feed", "robot-status-feed",
+    "robot-log-feed", "robot-status-feed", "push", "push-worker",
     "language", "drive", "practise", "ask-lapse", "ask-movie",
     "account_set_password", "account_confirm_login_code",
 }  # fmt: skip

@@ -45,7 +45,7 @@ interface Scope {
 
 const scope = self as unknown as Scope;
 const ADDRESS = "/me/push/";
-const JSON_ONLY = { Accept: "application/json" };
+const LONGEST_MS = 10_000;
 
 scope.addEventListener("install", (event) => event.waitUntil(scope.skipWaiting()));
 scope.addEventListener("push", (event) => {
@@ -78,11 +78,16 @@ async function open(url: string): Promise<void> {
 
 /** Tell the portal the browser's new address at its push service, if the person is still signed in and told here. */
 async function renew(given: PushSubscription | null): Promise<void> {
-  const answer = await fetch(ADDRESS, { headers: JSON_ONLY, redirect: "manual" });
+  const answer = await ask({});
   if (!answer.ok) return;
   const { key, token, told } = (await answer.json()) as { key: string; token: string; told: boolean };
   if (!told || !key) return;
   const fresh = given ?? (await scope.registration.pushManager.subscribe({ userVisibleOnly: true, applicationServerKey: key }));
   const body = new URLSearchParams({ do: "renew", csrfmiddlewaretoken: token, endpoint: fresh.endpoint, ...fresh.toJSON().keys });
-  await fetch(ADDRESS, { method: "POST", body, headers: JSON_ONLY, redirect: "manual" });
+  await ask({ method: "POST", body });
+}
+
+function ask(options: RequestInit): Promise<Response> {
+  const signal = AbortSignal.timeout(LONGEST_MS);
+  return fetch(ADDRESS, { ...options, headers: { Accept: "application/json" }, redirect: "manual", signal });
 }

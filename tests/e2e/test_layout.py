@@ -183,7 +183,8 @@ OVER = """() => {
   const found = document.documentElement.scrollWidth > wide ? ["the page scrolls sideways"] : [];
   for (const e of document.querySelectorAll("main *, header *, footer *, .turnbar *")) {
     const box = e.getBoundingClientRect();
-    if (!box.width || e.closest(".visually-hidden, svg, .blocks, .table-wrap, .trace, [hidden], .who > *")) continue;
+    // what a closed part hides has the place of when it was drawn last
+    if (!box.width || !e.checkVisibility() || e.closest(".visually-hidden, svg, .blocks, .table-wrap, .trace, [hidden], .who > *")) continue;
     if (box.right > wide + 1 || box.left < -1) found.push(`${e.outerHTML.slice(0, 80)} to ${box.right}`);
   }
   for (const e of document.querySelectorAll(".side > *, .table-wrap"))

@@ -159,6 +159,15 @@ def test_undo_brings_back_what_was_before(entry, people, mod, wanted):
     assert 'name="undo"' not in mod.get(answer["Location"]).content.decode()
 
 
+def test_undo_of_a_second_thought_brings_back_a_decision_and_the_entry_does_not_wait(entry, people):
+    log.moderate(entry, people["mod"], FEATURED, "", SYSTEM.now())
+    before = state(entry)
+    made = log.moderate(entry, people["mod"], HIDDEN, "rude", SYSTEM.now())
+    assert log.undo(made, people["mod"], SYSTEM.now())
+    assert state(entry) == before
+    assert not log.to_review().exists()
+
+
 def test_undo_is_refused_when_the_entry_has_changed_since(entry, people, mod, second):
     made = log.moderate(entry, people["mod"], FEATURED, "", SYSTEM.now())
     log.edit(entry, people["ada"], "A clock.", None, SYSTEM.now())

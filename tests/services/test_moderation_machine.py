@@ -56,7 +56,7 @@ class ModerationMachine(RuleBasedStateMachine):
     def state(self):
         return Entry.objects.filter(pk=self.key).values(*FIELDS).get()
 
-    @rule(seconds=st.sampled_from([0, 1, 60]), step=st.sampled_from([0, 0, 3600, -3600]))
+    @rule(seconds=st.sampled_from([0, 1, 60]), step=st.sampled_from([0, 0, 600, -3600]))
     def time(self, seconds, step):
         self.clock.go(seconds)
         self.clock.step(step)
@@ -76,8 +76,12 @@ class ModerationMachine(RuleBasedStateMachine):
     def open(self, name):
         self.read[name] = self.entry().revision
 
-    @rule(name=moderator, wanted=st.sampled_from(Visibility), reason=st.sampled_from(["", "rude"]))
-    def decide(self, name, wanted, reason):
+    @rule(
+        name=moderator, fresh=st.booleans(), wanted=st.sampled_from(Visibility), reason=st.sampled_from(["rude", ""])
+    )  # fmt: skip
+    def decide(self, name, fresh, wanted, reason):
+        if fresh:
+            self.open(name)
         before, state, made = self.entry(), self.state(), Decision.objects.count()
         try:
             decision = log.moderate(
@@ -97,12 +101,12 @@ class ModerationMachine(RuleBasedStateMachine):
             assert self.read[name] == before.revision, "nobody decides on what they have not read"
             self.undoable, self.waits = (decision.pk, state, self.waits), False
 
-    @rule(name=moderator, newest=st.booleans())
-    def undo(self, name, newest):
-        decisions = Decision.objects.order_by("-pk" if newest else "pk")
-        decision, before = decisions.first(), self.state()
+    @rule(own=st.sampled_from([True, True, False]), back=st.sampled_from([0, 0, 0, 1, 2]))
+    def undo(self, own, back):
+        decision, before = Decision.objects.order_by("-pk")[back : back + 1].first(), self.state()
         if decision is None:
             return
+        name = decision.by.username if own else next(one for one in MODERATORS if one != decision.by.username)
         undone = decision.undone_at is not None
         try:
             done = log.undo(decision, self.people[name], self.clock.now())
@@ -159,5 +163,5 @@ class ModerationMachine(RuleBasedStateMachine):
 class TestModeration(TestCase):
     def test_any_order_of_edits_decisions_undo_and_appeals(self):
         run_state_machine_as_test(
-            ModerationMachine, settings=settings(max_examples=12, stateful_step_count=25, deadline=None)
+            ModerationMachine, settings=settings(max_examples=40, stateful_step_count=25, deadline=None)
         )

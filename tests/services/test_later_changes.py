@@ -128,7 +128,8 @@ def test_no_field_that_staff_change_breaks_a_page(used, number):
 
 
 DELETED_TOGETHER = (
-    ("question", "group", "program", "emailaddress", "clearance", "surveyquestion", "entry", "surveyresponse", "find"),
+    ("question", "group", "program", "emailaddress", "clearance", "surveyquestion", "entry", "surveyresponse", "find",
+     "hidingreason"),
     ("user",), ("account", "queue", "robot"),
 )  # fmt: skip
 

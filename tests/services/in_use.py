@@ -8,7 +8,7 @@ from django.contrib.auth.models import Group, Permission
 from accounts.models import Attempt, Clearance
 from accounts.services import begin, load_bank, mark_read
 from operatorlog import services as log
-from operatorlog.models import Find, SurveyQuestion
+from operatorlog.models import Find, HidingReason, SurveyQuestion
 from portal.web.alerts.models import Alert, AlertMessage
 from queueing import services as queue
 from queueing.models import JobRun, LostConnection, Ticket, Turn
@@ -134,6 +134,7 @@ def in_use(mercury, people, now):
     LostConnection.objects.create(turn=Turn.objects.filter(robot=mercury).first(), at=now, cause="cut")
     alert = Alert.objects.create(robot=pa10, kind="incident", subject="fault", text="It was silent.", seen_at=now)
     AlertMessage.objects.create(alert=alert, over=False, user=people["kim"], next_at=now)
+    HidingReason.objects.get_or_create(text="It is a riddle.")  # those of the migration may have gone
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")
     drive(mercury, ada, now)
     queue.join(pa10, eve, now)

@@ -13,7 +13,9 @@ from django.db.models import TextField
 from hypothesis import given
 from hypothesis import strategies as st
 
-from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion
+from operatorlog import services as log
+from operatorlog.models import Appeal, Entry, SurveyAnswer, SurveyQuestion, Visibility
+from operatorlog.moderation import LONGEST_APPEAL
 from operatorlog.services import LONGEST, LONGEST_ANSWER
 from portal.folders import ROOT
 from queueing import services as queue
@@ -63,6 +65,16 @@ def test_an_entry_and_its_correction(ended, client, full):
     changed = f"c{sent[1:]}"
     assert client.post(ended.get_absolute_url(), {"text": changed}).status_code == 302
     assert Entry.objects.get().text == f"c{text[1:]}"
+
+
+@each_text
+def test_an_appeal(ended, people, admin_user, client, full):
+    ended.refresh_from_db()
+    entry = log.write(ended, people["ada"], "A watch.", None, SYSTEM.now())
+    log.moderate(entry, admin_user, Visibility.HIDDEN, "It is unkind.", SYSTEM.now())
+    text, sent = full(LONGEST_APPEAL)
+    assert client.post(ended.get_absolute_url(), {"appeal": sent}).status_code == 302
+    assert Appeal.objects.get().words == text
 
 
 def test_one_more_is_refused_with_what_was_counted_and_nothing_is_lost(ended, client):
@@ -131,6 +143,7 @@ def test_each_field_of_several_lines_that_has_a_limit_is_tested_above():
     }
     assert stored == {
         "operatorlog.Entry.text", "operatorlog.SurveyAnswer.value", "robots.Program.text", "robots.Robot.camera",
+        "operatorlog.Decision.text",  # of the entry, as it was read
     }  # fmt: skip
     shown = {}
     for folder in ("templates", "robots"):
@@ -138,7 +151,8 @@ def test_each_field_of_several_lines_that_has_a_limit_is_tested_above():
             for tag in re.findall(r"<textarea[^>]*", path.read_text()):
                 shown[re.search(r'id="([^"]+)"', tag)[1]] = re.search(r'maxlength="(\d+)"', tag)
     limits = {name: found and int(found[1]) for name, found in shown.items()}
-    assert limits == {"text": LONGEST, "s{{ q.pk }}": LONGEST_ANSWER, "lost": None, **BY_THE_ROBOT}
+    ours = {"text": LONGEST, "s{{ q.pk }}": LONGEST_ANSWER, "why-again": LONGEST_APPEAL}
+    assert limits == {**ours, "lost": None, "lost-appeal": None, **BY_THE_ROBOT}
 
 
 @given(st.text(alphabet="a\r\n\U0001f916", max_size=30))

@@ -53,7 +53,8 @@ def push(request: HttpRequest) -> HttpResponse:
     wanted = request.POST.get("do", "")
     try:
         if wanted == "tell" or (wanted == "renew" and subscription_number(request)):
-            return _answer(request, _tell(request))
+            _tell(request)
+            return _answer(request, "")
         if wanted == "stop":
             unsubscribe(request.user, request.session.pop(SESSION, None) or 0)
             return _answer(request, "")
@@ -66,8 +67,8 @@ def push(request: HttpRequest) -> HttpResponse:
     return _answer(request, gettext("That request is unknown; reload the page."), 400)
 
 
-def _tell(request: HttpRequest) -> str:
-    """Store this browser. Return an empty text. Raises PushRefused."""
+def _tell(request: HttpRequest) -> None:
+    """Store this browser. Raises PushRefused."""
     if not settings.PUSH["ON"]:
         raise PushRefused(gettext("This portal sends no notifications to browsers."))
     form = request.POST
@@ -79,7 +80,6 @@ def _tell(request: HttpRequest) -> str:
     if before and before != one.pk:
         unsubscribe(request.user, before)  # the same browser at its earlier address
     request.session[SESSION] = one.pk
-    return ""
 
 
 def browser_of(agent: str) -> str:

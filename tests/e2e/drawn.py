@@ -1,5 +1,7 @@
 """Waiting until a page has drawn what it had to."""
 
+from playwright.sync_api import expect
+
 # the page has done what it had to do, and drawn it
 IDLE = "() => new Promise((done) => requestIdleCallback(() => requestAnimationFrame(() => setTimeout(done))))"
 # observers of sizes and of what is in view run once a frame, and what they change is drawn in the next; smooth
@@ -35,3 +37,13 @@ def scroll(page, share):
         "(share) => scrollTo({top: share * document.documentElement.scrollHeight, behavior: 'instant'})", share
     )
     page.evaluate(STEADY, 3)
+
+
+def blocks(page, box="#blocks"):
+    """Wait for the blocks of programs; over a line that a busy machine makes slow they come when they are asked for."""
+    load = page.locator(box).get_by_role("button", name="Load the blocks")
+    workspace = page.locator(f"{box} .blocklySvg")
+    expect(load.or_(workspace)).to_be_visible()
+    if load.is_visible():
+        load.click()
+    expect(workspace).to_be_visible()

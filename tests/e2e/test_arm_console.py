@@ -17,6 +17,7 @@ from robots.kit.description import programs_of
 from robots.models import Command, Program, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
+from tests.e2e.drawn import blocks
 from tests.looked import swept
 
 CORNERS = ("from x", "from y", "from z", "to x", "to y", "to z")
@@ -99,7 +100,7 @@ def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transa
     ada = operator()
     page = ada.page
     page.click("#tab-program")
-    expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
+    blocks(page)
     page.select_option("#program-list", label="Red onto yellow")
     expect(page.locator("#program-said")).to_contain_text("no forbidden box is touched")
     expect(page.locator("#model-said")).to_contain_text("The ghost is at step")
@@ -317,7 +318,7 @@ def test_a_stranger_stacks_blocks_by_a_task_that_names_them(transactional_db, po
     ada = operator()
     page = ada.page
     page.click("#tab-task")
-    expect(page.locator("#task-blocks .blocklySvg")).to_be_visible(timeout=20_000)
+    blocks(page, "#task-blocks")
     page.select_option("#task-list", label="Tower of three")
     expect(page.locator("#task-said")).to_contain_text("Checked with the objects")
     expect(page.locator("#model-said")).to_contain_text("The ghost is at step")

@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 from tests.conftest import at_length
 from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
-from tests.e2e.drawn import QUIET, scroll, settle, size
+from tests.e2e.drawn import QUIET, blocks, scroll, settle, size
 
 PHONES = [(390, 844), (360, 640), (844, 390)]
 WIDTHS = [360, 390, 768, 1024, 1440]
@@ -60,13 +60,14 @@ def scrolled(page):
 
 def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
     page = driving("pa10", color_scheme="dark").page
+    page.select_option("#pace", "coarse")  # blocks come when they are asked for
     stop = page.locator("[data-command=stop]")
     for wide, high in PHONES:
         size(page, wide, high)
         for mode in MODES:
             page.evaluate("(mode) => document.getElementById('tab-' + mode).click()", mode)
             if mode == "program":
-                expect(page.locator(".blocklySvg")).to_be_visible()
+                blocks(page)
             for share in scrolled(page):
                 where = (wide, high, mode, share)
                 assert stop.evaluate(COVER) == "", where
@@ -139,7 +140,7 @@ def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
     one = driving("pa10", color_scheme=scheme)
     page = one.page
     page.click("#tab-program")
-    expect(page.locator(".blocklySvg")).to_be_visible()
+    blocks(page)
     words = page.evaluate(LIGHTNESS, ".blocklyToolboxCategoryLabel")
     assert words["contrast"] >= 4.5
     for selector in (".blocklyToolbox", ".blocklyMainWorkspaceScrollbar ~ * , .blocklySvg"):

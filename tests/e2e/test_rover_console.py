@@ -10,6 +10,7 @@ from queueing.models import Job
 from robots.models import Finding
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
+from tests.e2e.drawn import blocks
 from tests.e2e.small import SmallPortal
 
 pytestmark = pytest.mark.timed
@@ -37,7 +38,7 @@ def test_a_mission_is_composed_offline_sent_and_found_done(portal, visitor):
     page.goto("/robots/rover/")
     expect(page.locator("#readings")).to_contain_text("Battery", timeout=30_000)
     page.locator("#mission summary").click()
-    expect(page.locator("#blocks .blocklySvg")).to_be_visible(timeout=30_000)
+    blocks(page)
     ada.axe("the mission card")
     page.context.set_offline(True)
     written(page, "go 6.0 2.3\ngo 3.0 2.6\nphotograph\n")

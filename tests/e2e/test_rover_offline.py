@@ -15,6 +15,7 @@ from robots.models import Lease, Robot
 from robots.services import programs
 from robots.states import Cycle
 from tests.conftest import wait_for
+from tests.e2e.drawn import blocks
 
 pytestmark = pytest.mark.timed
 
@@ -51,7 +52,7 @@ def test_the_3d_view_and_the_blocks_open_for_the_first_time_with_the_line_cut(ad
     page.click("#deep")
     expect(page.locator("#hall-3d canvas")).to_be_visible(timeout=20_000)
     page.locator("#mission summary").click()
-    expect(page.locator("#blocks .blocklySvg")).to_be_visible(timeout=20_000)
+    blocks(page)
 
 
 def test_what_the_line_did_not_bring_is_said_and_comes_later(ada):
@@ -74,7 +75,7 @@ def test_what_the_line_did_not_bring_is_said_and_comes_later(ada):
     page.click("#deep")
     expect(page.locator("#hall-3d canvas")).to_be_visible(timeout=20_000)
     page.locator("#mission summary").click()
-    expect(page.locator("#blocks .blocklySvg")).to_be_visible(timeout=20_000)
+    blocks(page)
     expect(page.locator("#blocks .blocklyBlockCanvas", has_text="South")).to_be_visible()
 
 

@@ -7,6 +7,7 @@ from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Program, Robot
 from tests.conftest import wait_for
+from tests.e2e.drawn import blocks
 from tests.e2e.test_rover_stick import portal  # noqa: F401 - a fixture
 
 pytestmark = pytest.mark.timed
@@ -24,7 +25,7 @@ def page(portal, visitor):  # noqa: F811
     one.page.goto("/robots/rover/")
     for card in ("#hall-rules", "#mission"):
         one.page.locator(f"{card} > summary").click()
-    expect(one.page.locator("#blocks .blocklySvg")).to_be_visible(timeout=30_000)
+    blocks(one.page)
     return one.page
 
 

@@ -14,6 +14,7 @@ from robots.kit.clock import SYSTEM
 from robots.models import Movie, Recording
 from robots.models.recordings import OfTheDay
 from tests.conftest import wait_for
+from tests.e2e.drawn import blocks
 from tests.e2e.looks import looks
 from tests.e2e.small import SmallPortal
 from tests.rig import Child
@@ -60,7 +61,7 @@ def test_a_stranger_composes_without_a_line_goes_away_and_finds_the_movie(portal
     page = stranger.page
     expect(page.locator("#readings")).to_contain_text("Battery", timeout=30_000)
     page.locator("#mission summary").click()
-    expect(page.locator("#blocks .blocklySvg")).to_be_visible(timeout=30_000)
+    blocks(page)
     page.context.set_offline(True)
     page.fill("#program-text", MISSION)
     expect(page.locator("#mission-steps tbody tr")).to_have_count(7)

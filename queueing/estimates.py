@@ -6,7 +6,7 @@ from typing import Any
 from django.db.models import BigAutoField, Count, FloatField, Q, QuerySet, Sum
 
 from queueing import fairshare
-from queueing.jobs.forecasts import HANDOVER_S, any_waits, jobs_before, jobs_take, left_of_turn
+from queueing.jobs.forecasts import any_waits, jobs_before, jobs_take, left_of_turn, length_of_handover
 from queueing.models import NOT_YET, Job, JobState, Queue, Ticket, TicketState
 from queueing.rows import QUEUE, link_of
 from queueing.turns import length_of_turn
@@ -59,7 +59,7 @@ def wait_if_joined(robot: Robot, now: datetime) -> tuple[int, int] | None:
     """
     link = link_of(robot)
     if link is None:  # nobody has ever joined
-        return fairshare.estimate(*NOBODY, 0.0, length_of_turn(robot), HANDOVER_S)
+        return fairshare.estimate(*NOBODY, 0.0, length_of_turn(robot), length_of_handover(robot))
     waiting_now = Ticket.objects.filter(queue=link.queue_id, state__in=NOT_YET)
     found = waiting_now.aggregate(number=Count("pk"), lengths=Sum("user__turn_factor"))
     people = found["number"], found["lengths"] or 0
@@ -72,6 +72,6 @@ def _wait(robot: Robot, queue: Queue, people: People, jobs: list[Job] | None, no
     if queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     left = left_of_turn(robot, now) or 0.0
-    low, high = fairshare.estimate(*people, left, length_of_turn(robot), HANDOVER_S)
+    low, high = fairshare.estimate(*people, left, length_of_turn(robot), length_of_handover(robot))
     of_jobs = (0.0, 0.0) if jobs is None else jobs_take(robot, jobs, now)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

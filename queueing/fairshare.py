@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 ALONE_CHARGE = 0.5  # cost of a second while nobody waits
 ANSWER_S = 30.0  # the latest answer to an offer
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -49,21 +50,22 @@ def chargeable_s(used_s: float, alone_s: float) -> float:
     return max(0.0, used_s) - alone * (1 - ALONE_CHARGE)
 
 
-def turns_range(people: int, lengths: int, turn_s: float, handover_s: float) -> tuple[float, float]:
+def turns_range(people: int, lengths: int, turn_s: float, handover_s: Range) -> Range:
     """Return the least and greatest time of a turn of each of these people and its handover (s).
 
     A turn takes a quarter of its time, or all of it after a late answer. `lengths`: how many times as long as usual
-    the turns of these people are, added up.
+    the turns of these people are, added up. `handover_s`: the least and greatest time of one.
     """
-    return lengths * turn_s * 0.25 + people * handover_s, lengths * (turn_s + ANSWER_S) + people * handover_s
+    least, most = handover_s
+    return lengths * turn_s * 0.25 + people * least, lengths * (turn_s + ANSWER_S) + people * most
 
 
-def estimate(ahead: int, lengths: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
+def estimate(ahead: int, lengths: int, running_left_s: float, turn_s: float, handover_s: Range) -> tuple[int, int]:
     """Return the least and greatest wait (s) of a person with `ahead` people before them, after the running turn.
 
-    `lengths`: as of `turns_range`, of the people before.
+    `lengths` and `handover_s`: as of `turns_range`, of the people before.
     """
     least, most = turns_range(ahead, lengths, turn_s, handover_s)
     low = min(running_left_s, turn_s * 0.1) + least
-    high = running_left_s + handover_s + most
+    high = running_left_s + handover_s[1] + most
     return round(low), round(max(low, high))

@@ -31,8 +31,6 @@ from queueing.services import (
 )
 from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result, told_target
 from robots.kit.clock import ms_of
-from robots.kit.contract.find import spec_or_none
-from robots.kit.contract.tidying import Tidy
 from robots.models import Command, Frame, Grant, Robot
 from robots.people import STAFF
 from robots.sentences import english
@@ -61,7 +59,7 @@ BY_ITSELF = {
 def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     """Return (state, label, reason) of a robot as English text; a robot whose worker is silent is offline."""
     if not robot.enabled:
-        return "offline", "Switched off", robot.reason or "Staff have switched this robot off."
+        return "offline", "Switched off", "Staff have switched this robot off."
     if robot.cycle == Cycle.LOCKED_OUT:
         return "locked_out", "Locked out", robot.lockout_note or "Staff are working on it."
     if not owner_alive(lease_of(robot), now):
@@ -78,9 +76,7 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
 
 def _tidies(robot: Robot) -> str:
     """Return what a handover brings back, and how long that may take; empty for a robot that tidies nothing then."""
-    spec = spec_or_none(robot.driver)
-    tidy = spec.capability(Tidy) if spec is not None else None
-    longest_s = tidy.seconds(spec.for_driver(robot.settings)) if spec is not None and tidy is not None else 0.0
+    longest_s = robot.tidying_s()
     return TIDIES.format(most=length_words(longest_s)) if longest_s >= 1.0 else ""
 
 

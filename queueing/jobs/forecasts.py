@@ -7,7 +7,7 @@ from datetime import datetime
 
 from django.db.models import QuerySet
 
-from queueing.fairshare import turns_range
+from queueing.fairshare import Range, turns_range
 from queueing.jobs.kinds import limit_of
 from queueing.models import NOT_YET, OPEN_JOB, Job, JobRun, JobState, QueueRobot, Ticket, Turn
 from queueing.rows import QUEUE, is_suspended, link_of, links_of
@@ -20,7 +20,6 @@ from robots.states import Cycle, GrantKind
 LATEST = 20  # ended jobs from which the duration of a job is estimated
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
 HANDOVER_S, LEAST_LEFT_S = 12.0, 5.0
-Range = tuple[float, float]
 _TURN: Prepared[Turn] = Prepared(
     lambda: Turn.objects.select_related("user").filter(robot=ROBOT, ended_at=None).order_by("pk")[:1]
 )
@@ -55,17 +54,17 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
     if not jobs:
         return []
     each = durations(robot, jobs[0].kind)
-    turns, turn_s = _turns(jobs[0].queue_id), length_of_turn(robot)
+    turns, turn_s, handover_s = _turns(jobs[0].queue_id), length_of_turn(robot), length_of_handover(robot)
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     turn_left = left_of_turn(robot, now)
     if turn_left is not None:  # the turn may end at any time
-        low, high = low + HANDOVER_S, high + turn_left + HANDOVER_S
+        low, high = low + handover_s[0], high + turn_left + handover_s[1]
     found: list[Forecast] = []
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
         before = [] if running else [length for tag, length in turns if tag <= tags[job]]
-        least, most = turns_range(len(before), sum(before), turn_s, HANDOVER_S)
+        least, most = turns_range(len(before), sum(before), turn_s, handover_s)
         wait = (round(low + least), round(high + most))
         found.append(Forecast(job, number + len(before), (0, 0) if running else wait if known else None))
         if not running:
@@ -76,6 +75,11 @@ def forecast(robot: Robot, now: datetime) -> list[Forecast]:
 def any_waits(queue: int) -> bool:
     """Return whether a job waits in the queue with this number."""
     return bool(_WAITING(queue=queue))
+
+
+def length_of_handover(robot: Robot) -> Range:
+    """Return the least and greatest time of a handover (s): the robot may tidy up."""
+    return HANDOVER_S, HANDOVER_S + robot.tidying_s()
 
 
 def left_of_turn(robot: Robot, now: datetime) -> float | None:

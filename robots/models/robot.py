@@ -13,10 +13,11 @@ from django.utils.crypto import salted_hmac
 from django.utils.translation import gettext, gettext_lazy
 
 from robots.kit import description
-from robots.kit.contract.find import spec_of
+from robots.kit.contract.find import spec_of, spec_or_none
 from robots.kit.contract.ranges import readable
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
+from robots.kit.contract.tidying import Tidy
 from robots.models.recordings import Records
 from robots.sentences import translate
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
@@ -182,6 +183,12 @@ class Robot(models.Model):
             return self.spec().readings(state)
         except LookupError:
             return ()
+
+    def tidying_s(self) -> float:
+        """Return how long the robot may tidy up between two turns (s); 0: it does not, or its package is gone."""
+        spec = spec_or_none(self.driver)
+        tidy = spec.capability(Tidy) if spec is not None else None
+        return tidy.seconds(spec.for_driver(self.settings)) if spec is not None and tidy is not None else 0.0
 
     def driver_settings(self, epoch: int = 0) -> dict[str, Any]:
         """Return the settings handed to the driver of the owner with that epoch."""

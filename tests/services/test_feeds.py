@@ -249,10 +249,11 @@ def test_a_moment_out_of_service_is_told_to_nobody_and_one_that_comes_back_is_on
 def test_a_robot_that_was_never_switched_on_is_not_told_of(robot, clock):
     Robot.objects.create(slug="new", name="New", driver="mercury", address="sim:mercury")
     Lease.objects.create(robot=robot, epoch=1)
-    Robot.objects.update(enabled=False)
+    Robot.objects.update(enabled=False, reason="The arm does not answer.")  # as its worker wrote before
     rounds(clock, 4)
     assert [one.robot.slug for one in Downtime.objects.all()] == ["mercury"]
-    assert Downtime.objects.get().label == "Switched off"
+    said = Downtime.objects.get()
+    assert (said.label, said.reason) == ("Switched off", "Staff have switched this robot off.")
 
 
 def test_what_staff_alone_know_is_in_no_feed(served, clock):

@@ -157,6 +157,16 @@ def test_the_button_leads_each_person_to_their_next_step(robots, people, client)
     assert client.get("/robots/none/drive/").status_code == 404
 
 
+def test_the_button_leads_who_drives_back_to_their_robot(robots, people, client):
+    people["ada"].clearances.create(robot=robots[1], granted_at=SYSTEM.now())
+    client.force_login(people["ada"])
+    before = client.get("/").content.decode()
+    drive(robots[1], people["ada"], SYSTEM.now())
+    during = client.get("/").content.decode().partition('class="hero"')[2]
+    assert ">Drive Mercury" in before and ">Drive " not in during
+    assert '<a class="button primary" href="/robots/other/">Back to Other</a>' in during
+
+
 def test_the_snapshot_tells_the_wait_of_somebody_who_joins(robots, people):
     told = snapshot("mercury", people["eve"], SYSTEM.now(), True)
     assert told["join_wait_s"] == wait_if_joined(robots[0], SYSTEM.now())

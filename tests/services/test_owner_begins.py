@@ -244,6 +244,14 @@ def test_a_robot_that_is_back_at_once_does_not_stay_in_fault(owner, monkeypatch)
     assert (owner.connection.connected, Robot.objects.get().cycle) == (True, "handover")
 
 
+def test_a_robot_that_is_switched_off_is_at_no_fault_when_its_connection_is_lost(owner):
+    services.end_grant(Grant.objects.get(), GrantEnd.FINISHED, "test", owner.owned.now())
+    Robot.objects.update(enabled=False, cycle=Cycle.OFFLINE, reason=services.lockout.OFF)
+    owner.connection.connected = True
+    owner.connection.lost_while_idle(LineGone("The arm does not answer."))
+    assert (Robot.objects.get().cycle, Robot.objects.get().reason) == ("offline", services.lockout.OFF)
+
+
 def test_each_loss_of_the_connection_is_an_incident_and_each_attempt_is_not(owner):
     driver, connection = owner.owned.driver, owner.connection
     services.end_grant(Grant.objects.get(), GrantEnd.FINISHED, "test", owner.owned.now())

@@ -65,6 +65,22 @@ def test_joining_twice_keeps_one_place(stage):
     assert Ticket.objects.count() == 1
 
 
+def test_the_longest_wait_has_the_time_in_which_the_robot_tidies_up(stage):
+    robot, people, clock = stage
+    Robot.objects.update(driver="pa10")
+    drive(robot, people["ada"], clock.now())
+    more = []
+    for _ in range(2):  # one hand-over, then that of one more person, too
+        waits = []
+        for tidy_s in (0, 120):
+            Robot.objects.update(settings={"tidy_s": tidy_s})
+            robot.refresh_from_db()
+            waits.append(queue.wait_if_joined(robot, clock.now()))
+        more.append([waits[1][n] - waits[0][n] for n in (0, 1)])
+        queue.join(robot, people["bob"], clock.now())
+    assert more == [[0, 120], [0, 240]]
+
+
 def test_an_offer_not_taken_goes_to_the_next(stage):
     robot, people, clock = stage
     queue.join(robot, people["ada"], clock.now())

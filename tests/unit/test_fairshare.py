@@ -58,9 +58,10 @@ def test_a_heavier_weight_pays_less_and_none_is_refused():
 
 
 LENGTHS = st.lists(st.integers(1, 4), max_size=50)
+HANDOVERS = st.tuples(st.floats(0, 60), st.floats(0, 300)).map(lambda times: (times[0], sum(times)))
 
 
-@given(LENGTHS, st.integers(1, 4), st.floats(0, 600), st.floats(30, 900), st.floats(0, 60))
+@given(LENGTHS, st.integers(1, 4), st.floats(0, 600), st.floats(30, 900), HANDOVERS)
 def test_the_estimate_is_a_range_that_grows_with_the_queue(before, more, left, turn_s, handover_s):
     low, high = fairshare.estimate(len(before), sum(before), left, turn_s, handover_s)
     assert 0 <= low <= high
@@ -68,13 +69,14 @@ def test_the_estimate_is_a_range_that_grows_with_the_queue(before, more, left, t
     assert (later[0] >= low, later[1] >= high) == (True, True)
 
 
-@given(LENGTHS, st.data(), st.floats(0, 600), st.floats(30, 900), st.floats(0, 60))
+@given(LENGTHS, st.data(), st.floats(0, 600), st.floats(30, 900), HANDOVERS)
 def test_people_with_longer_turns_take_no_longer_than_the_estimate_says(before, data, left, turn_s, handover_s):
     low, high = fairshare.estimate(len(before), sum(before), left, turn_s, handover_s)
-    shares = [data.draw(st.tuples(st.floats(0, 1), st.floats(0.25, 1))) for _ in before]
-    waited = left + handover_s
-    for length, (answer, used) in zip(before, shares, strict=True):
-        waited += length * (answer * fairshare.ANSWER_S + used * turn_s) + handover_s
+    handover = st.floats(*handover_s)
+    shares = [data.draw(st.tuples(st.floats(0, 1), st.floats(0.25, 1), handover)) for _ in before]
+    waited = left + data.draw(handover)
+    for length, (answer, used, took) in zip(before, shares, strict=True):
+        waited += length * (answer * fairshare.ANSWER_S + used * turn_s) + took
     assert low - 1 <= waited <= high + 1
 
 

@@ -185,7 +185,7 @@ class Connection:
         if robot.reason != text and code:
             incident(robot, code, text, self._owned.now(), remedy=TRIED_AGAIN)
         robot.reason = text[:300]
-        told = Robot.objects.filter(pk=robot.pk)
+        told = Robot.objects.filter(pk=robot.pk, enabled=True)  # one that is switched off is not at fault
         told.exclude(cycle__in=(Cycle.LOCKED_OUT, Cycle.OPERATING)).update(cycle=Cycle.FAULT)
         told.update(reason=robot.reason)
         bus.publish(robot.slug, Changed("robot"))

@@ -47,14 +47,7 @@ class Handover:
     @property
     def longest_s(self) -> float:
         """Return how long a handover may take now (s)."""
-        return LIMIT_S + self._tidy_s
-
-    @property
-    def _tidy_s(self) -> float:
-        """Return how long the robot may tidy up between two turns (s), by its settings."""
-        spec = self._owned.robot.spec()
-        tidy = spec.capability(Tidy)
-        return 0.0 if tidy is None else tidy.seconds(spec.for_driver(self._owned.robot.settings))
+        return LIMIT_S + self._owned.robot.tidying_s()
 
     def hand_over(self) -> None:
         """Put the robot in order; it ends ready, or in fault with a reason."""
@@ -123,7 +116,7 @@ class Handover:
 
     def _tidied(self, permit: Permit) -> RobotState | None:
         """Tidy up, if the settings say so, and home the robot again; what is left is told staff, and no fault."""
-        owned, tidy, seconds = self._owned, self._owned.robot.spec().capability(Tidy), self._tidy_s
+        owned, tidy, seconds = self._owned, self._owned.robot.spec().capability(Tidy), self._owned.robot.tidying_s()
         if tidy is None or seconds < 1.0:
             return None
         try:

@@ -1,12 +1,16 @@
 """The conformance suite names what is wrong with a driver: a sound driver is broken in one way after another."""
 
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from threading import Thread
 
 import pytest
 
 from robots.kit.conformance.report import Verdict
 from robots.kit.conformance.suite import conform
-from robots.kit.conformance.trial import Limits
+from robots.kit.conformance.trial import Limits, children
 from robots.kit.contract.channels import IN_PLANE
 from robots.kit.contract.policies import Bound, Policies
 from tests.drivers import broken_rails as broken
@@ -121,3 +125,23 @@ def test_a_policy_that_nothing_can_judge_is_named():
         pose = IN_PLANE if bound.turn is not None else None
         spec = replace(SPEC, pose=pose, commands=(replace(go, policies=Policies(on_link_lost=bound)), *others))
         assert words in " ".join(tried(driver, "commands", "policies", spec=spec).of("policies").words)
+
+
+def test_processes_are_counted_while_threads_begin_and_end():
+    def briefly(_):
+        for _ in range(300):
+            thread = Thread(target=int)
+            thread.start()
+            thread.join()
+
+    with (
+        subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as child,
+        ThreadPoolExecutor(4) as threads,
+    ):
+        ended = [threads.submit(briefly, n) for n in range(4)]
+        counted = [children()]
+        while not all(one.done() for one in ended):
+            counted.append(children())
+        child.communicate(b"\n")
+    assert all(child.pid in one for one in counted)
+    assert child.pid not in children()

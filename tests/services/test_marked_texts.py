@@ -89,7 +89,9 @@ def test_a_refusal_at_the_door_is_in_the_language_of_the_browser():
     assert sent[1]["body"].decode() == "Die Anfrage ist zu groß.\n"
 
 
-def test_what_other_software_reads_is_english(used):
+def test_what_other_software_reads_is_english(used, monkeypatch):
+    now = SYSTEM.now()
+    monkeypatch.setattr(type(SYSTEM), "now", lambda _: now)  # the same moment for both
     german = {"accept-language": "de"}
     for path in ("/statistics.json", "/statistics.csv", "/robots/irat/statistics.json", "/statistics.json?days=7", "/log.atom",
                  "/robots/mercury/status.atom"):  # fmt: skip

@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -221,8 +222,11 @@ class Trial:
 
 def children() -> frozenset[int]:
     """Return the processes that this one has started and that still run; none where the system does not tell."""
-    found = Path("/proc/self/task").glob("*/children")
-    return frozenset(int(pid) for file in found for pid in file.read_text().split())
+    found: set[str] = set()
+    for file in Path("/proc/self/task").glob("*/children"):
+        with suppress(FileNotFoundError, ProcessLookupError):  # the thread has ended meanwhile
+            found.update(file.read_text().split())
+    return frozenset(map(int, found))
 
 
 def apart(one: Sequence[float], other: Sequence[float]) -> float:

@@ -18,7 +18,7 @@ YAW = re.compile(r"yaw \S+, \S+, (−?-?\d+)°")
 SNAP_DEG = 2  # within which the ghost snaps
 MISSING = re.compile(r"(-?\d+)(?: mm|°) (about z|\w+)")
 MOVED_M = 0.005  # a brick lies 1 mm beside its place in the description at first
-STEPS = (1, 1), (5, 5), (20, 15)  # mm and degrees of a key or a button
+STEPS = (1, 1), (5, 5), (20, 15)  # mm and degrees of a key or a button; a larger one is asked about
 AXES = ("forward", "back"), ("left", "right"), ("up", "down")
 TURNS = "about z", "back about z"
 WAYS = {  # by key, and by button
@@ -154,7 +154,7 @@ class Keys:
 
     def step(self, way, size, times):
         self.page.focus("#ghost-handle")
-        for key in (*["+"] * len(STEPS), *["-"] * (len(STEPS) - 1 - size), *[WAYS[way][0]] * times):
+        for key in (*["-"] * len(STEPS), *["+"] * size, *[WAYS[way][0]] * times):
             self.page.keyboard.press(key)
             self.page.wait_for_timeout(BETWEEN_MS)
 

@@ -33,6 +33,10 @@ PLACES = """(hints) => hints.map((words) => {
   return [...document.querySelectorAll("#controls .button")].map((b) => Object.values(b.getBoundingClientRect().toJSON()));
 })"""
 
+# the links of the person's place, and where they stand: now, and before anything has come over the socket
+PLACE_LINKS = """() => [...document.querySelectorAll("#place a")].map((a) => [a.textContent, a.getAttribute("href"), ...Object.values(a.getBoundingClientRect().toJSON())])"""
+FIRST = f"document.addEventListener('DOMContentLoaded', () => {{ window.first = ({PLACE_LINKS})(); }})"
+
 
 @pytest.fixture
 def driving(portal, visitor):
@@ -207,6 +211,17 @@ HINTS = [
     "The live link to the robot is down; nothing moves until it is back. Your turn is kept.",
     "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.",
 ]
+
+
+@pytest.mark.parametrize("robot", ["mercury", "pa10"])
+@pytest.mark.parametrize(("wide", "high"), [(390, 844), (1440, 900)])
+def test_a_strangers_next_step_stands_where_the_page_first_shows_it(portal, visitor, robot, wide, high):
+    page = visitor(viewport={"width": wide, "height": high}).page
+    page.add_init_script(FIRST)
+    page.goto(portal.robots[robot].get_absolute_url())
+    expect(page.locator("#state")).not_to_be_empty()
+    expect(page.locator("#place a", has_text="Sign up")).to_be_visible()
+    assert page.evaluate("first") == page.evaluate(PLACE_LINKS)
 
 
 @pytest.mark.parametrize("robot", ["mercury", at_length("pa10")])

@@ -37,6 +37,11 @@ PLACES = """(hints) => hints.map((words) => {
 PLACE_LINKS = """() => [...document.querySelectorAll("#place a")].map((a) => [a.textContent, a.getAttribute("href"), ...Object.values(a.getBoundingClientRect().toJSON())])"""
 FIRST = f"document.addEventListener('DOMContentLoaded', () => {{ window.first = ({PLACE_LINKS})(); }})"
 
+SHIFTED = 0.05  # of what a layout shift counts: half of what is called good
+SHIFTS = """window.shifts = []; new PerformanceObserver((list) => {
+  for (const { value, sources } of list.getEntries()) shifts.push([value, ...sources.map(({ node }) => node && node.outerHTML.slice(0, 80))]);
+}).observe({ type: "layout-shift", buffered: true });"""
+
 
 @pytest.fixture
 def driving(portal, visitor):
@@ -215,13 +220,17 @@ HINTS = [
 
 @pytest.mark.parametrize("robot", ["mercury", "pa10"])
 @pytest.mark.parametrize(("wide", "high"), [(390, 844), (1440, 900)])
-def test_a_strangers_next_step_stands_where_the_page_first_shows_it(portal, visitor, robot, wide, high):
+def test_a_strangers_page_stands_still_as_the_robot_is_heard_of(portal, visitor, robot, wide, high):
     page = visitor(viewport={"width": wide, "height": high}).page
     page.add_init_script(FIRST)
+    page.add_init_script(SHIFTS)
     page.goto(portal.robots[robot].get_absolute_url())
     expect(page.locator("#state")).not_to_be_empty()
     expect(page.locator("#place a", has_text="Sign up")).to_be_visible()
     assert page.evaluate("first") == page.evaluate(PLACE_LINKS)
+    settle(page)
+    shifts = page.evaluate("shifts")
+    assert sum(value for value, *_ in shifts) < SHIFTED, shifts
 
 
 @pytest.mark.parametrize("robot", ["mercury", at_length("pa10")])

@@ -91,7 +91,7 @@ export class RobotPage {
     this.turnPanel = new TurnPanel(byId("place"), this, "take" in byId("robot").dataset);
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
-      control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
+      if (!facts.commands.some(({ kind }) => kind === control.dataset["kind"])) control.hidden = true;
     guardTurn(() => this.operating && !this.snapshot?.turn?.staff);
     every(250, () => this.draw());
   }

@@ -240,9 +240,11 @@ def build_frontend(node: Path, tests: bool) -> None:
     stamp = FRONTEND / "dist" / ".farhand.stamp"
     consoles = ROOT.glob("robots/kit/drivers/*/console")
     mark = digest(FRONTEND / "src", *sorted(consoles), FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark
+    mark += "compressed"
     if not done_before(stamp, mark):
         say("building the front end")
         npm(node, "run", "--silent", "build", cwd=FRONTEND)
+        run(BIN / "python", "-m", "whitenoise.compress", "--quiet", FRONTEND / "dist")
         stamp.write_text(mark)
 
 

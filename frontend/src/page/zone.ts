@@ -2,11 +2,14 @@
 import { language } from "../kit/text.ts";
 
 const AGE_S = 31536000;
-const KINDS: Readonly<Record<string, Intl.DateTimeFormatOptions>> = {
-  day: { day: "numeric", month: "long", year: "numeric" },
-  minute: { day: "numeric", month: "long", year: "numeric", hour: "2-digit", minute: "2-digit" },
-  second: { day: "numeric", month: "long", year: "numeric", hour: "2-digit", minute: "2-digit", second: "2-digit" },
-  time: { hour: "2-digit", minute: "2-digit", second: "2-digit" },
+const DAY = { day: "numeric", month: "long", year: "numeric" } as const,
+  MINUTE = { hour: "2-digit", minute: "2-digit", hourCycle: "h23" } as const,
+  SECOND = { ...MINUTE, second: "2-digit" } as const;
+const KINDS: Readonly<Record<string, readonly Intl.DateTimeFormatOptions[]>> = {
+  day: [DAY],
+  minute: [DAY, MINUTE],
+  second: [DAY, SECOND],
+  time: [SECOND],
 };
 
 /** Write the cookie if the zone is another one than before, and then the times of this page in it. */
@@ -18,9 +21,9 @@ export function tellZone(): void {
   for (const element of document.querySelectorAll<HTMLTimeElement>("time[data-moment]")) element.textContent = moment(element);
 }
 
-/** Return the time of an element in this browser's zone. */
+/** Return the time of an element in this browser's zone, as the server would write it. */
 function moment(element: HTMLTimeElement): string {
-  const options = KINDS[element.dataset["moment"] ?? ""] ?? KINDS["minute"];
-  const at = new Date(element.dateTime);
-  return new Intl.DateTimeFormat(language(), { ...options, hourCycle: "h23" }).format(at);
+  const parts = KINDS[element.dataset["moment"] ?? ""] ?? [DAY, MINUTE],
+    locale = language() === "en" ? "en-GB" : language();
+  return parts.map((options) => new Intl.DateTimeFormat(locale, options).format(new Date(element.dateTime))).join(", ");
 }

@@ -225,7 +225,7 @@ def test_a_strangers_page_stands_still_as_the_robot_is_heard_of(portal, visitor,
     page.add_init_script(FIRST)
     page.add_init_script(SHIFTS)
     page.goto(portal.robots[robot].get_absolute_url())
-    expect(page.locator("#state")).not_to_be_empty()
+    expect(page.locator("#watchers")).not_to_be_empty()  # it has been told of its robot
     expect(page.locator("#place a", has_text="Sign up")).to_be_visible()
     assert page.evaluate("first") == page.evaluate(PLACE_LINKS)
     settle(page)

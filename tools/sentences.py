@@ -20,6 +20,7 @@ from robots.kit.contract.capabilities import Statistics
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import Argument, Spec
+from robots.kit.contract.words import is_relative
 from robots.kit.vision.stability import VERDICTS
 
 ROOMS = (
@@ -140,7 +141,7 @@ def of_spec(spec: Spec) -> Iterator[str]:
     for command in spec.commands:
         if command.says:
             yield from (OPTIONAL.sub("", command.says), OPTIONAL.sub(r"\1", command.says))
-        if any(argument.directions and argument.name in coordinates for argument in command.arguments):
+        if any(is_relative(argument) and argument.name in coordinates for argument in command.arguments):
             yield f"{command.label} to {{words}}"
         for argument in command.arguments:
             yield from () if argument.text else _of_argument(argument)

@@ -58,6 +58,12 @@ def test_what_a_command_does(kind, args, before, words):
     assert command_words(CART, kind, args, before) == words
 
 
+def test_a_place_that_is_told_from_a_fixed_one_says_so_whatever_was_before():
+    told = command_words(spec_of("irat"), "goal", {"map": 1, "x": -0.005, "y": 2.0}, {"x": 1.0, "y": 1.0, "heading": 0})
+    assert "0.5 cm left of where its map began, 2 m up from where its map began" in told
+    assert way_words(spec_of("irat"), HERE, {"x": 9.0, "y": 9.0, "heading": 0.0}) == "", "its map is not its odometry"
+
+
 def test_how_far_it_came():
     assert way_words(CART, HERE, {"x": 0.1, "y": 0.4, "heading": 1.0}) == "10 cm right, 2 cm down"
     assert way_words(CART, HERE, HERE) == ""

@@ -42,7 +42,7 @@ class Argument:
 
     `whole`: a number without a fraction. `label` is what forms call it, `help` a sentence that explains it. `number` is
     for a text that a channel shows (`CommandKind.shown`): the function that gives its number, as `package.module:name`.
-    `directions` are the words for more and for less of it, as ("right", "left").
+    `directions`: words for more and less of it, as ("right", "left"), than before; with a `label`, than what they name.
     """
 
     name: str

@@ -28,7 +28,7 @@ def command_words(spec: Spec, kind: str, args: Mapping[str, Any], before: Place 
     if found.says:
         return _said(found, args)
     coordinates = spec.pose.coordinates if spec.pose else ()
-    apart = [a for a in found.arguments if a.directions and a.name in coordinates and a.name in args]
+    apart = [a for a in found.arguments if is_relative(a) and a.name in coordinates and a.name in args]
     if apart and all(is_number(args[a.name]) and a.name in (before or {}) for a in apart):
         moved = [_along(a.directions, args[a.name] - (before or {})[a.name], a.unit) for a in apart]
         others = [_one(a, args[a.name]) for a in found.arguments if a.name in args and a not in apart]
@@ -41,7 +41,7 @@ def command_words(spec: Spec, kind: str, args: Mapping[str, Any], before: Place 
 
 def way_words(spec: Spec, before: Place | None, after: Place | None) -> str:
     """Return how far a robot came, as "3 cm right, 1 cm down"; empty where a pose or the directions are not known."""
-    directions = {a.name: a for c in spec.commands for a in c.arguments if a.directions}
+    directions = {a.name: a for c in spec.commands for a in c.arguments if is_relative(a)}
     names = [n for n in (spec.pose.coordinates if spec.pose else ()) if n in directions]
     if not names or not all(n in (before or {}) and n in (after or {}) for n in names):
         return ""
@@ -82,11 +82,16 @@ def _said(kind: CommandKind, args: Mapping[str, Any]) -> str:
     return NAMED.sub(lambda found: known.get(found[1], "?"), OPTIONAL.sub(optional, kind.says))
 
 
+def is_relative(argument: Argument) -> bool:
+    """Tell whether a value is told from where the robot was before; one with a label says itself from where."""
+    return bool(argument.directions) and not argument.label
+
+
 def _one(argument: Argument, value: Any) -> str:
     """Return one argument in words; empty if it says nothing, as a speed of zero in some direction."""
     if argument.directions and not argument.unit and is_number(value):
         return "" if not value else argument.directions[value < 0]
-    if argument.directions and is_number(value) and not argument.label:
+    if is_relative(argument) and is_number(value):
         return f"{argument.title} {quantity(value, argument.unit)}"
     if argument.directions and is_number(value):
         return _along(argument.directions, value, argument.unit)

@@ -53,6 +53,8 @@ SCALES = {
     "driven": Scale(0.0, 1e6, 0.01), "x": Scale(-30.0, 30.0, 0.001), "y": Scale(-30.0, 30.0, 0.001),
     "heading": Scale(-2 * pi, 2 * pi, 0.001),
 }  # fmt: skip
+ACROSS = "right of where its map began", "left of where its map began"
+ALONG = "up from where its map began", "down from where its map began"
 MOST = 16_777_216  # whole numbers that a channel's four bytes hold
 
 
@@ -75,8 +77,8 @@ def spec() -> Spec:
     battery = description["battery"]
     place = (
         Argument("map", "", 1, MOST, whole=True, label="number of its map"),
-        Argument("x", "m", -100.0, 100.0, label="right of where its map began"),
-        Argument("y", "m", -100.0, 100.0, label="up from where its map began"),
+        Argument("x", "m", -100.0, 100.0, label=ACROSS[0], directions=ACROSS),
+        Argument("y", "m", -100.0, 100.0, label=ALONG[0], directions=ALONG),
         Argument("experience", "", 0, MOST, required=False, whole=True, label="place's number"),
     )
     share = Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)

@@ -5,6 +5,7 @@ import shutil
 from django.conf import settings
 
 from portal.run.processes import robot_processes
+from robots import bus
 from robots.models import Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
@@ -15,6 +16,7 @@ class SmallPortal:
     """Web process, housekeeping and the robot with its owner. `env`: settings of the web process."""
 
     def __init__(self, robot, ready_s=60, **env):
+        bus.connection().flushall()  # what robots of other tests have told
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         self.robot = robot
         specs = robot_processes(robot)

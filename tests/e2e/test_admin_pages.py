@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from robots import bus
 from robots.kit.clock import SYSTEM
 from tests.conftest import at_length
 from tests.e2e.conftest import session
@@ -19,8 +20,10 @@ OTHERS = ["/admin/robots/", "/admin/password_change/"]
 
 
 @pytest.fixture
-def portal(transactional_db, house, robot, people, django_user_model):
+def portal(transactional_db, redis_server, house, robot, people, django_user_model):
     """The web process over the rows of a portal in use."""
+    if house.robot(robot.slug) is None:
+        bus.connection().flushall()
     people["root"] = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
     in_use(robot, people, SYSTEM.now())
     return SimpleNamespace(url=house.web_process().url, root=people["root"])

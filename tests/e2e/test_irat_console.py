@@ -135,7 +135,6 @@ def alive(transactional_db, redis_server):
     """The robot with its simulator, its owner and its brain, which explores."""
     from portal.keep.seeding import add_robot
 
-    bus.connection().flushall()
     robot = add_robot("irat")
     for folder in (
         robot.rig_dir,

@@ -10,7 +10,6 @@ from portal.keep.seeding import add_robot
 from portal.run.processes import recorder_process
 from queueing.models import Job
 from queueing.services import Asker, ask
-from robots import bus
 from robots.kit.clock import SYSTEM
 from robots.models import Command, Lease, Recording
 from tests.conftest import wait_for
@@ -33,7 +32,6 @@ WIDGETS = {"roaming": "GraphMap", "cells": "CellGrid", "arm": "Joints", "arm_vie
 
 @pytest.fixture
 def portal(transactional_db, redis_server, installed):
-    bus.connection().flushall()
     made = SmallPortal(add_robot("turntable"))
     yield made
     made.stop()

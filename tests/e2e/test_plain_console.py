@@ -4,7 +4,6 @@ import pytest
 from playwright.sync_api import expect
 
 from portal.keep.seeding import add_robot
-from robots import bus
 from robots.models import Command, Lease
 from tests.conftest import wait_for
 from tests.e2e.small import SmallPortal
@@ -16,7 +15,6 @@ pytestmark = pytest.mark.timed
 @pytest.fixture
 def portal(transactional_db, redis_server, monkeypatch, tmp_path):
     with installed_from(without_console(tmp_path / "bare"), monkeypatch):
-        bus.connection().flushall()
         made = SmallPortal(add_robot("turntable"))
         yield made
         made.stop()
@@ -37,11 +35,24 @@ def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visito
     turn.locator("button").click()  # nothing is filled in
     expect(page.locator("#notice")).to_contain_text("Fill in angle first")
     assert not Command.objects.filter(kind="turn").exists()
+    recent = page.locator("#recent")
+    expect(recent.locator("button")).to_have_count(0)
     page.fill("#turn-angle", "1.5")
     page.press("#turn-angle", "Enter")
     expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
     expect(page.locator("#readings tbody tr").first).to_contain_text("1.500")
     assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5], abs=1e-6)
+    page.fill("#turn-angle", "1.4")
+    page.press("#turn-angle", "Enter")
+    expect(page.locator("#readings tbody tr").first).to_contain_text("1.400")
+    expect(recent.locator("button")).to_have_text(["Turn: angle 1.4 rad", "Turn: angle 1.5 rad"])
+    recent.locator("button").nth(1).click()  # one press chooses what was sent before, and another one sends it
+    expect(page.locator("#turn-angle")).to_have_value("1.5")
+    assert Command.objects.filter(kind="turn").count() == 2
+    page.keyboard.press("Enter")
+    expect(recent.locator("button")).to_have_text(["Turn: angle 1.5 rad", "Turn: angle 1.4 rad"])
+    expect(page.locator("#readings tbody tr").first).to_contain_text("1.500")
+    expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
     page.fill("#turn-angle", "-3")
     page.press("#turn-angle", "Enter")
     wait_for(

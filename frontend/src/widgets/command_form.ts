@@ -5,21 +5,40 @@ import { gettext, translate } from "../kit/text.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { ArgumentInfo, CommandSpec } from "../socket/messages.ts";
 
+/** What was typed, by the names of the values. */
+export type Values = Readonly<Record<string, number | string>>;
+
 export class CommandForm {
   readonly element = make("form", { class: "plain-command" });
+  private fields: readonly (readonly [HTMLElement, HTMLInputElement, ArgumentInfo])[];
   private button: HTMLButtonElement;
 
+  /** `onSend` gets the values of each command that is sent. */
   constructor(
     private page: RobotPage,
     private spec: CommandSpec,
+    private onSend: (values: Values) => void = () => undefined,
   ) {
-    const fields = spec.arguments.map((argument) => this.field(argument));
+    this.fields = spec.arguments.map((argument) => this.field(argument));
     this.button = make("button", { class: "button", "aria-describedby": "why" }, spec.label);
-    this.element.append(...fields.map(([label]) => label), this.button);
+    this.element.append(...this.fields.map(([label]) => label), this.button);
     this.element.addEventListener("submit", (event) => {
       event.preventDefault();
-      this.send(fields);
+      this.send();
     });
+  }
+
+  /** Write these values into the fields; the next press sends them. */
+  fill(values: Values): void {
+    for (const [, input, { name }] of this.fields) input.value = String(values[name] ?? "");
+    this.button.focus();
+  }
+
+  /** Return the command in words: each value with its name and unit. */
+  words(values: Values): string {
+    const word = (argument: ArgumentInfo): string => `${titled(argument)} ${values[argument.name]} ${argument.unit}`.trim();
+    const parts = this.spec.arguments.filter(({ name }) => name in values).map(word);
+    return `${this.spec.label}: ${parts.join(", ")}`;
   }
 
   /** Enable the button, or disable it with a reason. */
@@ -27,16 +46,16 @@ export class CommandForm {
     allow(this.button, why);
   }
 
-  private send(fields: readonly (readonly [HTMLElement, HTMLInputElement, ArgumentInfo])[]): void {
+  private send(): void {
     if (refusal(this.button)) return this.page.refuse(() => refusal(this.button));
     const args: Record<string, number | string> = {};
-    for (const [, input, argument] of fields) {
+    for (const [, input, argument] of this.fields) {
       if (argument.text ? input.value : Number.isFinite(input.valueAsNumber))
         args[argument.name] = argument.text ? input.value : input.valueAsNumber;
       else if (argument.required)
         return this.page.refuse(() => (input.value ? "" : gettext("Fill in {value} first.", { value: titled(argument) })));
     }
-    this.page.command(this.spec.kind, args);
+    if (this.page.command(this.spec.kind, args)) this.onSend(args);
   }
 
   private field(argument: ArgumentInfo): readonly [HTMLElement, HTMLInputElement, ArgumentInfo] {

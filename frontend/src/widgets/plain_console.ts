@@ -1,26 +1,51 @@
 /** The console of a robot that brings none: its controls are made from its spec. */
+import { html } from "lit-html";
 import { byId } from "../kit/dom.ts";
-import { type Cell, fill } from "../kit/render.ts";
+import { type Cell, drawParts, fill, type Part } from "../kit/render.ts";
 import { decimals, gettext } from "../kit/text.ts";
 import { Basics } from "../page/console.ts";
 import type { Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import { worded } from "../page/plain_words.ts";
 import { RobotPage } from "../page/robot_page.ts";
+import type { CommandSpec } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
-import { CommandForm } from "./command_form.ts";
+import { CommandForm, type Values } from "./command_form.ts";
 import { HeldButtons } from "./held_buttons.ts";
+
+/** A command of this turn, and the form that sends it again. */
+interface Recent {
+  key: string;
+  form: CommandForm;
+  values: Values;
+}
+const MOST = 5;
 
 class PlainConsole extends Basics<RobotPage> {
   private box = byId("commands");
+  private recent: readonly Recent[] = [];
   private widgets = facts.commands.map((spec) => ({
     kind: spec.kind,
-    made: spec.held ? new HeldButtons(this.page, spec) : new CommandForm(this.page, spec),
+    made: spec.held ? new HeldButtons(this.page, spec) : this.form(spec),
   }));
 
   constructor(page: RobotPage) {
     super(page);
     this.box.append(...this.widgets.map(({ made }) => made.element));
+  }
+
+  private form(spec: CommandSpec): CommandForm {
+    const form: CommandForm = new CommandForm(this.page, spec, (values) => {
+      const key = `${spec.kind} ${JSON.stringify(values)}`;
+      if (!Object.keys(values).length) return;
+      this.recent = [{ key, form, values }, ...this.recent.filter((one) => one.key !== key)].slice(0, MOST);
+      this.page.draw();
+    });
+    return form;
+  }
+
+  override turn(): void {
+    this.recent = [];
   }
 
   override state(packet: StatePacket): void {
@@ -37,6 +62,14 @@ class PlainConsole extends Basics<RobotPage> {
   override draw(f: Facts): void {
     this.box.hidden = !this.page.operating;
     for (const { kind, made } of this.widgets) made.enable(this.whyNot(kind, f));
+    byId("recent-values").hidden = !this.page.operating || !facts.commands.some((spec) => !spec.held && spec.arguments.length);
+    const item = ({ key, form, values }: Recent): Part => ({
+      key,
+      template: html`<li>
+        <button type="button" class="button" @click=${() => form.fill(values)}>${form.words(values)}</button>
+      </li>`,
+    });
+    drawParts(byId("recent"), this.recent.map(item));
   }
 }
 

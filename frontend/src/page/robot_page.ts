@@ -53,7 +53,6 @@ export class RobotPage {
   private cheers = document.getElementById("cheer") ? new Cheers(() => this.live.send({ t: "cheer" }), this) : null;
   private suspension = new Suspension((words, level) => this.notice(words, level));
   private wakeLock = new ScreenWakeLock();
-  private stage: Stage;
   private stop: StopButton;
   private turnPanel: TurnPanel;
   private trace: WireTrace | null;
@@ -64,7 +63,7 @@ export class RobotPage {
   constructor() {
     const { media } = this;
     this.slug = this.page.dataset["slug"] ?? "";
-    this.stage = new Stage(this.slug);
+    new Stage(this.slug);
     this.live = openConnection(
       this.slug,
       {
@@ -359,6 +358,5 @@ export class RobotPage {
     this.cheers?.draw(s, f.lineUp);
     this.status.draw(s, f, (now) => this.console?.advice(now) ?? "");
     this.console?.draw(f);
-    this.stage.measure();
   }
 }

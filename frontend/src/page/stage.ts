@@ -36,12 +36,12 @@ export class Stage {
     }
     this.show(VIEWS.find((one) => one === storage.get(this.stored)) ?? "both");
     const sizes = new ResizeObserver(() => this.measure());
-    for (const box of [this.bar, document.body]) sizes.observe(box);
+    for (const box of [this.bar, this.keep, this.view, this.release, document.body]) sizes.observe(box);
     addEventListener("resize", () => this.measure());
   }
 
-  /** Tell the styles how high the bar, the release above it and the part that stays are, and where the stage begins on a page that is not scrolled (px). */
-  measure(): void {
+  /** Tell the styles how high the bar, the release above it and the part that stays are, and where the stage begins on a page that is not scrolled (px). Not called at each drawing: it forces a layout. */
+  private measure(): void {
     const high = getComputedStyle(this.bar).position === "fixed" ? this.bar.offsetHeight : 0;
     const top = byId("stage").parentElement?.getBoundingClientRect().top ?? 0;
     this.write("--stage-bar", high);

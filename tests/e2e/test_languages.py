@@ -33,7 +33,7 @@ SCROLLED = 'class="table-wrap" tabindex="0"'  # by keys, too: words of any lengt
 WORD = re.compile(r"[A-Za-z]{3,}")
 # names and words of robots, people and formats, which are the same in each language
 NAMES = re.compile(
-    r"\b(Farhand|Far|hand|English|Deutsch|Pseudo|Mercury|museum arm|iRat|PUMA|UTC|JSON|CSV|MP4|WebM|MCAP|URDF|JPEG|GIF|QR"
+    r"\b(Farhand|Far|hand|English|Deutsch|Pseudo|Mercury|museum arm|iRat|PUMA|Hall rover|Virtual reality arm|min|UTC|JSON|CSV|MP4|WebM|MCAP|URDF|JPEG|GIF|QR"
     r"|ada|bob|cy|root|example\.org|Museum arm|Django)\b"
 )
 

@@ -16,6 +16,8 @@ const PLACE = [
   ["pitch", "°", gettext("about y")],
   ["yaw", "°", gettext("about z")],
 ] as const;
+const [ROLL, PITCH, YAW] = [gettext("roll"), gettext("pitch"), gettext("yaw")];
+const NAMES: Readonly<Record<string, string>> = { roll: ROLL, pitch: PITCH, yaw: YAW };
 const ARROWS = [
   ["x,1", "x +", gettext("Move the tool away from the base")],
   ["x,-1", "x −", gettext("Move the tool towards the base")],
@@ -23,12 +25,12 @@ const ARROWS = [
   ["y,-1", "y −", gettext("Move the tool to the right")],
   ["z,1", "z +", gettext("Move the tool up")],
   ["z,-1", "z −", gettext("Move the tool down")],
-  ["roll,1", "roll +", gettext("Turn the tool about x")],
-  ["roll,-1", "roll −", gettext("Turn the tool back about x")],
-  ["pitch,1", "pitch +", gettext("Turn the tool about y")],
-  ["pitch,-1", "pitch −", gettext("Turn the tool back about y")],
-  ["yaw,1", "yaw +", gettext("Turn the tool about z")],
-  ["yaw,-1", "yaw −", gettext("Turn the tool back about z")],
+  ["roll,1", `${ROLL} +`, gettext("Turn the tool about x")],
+  ["roll,-1", `${ROLL} −`, gettext("Turn the tool back about x")],
+  ["pitch,1", `${PITCH} +`, gettext("Turn the tool about y")],
+  ["pitch,-1", `${PITCH} −`, gettext("Turn the tool back about y")],
+  ["yaw,1", `${YAW} +`, gettext("Turn the tool about z")],
+  ["yaw,-1", `${YAW} −`, gettext("Turn the tool back about z")],
 ] as const;
 const OVER_M = 0.15;
 
@@ -76,7 +78,7 @@ export class Position {
       this.console.ask();
     });
     this.inputs.push(input);
-    return make("label", {}, make("span", {}, `${name} (${unit})`), input, make("small", { id: `${id}-hint` }, hint));
+    return make("label", {}, make("span", {}, `${NAMES[name] ?? name} (${unit})`), input, make("small", { id: `${id}-hint` }, hint));
   }
 
   /** Show the tool's present pose, until somebody fills in another. */

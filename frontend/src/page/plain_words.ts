@@ -13,7 +13,9 @@ export function plain(own: string): string {
 export function worded(told: string): TemplateResult {
   const [own = "", ...rest] = told.split(": ");
   const words = facts.words?.[own];
-  return words === undefined ? html`${translate(told)}` : html`${[words, ...rest.map(translate)].join(": ")} <small>${own}</small>`;
+  return words === undefined
+    ? html`${translate(told)}`
+    : html`${[words, ...rest.map(translate)].join(": ")} <small translate="no">${own}</small>`;
 }
 
 export function sayWord(element: HTMLElement, told: string): void {

@@ -10,6 +10,7 @@ from tests.e2e.drawn import QUIET, settle, size
 from tests.e2e.stage import SIZES, assert_in_view
 from tests.packaged import TURNTABLE, installed_from, without_console
 from tests.rig import Web
+from tests.waiting import CEILING_S, wait_for
 
 ARMS = {"pa10": JOINTS["pa10"], "puma": (0.26, 0.96, 1.48, 0.0, 0.7, 0.0)}
 ALL = {"mercury": JOINTS["mercury"], **ARMS, "srv1": (), "irat": ()}
@@ -107,6 +108,29 @@ def test_the_release_is_in_view_and_covers_neither_the_picture_nor_the_bar(porta
     page.click("[data-command=stop]")
     expect(page.locator("#release")).to_be_visible()
     assert_in_view(page, ["#screen", *BAR, "#checked", "[data-command=release]"])
+
+
+def test_the_bar_of_a_phone_says_what_became_of_the_last_command(portal, visitor):
+    page = drives(portal, visitor, "mercury")
+    page.click("[data-command=up]")
+    last = page.locator("#last-command")
+    expect(last).to_contain_text("Arm up")
+    wait_for(lambda: page.wait_for_timeout(20) or portal.perform(), CEILING_S, "the command")
+    expect(last).to_contain_text("done")
+    assert_in_view(page, ["#last-command", *BAR], [(390, 844), (360, 640), (844, 390)])
+
+
+@pytest.mark.parametrize("robot", ["mercury", "pa10", "puma", "srv1"])
+def test_a_wide_screen_is_used_by_who_drives(portal, visitor, robot):
+    page = drives(portal, visitor, robot)
+    size(page, 1440, 900)
+    usual = page.locator("#screen").bounding_box()
+    size(page, 1920, 1080)
+    settle(page)
+    picture, side = (page.locator(s).bounding_box() for s in ("#screen", ".side"))
+    assert picture["width"] * picture["height"] > 1.3 * usual["width"] * usual["height"]
+    assert page.locator("#stage-keep").bounding_box()["x"] < 30
+    assert side["x"] + side["width"] > 1890
 
 
 @pytest.mark.parametrize("robot", ["mercury", "pa10"])

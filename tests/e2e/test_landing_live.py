@@ -1,0 +1,39 @@
+"""The landing page tells what happens while it is open."""
+
+from playwright.sync_api import expect
+
+from queueing.rows import announce
+from robots.models import Robot
+from robots.states import Cycle
+from tests.e2e.bare import portal as portal
+
+
+def test_pictures_of_the_last_turn_follow_each_other_until_somebody_drives(portal, visitor):
+    ada = portal.person("ada", "mercury")
+    portal.end(portal.drive(ada, "mercury"))
+    page = visitor().page
+    page.goto("/")
+    lead = page.locator(".lead[data-live=mercury]")
+    picture = lead.locator("img")
+    expect(lead).to_contain_text("Pictures of the last turn")
+    first = picture.get_attribute("src")
+    expect(picture).not_to_have_attribute("src", first)
+    expect(picture).to_have_attribute("src", first)  # and it begins again
+    page.evaluate("window.stays = true")
+    portal.drive(ada, "mercury")
+    expect(lead.locator(".drives")).to_have_text("ada drives")
+    expect(lead).not_to_have_attribute("data-loop", "")
+    expect(lead).to_have_attribute("data-state", "operating")
+    assert page.evaluate("window.stays"), "without a reload"
+
+
+def test_a_card_says_when_its_robot_is_locked_out(portal, visitor):
+    page = visitor().page
+    page.goto("/")
+    card = page.locator("[data-live=museum-arm]")
+    expect(card.locator(".wait")).not_to_be_empty()
+    before = card.locator(".pill").inner_text()
+    Robot.objects.filter(slug="museum-arm").update(cycle=Cycle.LOCKED_OUT, reason="A hose is loose.")
+    announce(portal.robots["pa10"].queue_link.queue)
+    expect(card.locator(".pill")).not_to_have_text(before)
+    expect(card.locator(".wait")).to_be_empty()

@@ -1,7 +1,7 @@
 /** Clicks in calibrated pictures, and what a gripper says in words. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { gripInShort, gripInWords, gripOf } from "../src/scene/gripper.ts";
+import { type Grip, gripInShort, gripInWords, gripOf, isLoaded } from "../src/scene/gripper.ts";
 import { type Camera, inPicture, type Place, placeAt, placeInWords, topOf } from "../src/scene/sight.ts";
 import { type KnownObject, seenInWords } from "../src/scene/known.ts";
 import { poseAt } from "../src/scene/poses.ts";
@@ -80,12 +80,27 @@ test("fingers tell what they hold once they rest; one that tells nothing is not 
   assert.equal(gripOf(facts, 0.02, 0.03), "moving");
   assert.equal(gripOf(facts, NaN, NaN), "unknown");
   assert.equal(gripOf({ open: 0.03 }, 0.02, 0.02), "unknown");
-  assert.equal(gripInWords("holds", "red"), "The gripper holds red.");
-  assert.equal(gripInWords("holds", ""), "The gripper holds something.");
-  assert.equal(gripInWords("empty", ""), "The gripper is empty.");
-  assert.equal(gripInWords("unknown", "a"), "The gripper should hold a; it cannot feel.");
-  assert.equal(gripInShort("holds", ""), "Holds something");
 });
+
+const GRIPS: [Grip, held: string, sentence: string, short: string, loaded: boolean][] = [
+  ["holds", "red", "The gripper holds red.", "Holds red", true],
+  ["holds", "", "The gripper holds something.", "Holds something", true],
+  ["empty", "", "The gripper is empty.", "Empty", false],
+  ["open", "", "The gripper is open and empty.", "Empty, open", false],
+  ["moving", "", "The gripper moves.", "Gripper moves", false],
+  ["moving", "red", "The gripper moves.", "Gripper moves", true],
+  ["unknown", "", "The gripper cannot feel whether it holds something.", "", false],
+  ["unknown", "red", "The gripper should hold red; it cannot feel.", "Should hold red", true],
+  ["empty", "red", "The gripper is empty: it feels nothing, red was expected.", "Empty, red expected", false],
+  ["open", "red", "The gripper is empty: it feels nothing, red was expected.", "Empty, red expected", false],
+];
+
+for (const [grip, held, sentence, short, loaded] of GRIPS)
+  test(`what the fingers tell wins, and a belief is called one: ${grip}, ${held || "nothing"} believed`, () => {
+    assert.equal(gripInWords(grip, held), sentence);
+    assert.equal(gripInShort(grip, held), short);
+    assert.equal(isLoaded(grip, held), loaded);
+  });
 
 test("when an object was seen is said; a place that no picture has shown has no age", () => {
   const seen = (how: string, secondsAgo: number): string => seenInWords({ how, atMs: 1e9 - 1000 * secondsAgo }, 1e9);

@@ -20,11 +20,18 @@ export function gripOf({ open, empty_below }: GripperFacts, opening: number, bef
   return opening < empty_below ? "empty" : "holds";
 }
 
-/** Return it as a sentence; `held`: the name of the object that the robot knows there. */
+/** Tell whether something is to be put down: what the fingers tell, else whether the robot believes `held` there. */
+export function isLoaded(grip: Grip, held: string): boolean {
+  return grip === "holds" || (held !== "" && (grip === "unknown" || grip === "moving"));
+}
+
+/** Return it as a sentence; `held`: the name of the object that the robot believes there, which fingers may contradict. */
 export function gripInWords(grip: Grip, held: string): string {
   if (grip === "moving") return gettext("The gripper moves.");
-  if (held && grip === "unknown") return gettext("The gripper should hold {object}; it cannot feel.", { object: translate(held) });
-  if (held) return gettext("The gripper holds {object}.", { object: translate(held) });
+  const object = translate(held);
+  if (held && grip === "unknown") return gettext("The gripper should hold {object}; it cannot feel.", { object });
+  if (held && grip === "holds") return gettext("The gripper holds {object}.", { object });
+  if (held) return gettext("The gripper is empty: it feels nothing, {object} was expected.", { object });
   return SENTENCES[grip];
 }
 
@@ -38,6 +45,9 @@ const SENTENCES = {
 /** Return it in the fewest words, for the picture's edge. */
 export function gripInShort(grip: Grip, held: string): string {
   if (grip === "moving") return gettext("Gripper moves");
-  if (held) return gettext("Holds {object}", { object: translate(held) });
+  const object = translate(held);
+  if (held && grip === "unknown") return gettext("Should hold {object}", { object });
+  if (held && grip === "holds") return gettext("Holds {object}", { object });
+  if (held) return gettext("Empty, {object} expected", { object });
   return { holds: gettext("Holds something"), empty: gettext("Empty"), open: gettext("Empty, open"), unknown: "" }[grip];
 }

@@ -11,7 +11,7 @@ import type { CommandInfo } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { FINAL } from "../socket/stages.ts";
 import type { Cameras } from "../arm/cameras.ts";
-import { gripInShort, gripInWords, type GripperFacts, gripOf, type Grip } from "./gripper.ts";
+import { type Grip, gripInShort, gripInWords, gripOf, type GripperFacts, isLoaded } from "./gripper.ts";
 import { type Camera, inPicture, type Place, placeAt, placeInWords } from "./sight.ts";
 import type { ArmMode, Target } from "../arm/types.ts";
 
@@ -146,7 +146,7 @@ export class Pick implements ArmMode {
   }
 
   private get holds(): boolean {
-    return this.grip === "holds" || this.held !== "";
+    return isLoaded(this.grip, this.held);
   }
 
   state(packet: StatePacket): void {
@@ -167,7 +167,11 @@ export class Pick implements ArmMode {
   /** Return why one of its buttons does not work, where nothing general prevents it; `plan`: that of the way. */
   whyNot(kind: string, plan: { ok: boolean; text: string } | null): string {
     if (!this.place) return CHOOSE;
-    if (kind === "pick-here") return this.holds ? gettext("The gripper holds something: put it down first.") : "";
+    if (kind === "pick-here" && this.holds)
+      return this.grip === "unknown"
+        ? gettext("The gripper should hold something: put it down first.")
+        : gettext("The gripper holds something: put it down first.");
+    if (kind === "pick-here") return "";
     if (kind === "put-here") return this.holds ? "" : gettext("The gripper holds nothing: pick something up first.");
     return plan?.ok ? "" : plan?.text || gettext("The way is being checked.");
   }

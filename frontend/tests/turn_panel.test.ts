@@ -65,3 +65,24 @@ test("the wish of the page before is carried out at once, or not at all", () => 
   other.changed(told(true));
   assert.deepEqual(sent, ["join", "accept"], "somebody else was faster");
 });
+
+const WAITS: [state: string, wait: [number, number] | null, said: RegExp][] = [
+  ["in_use", [65, 400], /1 in the queue\.Your wait: about 2 min to 7 min/],
+  ["in_use", [0, 30], /1 in the queue\.Your wait: less than a minute/],
+  ["in_use", null, /1 in the queue\.Your wait: not known now/],
+  ["offline", null, /1 in the queue\.Join the queue/],
+];
+
+for (const [state, wait, said] of WAITS)
+  test(`who could join a robot that is ${state} reads how long they would wait, ${wait?.join(" to ") ?? "unknown"}`, () => {
+    const one = panel(),
+      now = told(false);
+    one.draw({ ...now, robot: { ...now.robot, state }, join_wait_s: wait }, 0, true);
+    assert.match(box.textContent, said);
+  });
+
+test("who can drive at once reads of no wait", () => {
+  const one = panel();
+  one.draw({ ...told(true), join_wait_s: [0, 0] }, 0, true);
+  assert.doesNotMatch(box.textContent, /wait:/);
+});

@@ -5,7 +5,7 @@ import { clock, timeOfDay } from "../kit/times.ts";
 import { gettext, translate } from "../kit/text.ts";
 import type { Snapshot } from "../socket/messages.ts";
 import { UNSENT } from "./person_socket.ts";
-import { before, queueSentence, waitSentence } from "./waits.ts";
+import { before, joinWait, queueSentence, waitSentence } from "./waits.ts";
 
 const AGAIN = gettext("Press again to end it");
 const LATELY_MS = 3_600_000;
@@ -159,10 +159,12 @@ export class TurnPanel {
         ...practiceLink(gettext("Practise while you wait")),
         button(gettext("Leave the queue"), "leave", { why }),
       ];
+    const wait = s.robot.free ? "" : joinWait(s.robot.state, false, s.join_wait_s ?? null);
     return [
       ...over,
       heading(over.length ? gettext("Drive it again") : gettext("Drive it yourself")),
       paragraph(s.robot.free ? gettext("Nobody waits: it is yours at once.") : queueSentence(s.queue)),
+      ...(wait ? [paragraph(wait)] : []),
       s.robot.free
         ? button(gettext("Take control"), "take", { style: "primary", why })
         : button(gettext("Join the queue"), "join", { style: "primary", why }),

@@ -48,6 +48,7 @@ export class View3D {
   protected readonly dark = matchMedia("(prefers-color-scheme: dark)");
   protected readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
   protected readonly canvas: HTMLCanvasElement;
+  protected readonly holder: HTMLElement;
   private renderer: WebGLRenderer;
   private asked = false;
   private drawn = 0;
@@ -58,10 +59,11 @@ export class View3D {
 
   /** `onPick` gets the place on the world's floor that was clicked on (m). Throws an error in a browser without WebGL. */
   constructor(
-    protected readonly holder: HTMLElement,
+    holder: HTMLElement,
     { field, near, far, from, to = [0, 0, 0], ambient = 0, lamp = 0, lampAt = [0, 1, 0] }: ViewSettings,
     onPick: (x: number, y: number) => void = () => undefined,
   ) {
+    this.holder = holder;
     this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
     this.renderer.setPixelRatio(Math.min(this.slow ? 1 : 2, devicePixelRatio));
     this.canvas = this.renderer.domElement;

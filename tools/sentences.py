@@ -11,7 +11,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from robots.kit.contract.capabilities import Statistics
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import Argument, Spec
-from robots.kit.contract.words import is_relative
+from robots.kit.contract.words import called, is_relative
 from robots.kit.vision.stability import VERDICTS
 
 ROOMS = (
@@ -91,9 +91,10 @@ def of_package(folder: Path) -> list[str]:
         for text in of_source(path.read_text(), path)
     }
     sys.path.insert(0, str(folder.parent))
-    spec = import_module(f"{folder.name}.spec").spec()
+    described = tomllib.loads((folder / "robot.toml").read_text())
+    spec = replace(import_module(f"{folder.name}.spec").spec(), words=described.get(WORDS, {}))
     texts.update((*of_spec(spec), *of_jobs(spec.capability(Statistics) or Statistics())))
-    return sorted({*texts, *of_table(tomllib.loads((folder / "robot.toml").read_text())), *of_programs(folder)})
+    return sorted({*texts, *of_table(described), *of_programs(folder)})
 
 
 def of_programs(folder: Path) -> Iterator[str]:
@@ -137,14 +138,14 @@ def of_spec(spec: Spec) -> Iterator[str]:
     yield from (name for name in spec.names() if NAME.search(name))
     coordinates = spec.pose.coordinates if spec.pose else ()
     for scalar in spec.pose.scalars() if spec.pose else ():
-        yield from _of_argument(Argument(scalar.name, scalar.unit, scalar.low, scalar.high))
+        yield from _of_argument(spec, Argument(scalar.name, scalar.unit, scalar.low, scalar.high))
     for command in spec.commands:
         if command.says:
             yield from (OPTIONAL.sub("", command.says), OPTIONAL.sub(r"\1", command.says))
         if any(is_relative(argument) and argument.name in coordinates for argument in command.arguments):
             yield f"{command.label} to {{words}}"
         for argument in command.arguments:
-            yield from () if argument.text else _of_argument(argument)
+            yield from () if argument.text else _of_argument(spec, argument)
             yield from [argument.title] if NAME.search(argument.title) else []
 
 
@@ -153,8 +154,11 @@ def of_jobs(declared: Statistics) -> Iterator[str]:
     yield from (declared.job, f"{declared.job}s", declared.done)
 
 
-def _of_argument(argument: Argument) -> Iterator[str]:
+def _of_argument(spec: Spec, argument: Argument) -> Iterator[str]:
     """Yield an argument with its value in words."""
+    if argument.share:
+        yield f"{{number}} % {argument.share}"
+        return
     if argument.directions and not argument.unit:
         yield from argument.directions
         return
@@ -163,8 +167,8 @@ def _of_argument(argument: Argument) -> Iterator[str]:
             yield from (f"{{number}}{unit} {direction}" for direction in argument.directions)
         elif argument.label and argument.unit:
             yield f"{{number}}{unit} {argument.label}"
-        elif NAME.search(argument.title):
-            yield f"{argument.title} {{number}}{unit}"
+        elif NAME.search(title := called(spec, argument)):
+            yield f"{title} {{number}}{unit}"
 
 
 def _labels(part: Any) -> Any:

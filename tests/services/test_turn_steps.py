@@ -155,6 +155,16 @@ def test_the_page_says_what_each_picture_shows(story, client):
     assert shown[1] == f"Picture {frame.taken_at:%H:%M:%S}, after: Move to 12 cm right, 4 cm up"
 
 
+def test_the_page_of_an_arms_turn_tells_joints_by_plain_words_and_places_from_the_base(story, client):
+    type(story.robot).objects.update(driver="pa10")
+    story.did("joints", {"S1": 0.2967, "S2": 0.4, "speed": 0.3})
+    story.did("pick", {"x": 0.5, "y": 0.16})
+    html = client.get(story.end().get_absolute_url()).content.decode()
+    assert "Move joints: shoulder turn 17°, shoulder 23°, 30 % of full speed" in html
+    assert "Pick up here: 50 cm ahead of the base, 16 cm to its left" in html
+    assert not re.search(r"S1 17°|S2 |speed 0\.3|x 50 cm", html)
+
+
 def test_pictures_of_a_hidden_entry_are_not_beside_the_commands(story, people, client, clock):
     frame = Frame.objects.get(command=story.did("air", pose=HOME))
     entry = log.write(story.end(), people["ada"], "rude", None, clock.now())

@@ -1,15 +1,16 @@
 """What a command does in words: every command of every robot, whatever its arguments are."""
 
+from dataclasses import replace
 from math import inf, nan
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.kit.contract.channels import IN_PLANE
+from robots.kit.contract.channels import IN_PLANE, IN_SPACE
 from robots.kit.contract.find import spec_of
 from robots.kit.contract.spec import Argument, CommandKind, Spec
-from robots.kit.contract.words import NAMED, command_words, place_of, place_words, quantity, way_words
+from robots.kit.contract.words import NAMED, called, command_words, place_of, place_words, quantity, way_words
 
 X, Y = (
     Argument("x", "m", -9.0, 9.0, directions=("right", "left")),
@@ -62,6 +63,34 @@ def test_a_place_that_is_told_from_a_fixed_one_says_so_whatever_was_before():
     told = command_words(spec_of("irat"), "goal", {"map": 1, "x": -0.005, "y": 2.0}, {"x": 1.0, "y": 1.0, "heading": 0})
     assert "0.5 cm left of where its map began, 2 m up from where its map began" in told
     assert way_words(spec_of("irat"), HERE, {"x": 9.0, "y": 9.0, "heading": 0.0}) == "", "its map is not its odometry"
+
+
+POSE = {"x": 0.5, "y": -0.16, "z": 0.12, "roll": 3.14159}
+
+
+@pytest.mark.parametrize(
+    ("robot", "kind", "args", "words"),
+    [
+        ("pa10", "joints", {"S1": 0.2967, "S2": -0.5, "speed": 0.3}, "Move joints: shoulder turn 17°, shoulder -29°, 30 % of full speed"),
+        ("puma", "joints", {"J1": 0.2967, "J6": 1.0}, "Move joints: waist turn 17°, tool turn 57°"),
+        ("puma", "jog_joints", {"J3": -1}, "Turn a joint while held: elbow -1"),
+        ("pa10", "gripper", {"closed": 1.0}, "Gripper: 100 % closed"),
+        ("pa10", "pick", {"x": 0.5, "y": 0.16}, "Pick up here: 50 cm ahead of the base, 16 cm to its left"),
+        ("puma", "put", {"x": -0.5, "y": 0.0}, "Put down here: 50 cm behind the base"),
+        ("puma", "pose", POSE, "Move tool: 50 cm ahead of the base, 16 cm to its right, 12 cm above its foot, roll 180°"),
+        ("so101", "move", {"elbow_flex": 0.5}, "Move: elbow flex 29°"),
+    ],
+)  # fmt: skip
+def test_an_arm_tells_its_joints_by_plain_words_and_places_from_its_base(robot, kind, args, words):
+    assert command_words(spec_of(robot), kind, args, dict.fromkeys(IN_SPACE.coordinates, 0.1)) == words
+
+
+def test_a_plain_word_is_a_small_one_in_a_sentence_unless_it_is_an_abbreviation():
+    spec = replace(CART, words={"times_over": "Turns", "seconds": "TCP time"})
+    assert command_words(spec, "turns", {"times_over": 2.0}) == "Turn around: turns 2"
+    seconds = Argument("seconds", "s", 0.0, 9.0)
+    assert called(spec, seconds) == "TCP time"
+    assert called(spec, replace(seconds, label="time")) == "time"
 
 
 def test_how_far_it_came():

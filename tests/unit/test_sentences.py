@@ -171,6 +171,13 @@ def test_a_spec_gives_the_words_of_its_commands():
     assert not {"move", "air", "q1", "x"} & found
 
 
+def test_the_words_of_an_arms_commands_have_its_plain_words_places_and_shares():
+    found = set(of_spec(spec_of("puma")))
+    assert {"waist turn {number}°", "waist turn {number}", "{number} % of full speed", "{number} % closed"} <= found
+    assert {"{number} cm ahead of the base", "{number} m to its right", "roll {number}°"} <= found
+    assert not {"speed {number}", "J1 {number}°"} & found
+
+
 def test_every_placeholder_of_a_translation_is_in_its_english():
     from babel.messages.pofile import read_po
 

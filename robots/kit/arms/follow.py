@@ -19,7 +19,7 @@ from robots.kit.contract.values import number
 
 WAY, TURN = ("dx", "dy", "dz"), ("rx", "ry", "rz")  # m along, and a rotation vector (rad) about, x y z of the base
 HAND = (*(Argument(name, "m", -1.0, 1.0) for name in WAY), *(Argument(name, "rad", -3.2, 3.2) for name in TURN))
-GRIP = Argument("closed", "", 0.0, 1.0, required=False)  # the gripper: not told, it stays as it is
+GRIP = Argument("closed", "", 0.0, 1.0, required=False, share="closed")  # the gripper: not told, it stays as it is
 JUMP_M, JUMP_RAD = 0.1, 0.8  # between two places of the hand; it does not come so far in the time of a keep-alive
 GAIN = 3.0  # 1/s; with a state a tenth of a second old it does not overshoot
 THERE_M, THERE_RAD = 2e-4, 5e-4  # nearer it rests

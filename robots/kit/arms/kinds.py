@@ -6,12 +6,22 @@ from robots.kit.arms.chain import Chain
 from robots.kit.arms.described import chain
 from robots.kit.arms.follow import GRIP, HAND
 from robots.kit.contract.channels import IN_SPACE, Scale
+from robots.kit.contract.objects import Box
 from robots.kit.contract.spec import Argument, CommandKind
 from robots.kit.description import load
 
 JOG_LONGEST_S, FOLLOW_LONGEST_S = 20.0, 120.0
 FARTHEST_M, FARTHEST_RAD = 1.6, 7.0  # of a place that is asked for; the planner knows better
+AHEAD, ASIDE, ABOVE = (  # where a place in the frame of the base is, as the page's own sentences say it
+    ("ahead of the base", "behind the base"), ("to its left", "to its right"), ("above its foot", "below its foot"),
+)  # fmt: skip
 BEYOND = 0.02  # rad; an arm that was pushed further out is told in full states
+
+
+def place_arguments(box: Box) -> tuple[Argument, ...]:
+    """Return x, y and z of a place in a box in the frame of the base (m)."""
+    ends = zip("xyz", box.low, box.size, (AHEAD, ASIDE, ABOVE), strict=True)
+    return tuple(Argument(name, "m", low, low + size, label=ways[0], directions=ways) for name, low, size, ways in ends)
 
 
 def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, CommandKind]:
@@ -23,10 +33,10 @@ def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, 
     motion = description["motion"]
     limit = motion["limit_s"] + planned_s
     slowest, fastest = motion["scale_range"]
-    share = Argument("speed", "", slowest, fastest, required=False)
+    share = Argument("speed", "", slowest, fastest, required=False, share="of full speed")
     joints = tuple(Argument(j.name, "rad", j.low, j.high) for j in arm.joints)
     there = (
-        *(Argument(name, "m", -FARTHEST_M, FARTHEST_M) for name in place[:3]),
+        *place_arguments(Box((-FARTHEST_M,) * 3, (2 * FARTHEST_M,) * 3)),
         *(Argument(name, "rad", -FARTHEST_RAD, FARTHEST_RAD) for name in place[3:]),
     )
     jog = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in arm.names)
@@ -39,7 +49,7 @@ def arm_commands(driver: str, planned_s: float, replaceable: bool) -> dict[str, 
         target("joints", "Move joints", (*joints, share)),
         target("pose", "Move tool", (*there, share)),
         target("line", "Move tool straight", (*there, share)),
-        CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
+        CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0, share="closed"),), limit_s=10.0),
         CommandKind("jog_joints", "Turn a joint while held", jog, limit_s=JOG_LONGEST_S, held=True),
         CommandKind("jog_tool", "Move tool while held", tool, limit_s=JOG_LONGEST_S, held=True),
         CommandKind(

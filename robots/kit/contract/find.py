@@ -4,18 +4,20 @@ The spec is the function `spec()` of the module `spec` beside the driver's modul
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Any
 
 from robots.kit.contract.session import JSON, Session, Trace
 from robots.kit.contract.spec import Spec
+from robots.kit.description import load
 from robots.kit.installed import driver_path, package
 
 
 @cache
 def spec_of(name: str) -> Spec:
-    """Return the spec of the robot of that driver; its driver is not loaded.
+    """Return the spec of the robot of that driver, with the plain words of its robot.toml; its driver is not loaded.
 
     Raises:
         LookupError: no such driver is installed, or its package is broken.
@@ -23,7 +25,7 @@ def spec_of(name: str) -> Spec:
     """
     try:
         module = import_module(f"{package(name)}.spec")
-        made: Spec = module.spec()
+        made: Spec = replace(module.spec(), words=load(name).get("words", {}))
     except ModuleNotFoundError as error:
         raise LookupError(f"no driver named {name!r} is installed") from error
     except Exception as error:  # whatever a package does wrong, other robots go on

@@ -56,6 +56,7 @@ class Argument:
     help: str = ""
     number: str = ""
     directions: tuple[str, str] | tuple[()] = ()
+    share: str = ""  # what follows its value in per cent, where 1 is the whole, as "of full speed"
 
     @property
     def title(self) -> str:
@@ -72,14 +73,13 @@ class Argument:
 class CommandKind:
     """A command that a robot understands.
 
-    `level` is the clearance that it needs. `asked_by` says who may ask for it: the person whose turn it is
-    (`turn`), everybody with enough clearance, as a job that waits (`anyone`), staff (`staff`); where it names none, the
-    portal alone gives it.
-    `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
-    `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and
-    `default` holds the arguments that handover restores after a turn. `shown` names, by argument, the channel that
-    shows its value: so it is confirmed, and set again where the robot has forgotten it. `says` tells what it does, for
-    logs (see `words.py`); without it they have its label and its arguments.
+    `level` is the clearance that it needs. `asked_by` says who may ask for it: the person whose turn it is (`turn`),
+    everybody with enough clearance, as a job that waits (`anyone`), staff (`staff`); where it names none, the portal
+    alone gives it. `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
+    `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and `default` holds the
+    arguments that handover restores after a turn. `shown` names, by argument, the channel that shows its value: so it
+    is confirmed, and set again where the robot has forgotten it. `says` tells what it does, for logs (see `words.py`);
+    without it they have its label and its arguments.
     """
 
     kind: str
@@ -126,6 +126,7 @@ class Spec:
     pose: Pose | None = None
     scales: Mapping[str, Scale] = field(default_factory=dict)
     modes: tuple[str, ...] = ("",)
+    words: Mapping[str, str] = field(default_factory=dict)  # plain ones for its names: `[words]` of its robot.toml
 
     def __post_init__(self) -> None:
         """Refuse a spec that contradicts itself, before anybody uses it. Raises ValueError."""
@@ -344,9 +345,7 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     yield from (f"names the argument {name!r} twice" for name in _twice(names))
     endless = [a.name for a in command.arguments if not -inf < a.low <= a.high < inf]
     yield from (f"gives the argument {name!r} no range" for name in endless)
-    yield from (
-        f"has a default for {name!r}, which is no argument," for name in command.default or {} if name not in names
-    )
+    yield from (f"has a default for {n!r}, which is no argument," for n in command.default or {} if n not in names)
     if not command.limit_s > 0:
         yield "has no time limit"
     if command.held and ANYONE in command.asked_by:

@@ -31,10 +31,10 @@ def command_words(spec: Spec, kind: str, args: Mapping[str, Any], before: Place 
     apart = [a for a in found.arguments if is_relative(a) and a.name in coordinates and a.name in args]
     if apart and all(is_number(args[a.name]) and a.name in (before or {}) for a in apart):
         moved = [_along(a.directions, args[a.name] - (before or {})[a.name], a.unit) for a in apart]
-        others = [_one(a, args[a.name]) for a in found.arguments if a.name in args and a not in apart]
+        others = [_one(spec, a, args[a.name]) for a in found.arguments if a.name in args and a not in apart]
         words = ", ".join(part for part in (*moved, *others) if part)
         return " to ".join((found.label, words)) if words else f"{found.label} to where it was"
-    parts = [_one(a, args[a.name]) for a in found.arguments if args.get(a.name) is not None]
+    parts = [_one(spec, a, args[a.name]) for a in found.arguments if args.get(a.name) is not None]
     words = ", ".join(part for part in parts if part)
     return f"{found.label}: {words}" if words else found.label
 
@@ -87,18 +87,27 @@ def is_relative(argument: Argument) -> bool:
     return bool(argument.directions) and not argument.label
 
 
-def _one(argument: Argument, value: Any) -> str:
+def called(spec: Spec, argument: Argument) -> str:
+    """Return what sentences call an argument: by its label, else by the robot's plain word for it, else by its name."""
+    word = "" if argument.label else spec.words.get(argument.name, "")
+    begins = word[:1].lower() if word[1:2].islower() else word[:1]
+    return f"{begins}{word[1:]}" or argument.title
+
+
+def _one(spec: Spec, argument: Argument, value: Any) -> str:
     """Return one argument in words; empty if it says nothing, as a speed of zero in some direction."""
     if argument.directions and not argument.unit and is_number(value):
         return "" if not value else argument.directions[value < 0]
+    if argument.share and is_number(value):
+        return f"{quantity(100 * value, '%')} {argument.share}"
     if is_relative(argument) and is_number(value):
-        return f"{argument.title} {quantity(value, argument.unit)}"
+        return f"{called(spec, argument)} {quantity(value, argument.unit)}"
     if argument.directions and is_number(value):
         return _along(argument.directions, value, argument.unit)
     told = _value(argument, value)
     if argument.text:
         return told
-    return f"{told} {argument.label}" if argument.label and argument.unit else f"{argument.title} {told}"
+    return f"{told} {argument.label}" if argument.label and argument.unit else f"{called(spec, argument)} {told}"
 
 
 def _along(directions: Sequence[str], value: float, unit: str) -> str:

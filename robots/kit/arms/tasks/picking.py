@@ -8,6 +8,7 @@ something.
 from typing import Any
 
 from robots.kit.arms.arrangement import Arrangement
+from robots.kit.arms.kinds import place_arguments
 from robots.kit.arms.objects import ObjectTable, pose_of, upright
 from robots.kit.arms.plates import PLATE, Plate
 from robots.kit.arms.solids import is_over
@@ -16,7 +17,7 @@ from robots.kit.arms.tasks.acts import ELSEWHERE
 from robots.kit.arms.tasks.steps import Pair, Step, Task
 from robots.kit.contract.errors import OutOfWorkspace
 from robots.kit.contract.picking import PickAndPut
-from robots.kit.contract.spec import Argument, CommandKind
+from robots.kit.contract.spec import CommandKind
 from robots.kit.contract.values import number
 from robots.kit.description import load
 
@@ -26,8 +27,7 @@ LONGEST_S = 90.0
 
 def picking_commands(table: ObjectTable) -> tuple[CommandKind, ...]:
     """Return the two commands; their place lies in the box of the objects."""
-    ends = zip("xy", table.box.low, table.box.size, strict=False)
-    place = tuple(Argument(name, "m", low, low + size) for name, low, size in ends)
+    place = place_arguments(table.box)[:2]
     return (
         CommandKind(PICK, "Pick up here", place, limit_s=LONGEST_S),
         CommandKind(PUT, "Put down here", place, limit_s=LONGEST_S),

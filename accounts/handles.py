@@ -25,11 +25,11 @@ RULES = format_lazy(
 )  # fmt: skip
 RESERVED = frozenset({
     "admin", "administrator", "anonymous", "deleted", "everybody", "everyone", "farhand", "guest", "help", "me",
-    "moderator", "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff",
-    "superuser", "support", "system", "undefined", "webmaster",
+    "moderator", "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security",
+    "somebody", "staff", "superuser", "support", "system", "undefined", "webmaster",
 })  # fmt: skip
 ROLES = RESERVED - {
-    "anonymous", "deleted", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined",
+    "anonymous", "deleted", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "somebody", "undefined",
 }  # fmt: skip
 JOINED = ({"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"}, {"HANGUL", "CJK"})  # used together by one language
 # characters that people read as a letter but Unicode's table does not: digits, i beside I and l; and, in ALSO, the

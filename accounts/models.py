@@ -42,6 +42,8 @@ class User(AbstractUser):
     language = models.CharField(
         max_length=10, blank=True, default="", db_default="", editable=False
     )  # of mails; empty: English
+    # to who watches, while and after this person drives; staff read it always
+    name_shown = models.BooleanField(default=True, db_default=True, editable=False)
 
     turn_factor = models.PositiveSmallIntegerField(
         gettext_lazy("turns"), choices=TurnLength, default=TurnLength.USUAL, db_default=TurnLength.USUAL,

@@ -18,6 +18,7 @@ from portal.web.daily import views as daily
 from portal.web.feeds import views as feeds
 from portal.web.jobs import views as jobs
 from portal.web.pages import landing, practice, scripts, views
+from portal.web.pages.choices import choose
 from portal.web.pages.places import my_places
 from portal.web.push import views as push
 from portal.web.recordings import day, embeds, exports, oembed
@@ -37,6 +38,7 @@ urlpatterns = [
     path("texts/<str:language>/<slug:version>.js", translation.texts, name="texts"),
     path("me/", views.me, name="me"),
     path("me/alerts/", alerts.choose, name="alerts"),
+    path("me/choices/", choose, name="choices"),
     path("me/places/", my_places, name="places"),
     path("me/push/", push.push, name="push"),
     path("push-worker.js", push.worker, name="push-worker"),

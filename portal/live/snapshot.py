@@ -32,7 +32,7 @@ from queueing.services import (
 from robots.grants import lease_of, open_grant, owner_alive, rounded_without_texts, told_result, told_target
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
-from robots.people import STAFF
+from robots.people import STAFF, driver_name, sees_names
 from robots.sentences import english
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -109,7 +109,7 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def command_info(command: Command) -> dict[str, Any]:
+def command_info(command: Command, viewer: Any = None) -> dict[str, Any]:
     """Return the fields of a command for the page's list, which everybody sees.
 
     Only the holder of the grant is named: a person who asks for a job chooses the name that its page shows.
@@ -121,7 +121,7 @@ def command_info(command: Command) -> dict[str, Any]:
         "at_ms": ms_of(command.reached_at), "seen_ms": ms_of(command.seen_picture_at),
         "newest_ms": ms_of(command.newest_picture_at), "clamping": command.clamping,
         "target": told_target(command),
-        "by": holder.username if holder else "",
+        "by": driver_name(holder, viewer) if holder else "",
     }  # fmt: skip
 
 
@@ -198,7 +198,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "stopped": robot.stop_latched,
         "suspended": waits_for_staff(robot),
         "stop": _stop(stop_shown(robot, now)),
-        "operator": operator_name(turn, grant),
+        "operator": operator_name(turn, grant, user),
         "queue": queued,
         "join_wait_s": wait,
         "jobs": jobs_shown(robot, now),
@@ -207,7 +207,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "still": still_info(frame),
         "before": still_info(before),
         "commands": [
-            command_info(c)
+            command_info(c, user)
             for c in Command.objects.filter(robot=robot).select_related("issued_by", "grant").order_by("-id")[:RECENT]
         ],
         "log": [entry_info(e) for e in newest_entries(robot)],
@@ -221,9 +221,9 @@ def cheered_grant(whole: dict[str, Any]) -> int:
 
 
 def of_person(slug: str, user: Any, now: datetime) -> dict[str, Any] | None:
-    """Return the part of a snapshot that is only this person's; None if they drive: then other parts differ, too."""
+    """Return the part of a snapshot that is only this person's; None if other parts differ: they drive or are staff."""
     robot = Robot.objects.get(slug=slug)
-    return None if _mine(open_grant(robot), user) else {**_me(robot, user, now, False), "grant": 0}
+    return None if sees_names(user) or _mine(open_grant(robot), user) else {**_me(robot, user, now, False), "grant": 0}
 
 
 def _mine(grant: Grant | None, user: Any) -> bool:
@@ -237,10 +237,10 @@ def _stop(shown: StopShown | None) -> dict[str, Any] | None:
     return {"confirmed": shown.confirmed, "since_ms": ms_of(shown.since), "rests_by_ms": ms_of(shown.rests_by)}
 
 
-def operator_name(turn: Turn | None, grant: Grant | None) -> str | None:
-    """Return who drives, as everybody may read it: a handle or staff; None: nobody."""
+def operator_name(turn: Turn | None, grant: Grant | None, viewer: Any = None) -> str | None:
+    """Return who drives, as the viewer may read it: a name or staff; None: nobody."""
     if turn is not None:
-        return turn.operator_name
+        return driver_name(turn.user, viewer)
     by_staff = grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
     return STAFF if by_staff else None
 

@@ -1,6 +1,7 @@
 """The reader's language and time zone in templates."""
 
 from datetime import date, datetime
+from typing import Any
 
 from django import template
 from django.conf import settings
@@ -12,12 +13,18 @@ from django.utils.translation import get_language
 
 from portal.web.translation.views import version_of
 from robots.dates import date_words
-from robots.people import shown_name
+from robots.people import driver_name, shown_name
 from robots.sentences import translate
 
 register = template.Library()
 register.filter("translate", translate)
 register.filter("shown_name", shown_name)
+
+
+@register.filter
+def driver(person: Any, viewer: Any) -> str:
+    """Return who drives or has driven, as the viewer may read it."""
+    return shown_name(driver_name(person, viewer))
 
 
 @register.simple_tag

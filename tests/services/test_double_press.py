@@ -158,7 +158,7 @@ MAKES_NOTHING = {
     "recordings/<str:key>/movie.mp4", "recordings/<str:key>/movie.webm",
     "robots/<slug:slug>/time-lapse/<str:day>.mp4", "robots/<slug:slug>/time-lapse/<str:day>.webm",
     # sets a choice, again and again the same
-    "alerts", "language",
+    "alerts", "choices", "language",
     # a guest, who is removed after a day, and of whom a network address has a limit
     "practise",
     # a code for one stream of an operator, which lasts for half a minute

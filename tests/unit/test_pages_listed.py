@@ -7,7 +7,7 @@ from tests.e2e.pages import OWN, PUBLIC, STAFF, known
 ROWS = {"turn": 1, "job": "a", "recording": "a", "robot": 1, "new": "puma", "reset": "1-a", "confirmation": "a"}
 # read by software or part of a page; only sent to; not in use here: its people have passwords, and get no codes
 NO_PAGES = {
-    "daily-json", "daily-csv", "statistics-json", "survey-csv", "texts", "alerts", "places", "stream-code", "programs", "model",
+    "daily-json", "daily-csv", "statistics-json", "survey-csv", "texts", "alerts", "choices", "places", "stream-code", "programs", "model",
     "orientation-picture", "composite", "camera", "snapshot", "shot", "recording-file", "recording-index", "recording-part",
     "recording-picture", "classic-picture", "oembed", "media", "livez", "readyz", "log-feed", "status-feed",
     "robot-log-feed", "robot-status-feed", "push", "push-worker",

@@ -55,7 +55,7 @@ def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:
     turn, turns = open_turn(robot), offers_turns(robot)
     return {
         "robot": robot, "state": state, "label": label, "turns": turns, "turn": turn, "moves": moves(state, label),
-        "operator": operator_name(turn, open_grant(robot)) or "", "still": shown_still(robot, user),
+        "operator": operator_name(turn, open_grant(robot), user) or "", "still": shown_still(robot, user),
         "blind": _no_camera(robot), "wait": _wait(robot, state, label, now) if turns else "",
     }  # fmt: skip
 

@@ -37,7 +37,7 @@ from robots.kit.contract.picking import PickAndPut
 from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
-from robots.people import is_person
+from robots.people import driver_name, is_person
 from robots.sentences import translate
 from robots.services.permissions import reaches
 
@@ -65,7 +65,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     context = {
         **_shown(robot),
         **console,
-        "operator": turn.operator_name if turn else "",
+        "operator": driver_name(turn.user, request.user) if turn else "",
         "drives": turn is not None and is_person(request.user, turn.user_id),
         "still": shown_still(robot, request.user),
         "entries": newest_entries(robot),

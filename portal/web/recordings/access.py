@@ -14,7 +14,7 @@ from queueing.models import Job, Turn
 from queueing.services import label_of
 from robots.dates import date_words
 from robots.models import Recording, RecordingState
-from robots.people import is_person, shown_name
+from robots.people import driver_name, is_person, shown_name
 from robots.sentences import translate
 
 NONE = "There is no such recording."
@@ -37,12 +37,12 @@ class About:
         return not self.quiet and not self.hidden
 
 
-def about(recording: Recording) -> About | None:
-    """Return what a recording shows; None if its turn or job was deleted."""
+def about(recording: Recording, viewer: Any = None) -> About | None:
+    """Return what a recording shows, with names as the viewer may read them; None if its turn or job was deleted."""
     turn = Turn.objects.select_related("user").filter(grant=recording.grant_id).first()
     if turn is not None:
         hidden = Entry.objects.filter(turn=turn, visibility=Visibility.HIDDEN).exists()
-        name = turn.operator_name
+        name = driver_name(turn.user, viewer)
         return About(
             gettext("Turn of {name}").format(name=shown_name(name)), name, turn.get_absolute_url(), False, hidden
         )
@@ -70,7 +70,7 @@ def visible(key: str, user: Any, with_file: bool = True) -> tuple[Recording, Abo
     recording = Recording.objects.select_related("robot", "grant").filter(key=key).first()
     if recording is None or (with_file and not recording.replayable):
         raise Http404(NONE)
-    found = about(recording)
+    found = about(recording, user)
     if not may_see(recording, found, user):
         raise Http404(NONE)
     return recording, found

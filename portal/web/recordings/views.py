@@ -66,7 +66,7 @@ def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
     rows = Recording.objects.filter(robot=robot, state__in=SHOWN).select_related("grant").order_by("-began_at")
     rows = rows.exclude(grant__in=JobRun.objects.filter(job__user=None).values("grant"))
     for recording in rows[:LOOKED]:
-        about = access.about(recording)
+        about = access.about(recording, request.user)
         if about is not None and about.public:
             found.append(Listed(recording, about))
     lapses = Movie.objects.filter(robot=robot, day__isnull=False).order_by("-day", "kind")[:LISTED]

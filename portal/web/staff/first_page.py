@@ -49,7 +49,7 @@ def _card(halt: Halt, user: Any, now: datetime) -> dict[str, Any]:
     return {
         "robot": robot, "state": state, "label": label, "why": why, "still": shown_still(robot, user),
         "stop": halt.stop, "suspended": halt.suspended, "turn": turn,
-        "operator": str(grant.holder) if maintenance and grant is not None else operator_name(turn, grant),
+        "operator": str(grant.holder) if maintenance and grant is not None else operator_name(turn, grant, user),
         "maintenance": maintenance, "until": turn.until if turn else grant.until if grant and maintenance else None,
         "mine": maintenance and grant is not None and grant.holder_id == user.pk,
         "locked_out": robot.cycle == Cycle.LOCKED_OUT, "waiting": waiting(robot), "queue": link.queue if link else None,

@@ -183,3 +183,16 @@ class PushSubscription(models.Model):
 
     def __str__(self) -> str:
         return gettext("a browser of {user}").format(user=self.user)
+
+
+class TurnMail(models.Model):
+    """Whether a person is told of their turn by e-mail, too, and how many of these mails they got within an hour."""
+
+    user = models.OneToOneField(settings.AUTH_USER_MODEL, models.CASCADE, related_name="turn_mail")
+    on = models.BooleanField(default=False)
+    since = models.DateTimeField(null=True, blank=True)  # when the first mail of the present hour was sent
+    sent = models.PositiveSmallIntegerField(default=0)  # since then
+
+    def __str__(self) -> str:
+        words = gettext("{user}: by mail") if self.on else gettext("{user}: no mail")
+        return words.format(user=self.user)

@@ -153,6 +153,7 @@ CELERY_BEAT_SCHEDULE = {
     "clean-jobs": {"task": "queueing.clean", "schedule": 3600.0},
     "alerts": {"task": "alerts.tell", "schedule": 30.0, "options": {"expires": 25, "queue": "alerts"}},
     "push": {"task": "push.tell", "schedule": 1.0, "options": {"expires": 5, "queue": "push"}},
+    "turn-mails": {"task": "push.mail", "schedule": 2.0, "options": {"expires": 5, "queue": "mails"}},
     "daily": {"task": "daily.figures", "schedule": 900.0},
     "downtimes": {"task": "feeds.downtimes", "schedule": 60.0, "options": {"expires": 30}},
 }
@@ -209,6 +210,7 @@ RATE_LIMITS = {
     "ask": "30/5m/key",
     "practice": "30/m/ip,120/h/ip",  # turns of people without an account
     "push": "30/m/user",  # changes of which browsers are told
+    "choices": "30/m/user",
     "code": "60/m/user",  # for the operator's stream
     "movie": "10/h/ip",
     "replay": "600/m/ip",

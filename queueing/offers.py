@@ -9,6 +9,7 @@ from django.db.models import BooleanField, DateTimeField, Exists, ExpressionWrap
 
 from accounts.models import PushSubscription
 from accounts.services import cleared, cleared_people
+from accounts.turn_mails import told_by_mail
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
@@ -23,7 +24,7 @@ from robots.sentences import english
 from robots.states import Cycle, GrantEnd, GrantKind
 
 RULES = settings.FARHAND
-REACHABLE = timedelta(hours=2)  # so long after a person was seen, an offer is made to them if a browser tells them
+REACHABLE = timedelta(hours=2)  # so long after a person was seen, an offer is made to them if they are told elsewhere
 BACK = timedelta(seconds=40)  # within this time after a start of the portal, pages connect again
 CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
@@ -33,6 +34,7 @@ IN_USE = {
     GrantKind.STAFF: "Staff operate the robot now.", GrantKind.HANDOVER: "The robot is being put in order.",
     GrantKind.SETTINGS: "The robot is being put in order.", GrantKind.REST: "The robot comes to rest.",
 }  # fmt: skip
+NOW = Slot("now", DateTimeField())
 _OFFERED: Prepared[Ticket] = Prepared(
     lambda: Ticket.objects.select_related("robot").filter(queue=QUEUE, state=TicketState.OFFERED)
 )
@@ -51,6 +53,13 @@ _WITHOUT_TURN: PreparedUpdate[Robot] = PreparedUpdate(
 _PUSH_DUE: Prepared[Ticket] = Prepared(
     lambda: Ticket.objects.select_related("user", "robot").filter(push_due=True).order_by("offer_until", "pk")
 )
+_MAIL_DUE: Prepared[Ticket] = Prepared(
+    lambda: (
+        Ticket.objects.select_related("user", "robot")
+        .filter(mail_due=True, state=TicketState.OFFERED, offer_until__gt=NOW)
+        .order_by("offer_until", "pk")
+    )
+)
 _FIRST: Prepared[Any] = Prepared(lambda: _there()[:1])
 _FIRST_CLEARED: Prepared[Any] = Prepared(lambda: _there().filter(user__in=cleared_people(ROBOT))[:1])
 
@@ -68,14 +77,15 @@ def _there() -> QuerySet[Ticket]:
 
 
 def reachable() -> Any:
-    """Return whether a ticket's person is away, but a browser of theirs tells them of an offer.
+    """Return whether a ticket's person is away, but a browser of theirs or an e-mail tells them of an offer.
 
     Not if they let an offer pass since they were seen: it kept others waiting, and is made to them again when they are
     back. Its slot is `reachable`.
     """
-    subscribed = Exists(PushSubscription.objects.filter(user=OuterRef("user")))
+    browser = Exists(PushSubscription.objects.filter(user=OuterRef("user")))
+    told = browser | Exists(told_by_mail().filter(user=OuterRef("user")))
     since_seen = Q(offer_until=None) | Q(offer_until__lt=F("last_seen"))
-    is_reachable = Q(subscribed) & since_seen & Q(last_seen__gte=Slot("reachable", DateTimeField()))
+    is_reachable = Q(told) & since_seen & Q(last_seen__gte=Slot("reachable", DateTimeField()))
     return ExpressionWrapper(is_reachable, output_field=BooleanField())
 
 
@@ -230,10 +240,11 @@ def make_offer(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Non
     """Offer a robot that is ready to the ticket's person."""
     if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
         return
-    push_due = PushSubscription.objects.filter(user=ticket.user_id).exists()
     Ticket.objects.filter(pk=ticket.pk).update(
-        state=TicketState.OFFERED, robot=robot, offer_until=now + _length(ticket), push_due=push_due
-    )
+        state=TicketState.OFFERED, robot=robot, offer_until=now + _length(ticket),
+        push_due=PushSubscription.objects.filter(user=ticket.user_id).exists(),
+        mail_due=told_by_mail().filter(user=ticket.user_id).exists(),
+    )  # fmt: skip
     announce(queue)
 
 
@@ -244,6 +255,25 @@ def take_due_pushes(now: datetime) -> list[Ticket]:
         one for one in found
         if one.state == TicketState.OFFERED and one.robot is not None and one.offer_until and one.offer_until > now
     ]  # fmt: skip
+
+
+def due_mails(now: datetime) -> list[Ticket]:
+    """Return the open offers of which no mail has told their people yet, the most urgent first."""
+    return _MAIL_DUE(now=now)
+
+
+def take_due_mail(ticket: Ticket, now: datetime) -> bool:
+    """Return whether the offer still stands and no mail tells of it yet; the caller sends one."""
+    return bool(_of_offer(ticket).filter(mail_due=True, offer_until__gt=now).update(mail_due=False))
+
+
+def give_mail_back(ticket: Ticket) -> None:
+    """Note that the mail of an offer was not sent; as long as the offer stands, it is due again."""
+    _of_offer(ticket).update(mail_due=True)
+
+
+def _of_offer(ticket: Ticket) -> QuerySet[Ticket]:
+    return Ticket.objects.filter(pk=ticket.pk, state=TicketState.OFFERED, offer_until=ticket.offer_until)
 
 
 def was_away(ticket: Ticket) -> bool:

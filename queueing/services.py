@@ -14,7 +14,7 @@ from queueing.jobs.own import cancel, mark_seen, may_answer, may_cancel, note_an
 from queueing.jobs.running import FAULTS
 from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.leaving import Place, end_session, last_report_elsewhere, mark_disconnected, note_open_session
-from queueing.offers import accept, take_due_pushes
+from queueing.offers import accept, due_mails, give_mail_back, take_due_mail, take_due_pushes
 from queueing.own_place import PLACE_ACTS, Page, change_place, dismiss, note_disconnection, note_presence, note_waiting
 from queueing.places import Standing, standings
 from queueing.rows import link_of, queue_of
@@ -26,7 +26,7 @@ from queueing.words import CLOSED, End, join_said, length_words, wait_said
 __all__ = (  # noqa: RUF022 - by subject
     # verbs of the queue of a robot, tickets and offers
     "queue_of", "PLACE_ACTS", "Page", "change_place", "join", "accept", "leave", "remove", "remove_by_staff",
-    "take_due_pushes",
+    "take_due_pushes", "due_mails", "take_due_mail", "give_mail_back",
     # turns
     "stay", "note_act", "end_turn", "end_by_staff",
     # presence and sessions

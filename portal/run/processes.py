@@ -54,7 +54,7 @@ def housekeeping_process() -> ProcessSpec:
     """Return the housekeeping worker, with the scheduler and a thread for each of its queues."""
     return ProcessSpec(
         "housekeeping",
-        _celery_worker("housekeeping", (bus.TICKS, bus.PROBES, bus.HOUSEKEEPING, bus.ALERTS, bus.PUSH)),
+        _celery_worker("housekeeping", (bus.TICKS, bus.PROBES, bus.HOUSEKEEPING, bus.ALERTS, bus.PUSH, bus.MAILS)),
         {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", "FARHAND_SCHEDULE": str(settings.VAR / "beat-schedule"),
          **QUIET},
         rank=1,

@@ -7,6 +7,7 @@ from django.http import HttpRequest
 from django.utils.functional import SimpleLazyObject
 
 from accounts.adapter import mails_go_to_terminal
+from accounts.turn_mails import mail_choice
 from portal.live.standing import place_info
 from portal.stores import trouble
 from portal.web.jobs.views import asker_of
@@ -19,6 +20,8 @@ from robots.models import Robot
 from robots.prepared import Prepared
 
 _MENU: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True, practice_for=None).only("slug", "name"))
+
+MAIL = {None: "", False: "off", True: "on"}  # as the bar and the person's page have it
 
 
 def _my_places(user: Any) -> list[dict[str, Any]]:
@@ -46,6 +49,7 @@ def site(request: HttpRequest) -> dict[str, object]:
         "mails_to_terminal": mails_go_to_terminal(),
         "ended_jobs": SimpleLazyObject(lambda: _ended_jobs(request)),
         "push_key": SimpleLazyObject(public_key),
+        "turn_mail": SimpleLazyObject(lambda: MAIL[mail_choice(user)]),
         "subscription_here": SimpleLazyObject(lambda: subscription_number(request)),
         "my_places": SimpleLazyObject(lambda: _my_places(user)),
     }

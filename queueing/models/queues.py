@@ -152,6 +152,9 @@ class Ticket(models.Model):
     push_due = models.BooleanField(
         default=False, db_default=False, editable=False
     )  # browsers are not told of the offer yet
+    mail_due = models.BooleanField(
+        default=False, db_default=False, editable=False
+    )  # while it is offered: no mail tells of the offer yet
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
     dismissed_at = models.DateTimeField(
@@ -167,6 +170,7 @@ class Ticket(models.Model):
         indexes = [
             models.Index(fields=["queue", "state", "start_tag", "id"], name="served_in_tag_order"),
             models.Index(fields=["offer_until"], condition=Q(push_due=True), name="offers_push_due"),
+            models.Index(fields=["offer_until"], condition=Q(mail_due=True), name="offers_mail_due"),
         ]
         verbose_name, verbose_name_plural = gettext_lazy("place in a queue"), gettext_lazy("places in queues")
 

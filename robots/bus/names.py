@@ -4,6 +4,7 @@ WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 # of the housekeeping worker, one queue each
 HOUSEKEEPING, TICKS, PROBES, ALERTS, PUSH = "housekeeping", "ticks", "probes", "alerts", "push"
+MAILS = "mails"
 SOUND = "sound"  # what is watched by somebody who listens
 
 

@@ -12,8 +12,11 @@ from django.core import mail
 from django.test import Client
 
 from accounts.adapter import AccountAdapter
+from accounts.turn_mails import choose_mail
 from portal.folders import ROOT, TEMPLATES_DIR
-from queueing.models import Job
+from portal.web.push.mailing import mail_offers
+from queueing import services as queue
+from queueing.models import Job, QueueRobot
 from queueing.services import Asker, ask
 from queueing.tasks import queue_tick
 from robots.models import Command
@@ -84,12 +87,22 @@ def job_end(people, shuttle, clock):
     assert Job.objects.get().state == "done"
 
 
+def turn(people, shuttle, clock):
+    """Offer ada, who has chosen so, a robot; the task of a worker sends the mail."""
+    EmailAddress.objects.create(user=people["ada"], email="ada@example.org", verified=True, primary=True)
+    choose_mail(people["ada"], True)
+    QueueRobot.objects.update(offers_turns=True)
+    queue.join(shuttle, people["ada"], clock.now())
+    queue.tick(clock.now())
+    assert mail_offers(clock) == 1
+
+
 ALLAUTHS = {
     "email_confirmation_signup": confirmation, "email_confirmation": another_address,
     "account_already_exists": known_address, "password_reset_key": new_password,
     "unknown_account": new_password_of_nobody,
 }  # fmt: skip
-OWN = {"job_end": job_end}
+OWN = {"job_end": job_end, "turn": turn}
 
 
 @pytest.mark.parametrize(("name", "cause"), (ALLAUTHS | OWN).items(), ids=ALLAUTHS | OWN)
@@ -136,4 +149,5 @@ def test_a_mail_that_is_new_is_tested_above():
         ("queueing/jobs/running.py", "EmailMessage"),
         ("accounts/adapter.py", "send_mail"),
         ("portal/web/alerts/sending.py", "EmailMessage"),
+        ("portal/web/push/mailing.py", "EmailMessage"),
     }

@@ -158,6 +158,7 @@ POST = [
     ("/language/", {"language": "de"}, everybody(MOVED)),
     ("/me/alerts/", {}, {**everybody(NO), "anonymous": MOVED, "robot_staff": MOVED, "superuser": MOVED}),
     ("/me/choices/", {"do": "name"}, everybody(MOVED)),
+    ("/me/choices/", {"do": "mail", "on": "on"}, everybody(MOVED)),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
     ("/me/push/", {"do": "stop"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),

@@ -11,12 +11,14 @@ from importlib import import_module
 from types import SimpleNamespace
 
 import pytest
+from allauth.account.models import EmailAddress
 from django.core.exceptions import PermissionDenied
 from django.db import transaction
 
 from accounts import services as accounts
 from accounts.models import Choice, Clearance, PushSubscription, Question
 from accounts.push import PushRefused, subscribe
+from accounts.turn_mails import MailRefused
 from operatorlog import services as log
 from operatorlog.finds import Report, begin_first
 from operatorlog.models import Entry, Find, SurveyQuestion, Visibility
@@ -37,7 +39,7 @@ from robots.states import GrantEnd
 from tests.services.conftest import ROLES
 
 pytestmark = pytest.mark.django_db
-REFUSED = (NotPermitted, QueueError, log.LogError, accounts.NotNow, PushRefused, PermissionDenied)
+REFUSED = (NotPermitted, QueueError, log.LogError, accounts.NotNow, PushRefused, MailRefused, PermissionDenied)
 
 ANYBODY = frozenset(ROLES)
 SIGNED_IN = ANYBODY - {"anonymous"}
@@ -140,6 +142,12 @@ def signed(w):
     return None if w.user.is_authenticated else refused()
 
 
+def confirmed(w):
+    if w.user.pk:
+        EmailAddress.objects.create(user=w.user, email=w.user.email, verified=True, primary=True)
+    return w.user
+
+
 def an_attempt(w, user):
     if not Question.objects.exists():
         right = Question.objects.create(robot=w.robot, text="?")
@@ -200,6 +208,7 @@ ROWS = {
     "accounts.subscribe": (SIGNED_IN, lambda do, w: do(w.user, "https://push.example.org/", ("k", "s"), "", SYSTEM.now())),
     "accounts.unsubscribe": (OPERATOR, lambda do, w: do(w.user, told(w, "operator")) or refused()),
     "accounts.unsubscribe_all": (OPERATOR, lambda do, w: (told(w, "operator"), do(w.user), PushSubscription.objects.exists() and refused())),
+    "accounts.choose_mail": (SIGNED_IN, lambda do, w: do(confirmed(w), True)),
     "queueing.open_ticket": (ANYBODY, lambda do, w: do(w.robot, w.user)),
     "queueing.turn_of": (ANYBODY, lambda do, w: do(w.robot, w.user)),
     "queueing.change_place": (CLEARED, lambda do, w: do("join", w.robot, w.user, SYSTEM.now(), queue.Page())),
@@ -238,7 +247,8 @@ ROWS = {
 }  # fmt: skip
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
-    "accounts.keep_language", "accounts.unsubscribe_signed_out", "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
+    "accounts.keep_language", "accounts.unsubscribe_signed_out", "accounts.mail_choice", "accounts.mail_address", "accounts.count_mail", "accounts.uncount_mail",
+    "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.note_disconnection", "queueing.dismiss", "queueing.note_waiting",
     "queueing.standings", "queueing.stay", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.job_of_form", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held_by", "robots.issue_under",

@@ -195,7 +195,7 @@ def test_nothing_is_sent_where_staff_have_switched_it_off(stage, service, settin
     assert sending.tell_offers(clock.now()) == 0
     client = Client()
     client.force_login(people["ada"])
-    assert "Notifications" not in client.get("/me/").content.decode()
+    assert "Tell me when it is my turn" not in client.get("/me/").content.decode()
     assert client.get("/me/push/", headers={"accept": "application/json"}).json()["key"] == ""
     refused = client.post(
         "/me/push/", {"do": "tell", **service.browser("b").fields}, headers={"accept": "application/json"}

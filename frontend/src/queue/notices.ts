@@ -1,8 +1,7 @@
 /** How this browser tells a person who looks elsewhere: by notifications of an open page, or also without one (Web Push). */
-import { request } from "../kit/request.ts";
 import { storage } from "../kit/storage.ts";
-import { gettext, translate } from "../kit/text.ts";
-import { UNSENT } from "./person_socket.ts";
+import { gettext } from "../kit/text.ts";
+import { send } from "./choices.ts";
 
 const WORKER = "/push-worker.js";
 const ADDRESS = "/me/push/";
@@ -10,10 +9,6 @@ const CHOICE = "notify"; // of the browser's storage: "off" once a person has sw
 
 const SUBSCRIBE_MS = 20_000; // without a connection some browsers wait for their push service for ever
 
-interface Answer {
-  ok: boolean;
-  text: string;
-}
 export interface Notice {
   title: string;
   body: string;
@@ -109,7 +104,7 @@ export class Notices {
         "This browser will notify you while a page of the portal is open. For when none is open, its push service could not be reached.",
       );
     }
-    const { ok, text } = await this.send({ do: "tell", endpoint: fresh.endpoint, ...fresh.toJSON().keys });
+    const { ok, text } = await send(ADDRESS, this.token, { do: "tell", endpoint: fresh.endpoint, ...fresh.toJSON().keys });
     if (!ok) return text;
     this.subscription = fresh;
     return gettext("This browser will notify you, also when no page of the portal is open.");
@@ -134,7 +129,7 @@ export class Notices {
     const old = this.subscription;
     this.subscription = null;
     if (old) {
-      const { ok, text } = await this.send({ do: "stop", endpoint: old.endpoint });
+      const { ok, text } = await send(ADDRESS, this.token, { do: "stop", endpoint: old.endpoint });
       const ended = await old.unsubscribe().catch(() => false);
       if (!ok && !ended) {
         this.subscription = old;
@@ -143,18 +138,6 @@ export class Notices {
       }
     }
     return gettext("This browser notifies you no more.");
-  }
-
-  private async send(fields: Record<string, string>): Promise<Answer> {
-    const body = new URLSearchParams({ ...fields, csrfmiddlewaretoken: this.token });
-    try {
-      const answer = await request(ADDRESS, { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });
-      if (answer.type === "opaqueredirect") return { ok: false, text: gettext("You are signed out. Sign in again.") };
-      const { ok, text } = (await answer.json()) as Answer;
-      return { ok, text: translate(text) };
-    } catch {
-      return { ok: false, text: UNSENT };
-    }
   }
 }
 

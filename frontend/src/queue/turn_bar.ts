@@ -7,6 +7,7 @@ import { clock, timeOfDay } from "../kit/times.ts";
 import { gettext, ngettext, translate } from "../kit/text.ts";
 import { SOUND_ACTION, Announcer } from "./announcer.ts";
 import { LEAVE_EVENT, type LeaveRequest } from "./leave_guard.ts";
+import { MailChoice } from "./choices.ts";
 import { Notices } from "./notices.ts";
 import { barPlaces, currentPlaces, PersonSocket, type PlaceAction, type QueuePlace } from "./person_socket.ts";
 import { before, waitSentence } from "./waits.ts";
@@ -20,6 +21,7 @@ class TurnBar {
   private line: PersonSocket;
   private teller: Announcer;
   private notices: Notices;
+  private mail: MailChoice;
   private words = make("p", { class: "turnbar-words" });
   private buttons = make("div", { class: "turnbar-do" });
   private also = make("p", { class: "turnbar-also" });
@@ -41,6 +43,7 @@ class TurnBar {
     const assertive = make("p", { class: "visually-hidden", "aria-live": "assertive", role: "alert" });
     document.body.append(polite, assertive);
     this.notices = new Notices(bar.dataset["push"] ?? "", token, bar.dataset["told"] === "yes", () => this.draw());
+    this.mail = new MailChoice(bar.dataset["mail"] ?? "", token);
     this.teller = new Announcer(polite, assertive, (place) => this.lead(place), this.notices);
     this.line = new PersonSocket(token, () => this.draw());
     const inner = make("div", { class: "turnbar-in" }, this.words, this.buttons, this.also, this.said);
@@ -120,6 +123,7 @@ class TurnBar {
     const { offered, on } = this.notices;
     return [
       ...(offered ? [button(gettext("Tell me when it is my turn"), `${ASK}notify`, { pressed: on })] : []),
+      ...(this.mail.offered ? [button(gettext("Also by e-mail"), `${ASK}mail`, { pressed: this.mail.on })] : []),
       button(gettext("Sound"), SOUND_ACTION, { pressed: this.teller.sound && !this.teller.paused }),
     ];
   }
@@ -134,6 +138,7 @@ class TurnBar {
     }
     if (wanted === "sound") this.teller.press();
     else if (wanted === "notify") this.tell(await this.notices.press());
+    else if (wanted === "mail") this.tell(await this.mail.press());
     else await this.carryOut(wanted as PlaceAction);
     this.draw();
   }

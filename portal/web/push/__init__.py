@@ -1,1 +1,1 @@
-"""Web Push: tells the browsers of a person that it is their turn, also when no page of the portal is open."""
+"""Web Push and e-mail: tell a person that it is their turn, also when no page of the portal is open."""

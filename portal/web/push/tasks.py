@@ -1,9 +1,10 @@
-"""The periodic task of Web Push; it may be sent twice, and run in two processes."""
+"""The periodic tasks that tell people of their turn; each may be sent twice, and run in two processes."""
 
 from functools import cache
 
 from celery import shared_task
 
+from portal.web.push.mailing import mail_offers
 from portal.web.push.sending import tell_offers
 from robots.kit.clock import SYSTEM, Lock
 
@@ -11,6 +12,12 @@ from robots.kit.clock import SYSTEM, Lock
 @cache
 def telling() -> Lock:
     """Return the lock under which this process tells: a slow push service keeps one thread of the worker, not all."""
+    return SYSTEM.lock()
+
+
+@cache
+def mailing() -> Lock:
+    """Return the lock under which this process mails: a slow mail server keeps one thread of the worker, not all."""
     return SYSTEM.lock()
 
 
@@ -23,3 +30,14 @@ def tell() -> None:
         tell_offers(SYSTEM.now())
     finally:
         telling().release()
+
+
+@shared_task(name="push.mail", ignore_result=True, max_retries=0)
+def mail() -> None:
+    """Tell people of their offers by e-mail."""
+    if not mailing().acquire(blocking=False):
+        return
+    try:
+        mail_offers(SYSTEM)
+    finally:
+        mailing().release()

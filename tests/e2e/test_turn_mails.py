@@ -66,3 +66,22 @@ def test_a_choice_that_is_not_stored_says_so_and_stays_as_it_was(portal, visitor
     button.click()
     expect(ada.page.locator(BAR)).to_contain_text("not")
     expect(button).to_have_attribute("aria-pressed", "false")
+
+
+def test_the_choices_on_the_persons_page_are_switched_by_a_finger(portal, visitor):
+    ada = visitor(viewport={"width": 390, "height": 844}, has_touch=True).cleared("ada", None)
+    EmailAddress.objects.update_or_create(
+        user=ada.user, email=ada.user.email, defaults={"verified": True, "primary": True}
+    )
+    ada.page.goto("/me/")
+    for choice, label in (("mail", "Tell me by e-mail that it is my turn"), ("name", "Show my name")):
+        form = ada.page.locator("form", has=ada.page.locator(f'[name="do"][value="{choice}"]'))
+        box = form.get_by_label(label)
+        before = box.is_checked()
+        assert form.locator("label").bounding_box()["height"] >= 44
+        form.locator("label").tap()
+        form.get_by_role("button", name="Save").tap()
+        expect(box).to_be_checked(checked=not before)
+    ada.axe("choices")
+    ada.user.refresh_from_db()
+    assert (ada.user.name_shown, mail_choice(ada.user)) == (False, True)

@@ -2,6 +2,7 @@
 
 import re
 from datetime import timedelta
+from zoneinfo import ZoneInfo
 
 import pytest
 from django.contrib.auth.models import Permission
@@ -299,3 +300,19 @@ def test_scripts_and_styles_stand_in_no_page_of_staff(robot, people, entry):
     for page in PAGES:
         text = shown(people["kim"], page)
         assert not re.search(r"<script(?![^>]*(src=|application/json))|\son\w+=|\sstyle=", text)
+
+
+@pytest.mark.parametrize("zone", ["Pacific/Kiritimati", "Pacific/Pago_Pago"])
+def test_today_begins_at_midnight_of_the_reader(robot, people, zone):
+    """Neither zone has the midnight of UTC, nor of the other."""
+    root = User.objects.create_superuser("root", "root@example.org", "correct horse 42")
+    midnight = SYSTEM.now().astimezone(ZoneInfo(zone)).replace(hour=0, minute=0, second=0, microsecond=0)
+    for text, seconds in (("of today", 0), ("of yesterday", -1)):
+        Incident.objects.create(robot=robot, at=midnight + timedelta(seconds=seconds), code="x", text=text)
+    client = signed_in(root)
+    client.cookies["zone"] = zone
+    today = next(one for one in client.get("/admin/live/").context["today"] if "Incidents" in one["words"])
+    assert today["number"] == 1
+    listed = client.get(today["url"]).content.decode()
+    assert "of today" in listed
+    assert "of yesterday" not in listed

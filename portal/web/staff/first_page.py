@@ -1,10 +1,11 @@
 """The first page of the admin: a card for each robot, numbers of today, and what waits for staff."""
 
-from datetime import datetime, time
+from datetime import datetime
 from typing import Any
 from urllib.parse import urlencode
 
 from django.db.models import F, QuerySet
+from django.utils.timezone import localtime
 from django.utils.translation import gettext
 
 from portal.live.snapshot import operator_name, shown_still, status_of
@@ -59,8 +60,8 @@ def _card(halt: Halt, user: Any, now: datetime) -> dict[str, Any]:
 
 
 def _today(user: Any, now: datetime) -> list[dict[str, Any]]:
-    """Return numbers of today (UTC), each with the list that it counts; without lists that the person may not see."""
-    midnight = datetime.combine(now.date(), time.min, now.tzinfo)
+    """Return numbers since midnight in the reader's zone, each with the list that it counts and the person may see."""
+    midnight = localtime(now).replace(hour=0, minute=0, second=0, microsecond=0)
     shown: list[tuple[str, Any, str, str]] = [
         (gettext("Turns today"), Turn, "started_at", "queueing.view_turn"),
         (gettext("Jobs today"), Job, "asked_at", "queueing.view_job"),

@@ -71,6 +71,7 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
 
     list_display = ("name", "drive", "wait", "paused", "guest_weight")
     list_editable = ("paused",)
+    list_filter = ("robot_links__robot",)
     inlines = (LinkInline,)
 
     def get_list_display(self, request: HttpRequest) -> tuple[str, ...]:
@@ -132,7 +133,7 @@ class TicketAdmin(ReadOnlyAdmin):
 
     list_display = ("user", "queue", "state", "start_tag", "joined_at", "last_seen", "end_reason")
     sentences = ("end_reason",)
-    list_filter = ("queue", "state")
+    list_filter = ("queue", "queue__robot_links__robot", "state")
     ordering = ("-id",)
     actions = ("remove",)
 

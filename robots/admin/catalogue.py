@@ -229,7 +229,7 @@ class RobotAdmin(FormFieldsAdmin):
         if robot is not None and not self.has_view_permission(request, robot):
             raise PermissionDenied
         extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}
-        extra["more"] = links_about(robot, request.user) if robot is not None else ()
+        extra["more"] = links_about(robot, request) if robot is not None else ()
         spec = spec_or_none(robot.driver) if robot is not None else None
         if robot is not None and spec is not None and spec.capability(ArmModel) is not None:
             from robots.kit.arms.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs

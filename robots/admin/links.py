@@ -1,39 +1,33 @@
 """Links on a robot's page of the admin to the pages and lists about it."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
+from django.contrib import admin
+from django.http import HttpRequest
 from django.urls import reverse
-from django.utils.translation import gettext_lazy
+from django.utils.text import capfirst
+from django.utils.translation import gettext
 
 from robots.models import Robot
 
-Link = tuple[Any, str, Callable[[Robot], str]]  # its words, the permission that it wants, its address
+
+def links_about(robot: Robot, request: HttpRequest) -> list[tuple[str, str]]:
+    """Return words and address of each link that this person may follow: public pages, then lists of the admin."""
+    page = robot.get_absolute_url()
+    return [
+        (gettext("Recordings, as visitors see them"), f"{page}recordings/"),
+        (gettext("Jobs, as visitors see them"), f"{page}jobs/"),
+        (gettext("Statistics"), f"/statistics/?robot={robot.slug}"),
+        *sorted(_lists(robot, request)),
+    ]
 
 
-def rows_of(words: Any, model: str) -> Link:
-    """Return the link to the rows of a robot in the list of a model, for people who may see them."""
-    app, name = model.split(".")
-    return (
-        words,
-        f"{app}.view_{name}",
-        lambda robot: f"{reverse(f'admin:{app}_{name}_changelist')}?robot__id__exact={robot.pk}",
-    )
-
-
-MORE: list[Link] = [
-    (gettext_lazy("Recordings"), "", lambda robot: f"{robot.get_absolute_url()}recordings/"),
-    (gettext_lazy("Jobs, as visitors see them"), "", lambda robot: f"{robot.get_absolute_url()}jobs/"),
-    (gettext_lazy("Statistics"), "", lambda robot: f"/statistics/?robot={robot.slug}"),
-    rows_of(gettext_lazy("Turns"), "queueing.turn"),
-    rows_of(gettext_lazy("Jobs"), "queueing.job"),
-    rows_of(gettext_lazy("Log entries"), "operatorlog.entry"),
-    rows_of(gettext_lazy("Programs"), "robots.program"),
-    rows_of(gettext_lazy("Pictures"), "robots.frame"),
-    rows_of(gettext_lazy("Clearances"), "accounts.clearance"),
-]
-
-
-def links_about(robot: Robot, user: Any) -> list[tuple[str, str]]:
-    """Return words and address of each link that this person may follow."""
-    return [(str(words), address(robot)) for words, may, address in MORE if not may or user.has_perm(may)]
+def _lists(robot: Robot, request: HttpRequest) -> Iterator[tuple[str, str]]:
+    """Yield each list that has a filter by robot, filtered to this one."""
+    for model, page in admin.site._registry.items():
+        filters: Any = page.list_filter
+        of_robot = next((one for one in filters if isinstance(one, str) and one.rsplit("__")[-1] == "robot"), None)
+        if of_robot is not None and page.has_view_permission(request):
+            address = reverse(f"admin:{model._meta.app_label}_{model._meta.model_name}_changelist")
+            yield str(capfirst(model._meta.verbose_name_plural)), f"{address}?{of_robot}__id__exact={robot.pk}"

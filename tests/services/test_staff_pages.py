@@ -114,14 +114,3 @@ def test_no_two_pages_of_the_menu_have_one_name(admin_client):
     names = re.findall(r'<th scope="row".*?<a [^>]*>([^<]+)</a>', text[text.index('aria-label="Menu"') :], re.DOTALL)
     assert len(names) == len(set(names)) > 15
     assert {"Pictures", "Places in queues", "People"} <= set(names)
-
-
-def test_a_robots_page_leads_to_what_is_known_about_it(robot, people, admin_client):
-    text = admin_client.get(f"/admin/robots/robot/{robot.pk}/change/").content.decode()
-    about = re.search(r'aria-label="More about this robot">(.*?)</nav>', text, re.DOTALL)[1]
-    addresses = re.findall(r'href="([^"]+)"', about)
-    assert len(addresses) >= 9
-    for address in addresses:
-        assert admin_client.get(address).status_code == 200, address
-    seen = re.search(r'aria-label="More about this robot">(.*?)</nav>', shown(people["kim"], f"/admin/robots/robot/{robot.pk}/change/"), re.DOTALL)[1]  # fmt: skip
-    assert "/admin/queueing/turn/" not in seen

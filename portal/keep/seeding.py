@@ -14,6 +14,7 @@ from operatorlog.services import begin_first
 from queueing.services import queue_of
 from robots.kit import description
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.tidying import TIDY_S, Tidy
 from robots.models import Records, Robot
 from robots.services import twin_of
 from robots.services.programs import load_gallery
@@ -43,6 +44,8 @@ JOB_SURVEY = (  # as in the paper of the iRat
     (gettext_noop("What should the robot do better?"), "text", (), "", ""),
 )
 SHIPPED = ("mercury", "pa10", "irat", "srv1", "puma")
+# of a demo's arms between two turns (s): some 20 for each of up to five objects, and a move that needs 30 still begins
+TIDIES_S = 150.0
 PRACTISED = "mercury"  # the robot of which a demo has a twin for practice; each costs a worker
 MODERATORS = (
     "view_entry", "change_entry", "view_turn", "view_surveyresponse", "view_find", "change_find",
@@ -71,6 +74,9 @@ def seed() -> str | None:
     if not Robot.objects.exists():
         for name in SHIPPED:
             robot = add_robot(name)
+            if robot.spec().capability(Tidy) is not None:  # a newcomer finds the table as the orientation shows it
+                robot.settings = {TIDY_S: TIDIES_S}
+                robot.save(update_fields=["settings"])
             if name == PRACTISED:
                 queue_of(twin_of(robot))
     if not SurveyQuestion.objects.exists():

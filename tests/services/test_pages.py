@@ -11,7 +11,10 @@ from accounts.services import load_bank
 from portal.keep.seeding import seed
 from portal.web.classic.models import ClassicToken
 from queueing import services as queue
+from robots.kit.arms.objects import objects_of
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.tidying import LONGEST_S, Tidy
+from robots.kit.drivers.tidying import MOVE_S
 from robots.models import Command, Frame, Program, Robot
 from tests.services.turns import drive
 
@@ -157,6 +160,16 @@ def test_media_serves_frames_only(robot, client, path):
 def test_seeding_twice_changes_nothing(db):
     assert seed()
     assert seed() is None
+
+
+def test_arms_of_a_demo_tidy_between_two_turns_in_a_time_that_staff_could_set(db):
+    seed()
+    arms = [robot for robot in Robot.objects.all() if robot.spec().capability(Tidy)]
+    assert {robot.driver for robot in arms} == {"pa10", "puma"}
+    for robot in arms:
+        objects = [one for one in objects_of(robot.driver).objects.values() if not one.hangs]
+        assert 20 * (len(objects) - 1) + MOVE_S <= robot.tidying_s() <= LONGEST_S
+    assert all(robot.tidying_s() == 0 for robot in Robot.objects.exclude(pk__in=[arm.pk for arm in arms]))
 
 
 def test_the_first_admin_signs_in_with_the_password_that_was_printed_and_needs_no_mail(db, client, mailoutbox):

@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from portal.keep.seeding import TIDIES_S
 from robots import services
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Incident, Robot
@@ -70,7 +71,7 @@ def test_nobody_but_staff_may_ask_for_it(portal):
         services.staff_command(portal.row, portal.people["ada"], "tidy")
 
 
-def tidies_between_turns(portal, seconds=200):
+def tidies_between_turns(portal, seconds=TIDIES_S):
     Robot.objects.filter(pk=portal.robot.pk).update(settings={"tidy_s": seconds})
 
 

@@ -50,7 +50,7 @@ class FoundPiece:
     @property
     def where(self) -> tuple[str, str]:
         """Return its place in the robot's coordinates, x and y."""
-        return f"x {quantity(self.find.x, 'm')}", f"y {quantity(self.find.y, 'm')}"
+        return place_said(self.find)
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,19 @@ def register_of(robot: Robot) -> Register | None:
         WIDTH, round(2 * MARGIN + (y1 - y0) * _scale(declared)), sum(cell.count for cell in cells),
         translate(declared.often),
     )  # fmt: skip
+
+
+def newest_find() -> Find | None:
+    """Return the confirmed find that was seen last, of a robot of the catalogue; its picture is one for everybody."""
+    secret = Entry.objects.filter(turn=OuterRef("turn"), visibility=Visibility.HIDDEN)
+    rows = Find.objects.filter(~Exists(secret), state=Find.State.CONFIRMED, piece__isnull=False, frame__isnull=False)
+    rows = rows.filter(round__robot__enabled=True).order_by("-seen_at", "-id")
+    return rows.select_related("piece", "author", "frame__robot", "turn", "round__robot").first()
+
+
+def place_said(find: Find) -> tuple[str, str]:
+    """Return the place of a find in the robot's coordinates, x and y."""
+    return f"x {quantity(find.x, 'm')}", f"y {quantity(find.y, 'm')}"
 
 
 def _first_pieces(robot: Robot, declared: Excavation) -> int:

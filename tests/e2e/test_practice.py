@@ -28,7 +28,7 @@ def test_a_guest_tries_a_simulator_with_two_presses_and_goes_on_to_the_robot(por
     one = visitor(**look)
     new, page = Newcomer(one, "has_touch" in look), one.page
     page.goto("/")
-    new.press("main a >> text=Try a simulator for 60 s")
+    new.press("main a >> text=Try a simulator of Mercury first")
     page.wait_for_url("**/robots/mercury-practice/")
     expect(page.locator(".robot-head")).to_contain_text("Simulated")
     new.press("[data-do=practise]")

@@ -1,15 +1,17 @@
 """The landing page: which robot is large, what is said of each, and where its button leads."""
 
+import re
 from datetime import timedelta
 
 import pytest
 from django.contrib.auth.models import AnonymousUser
 
-from operatorlog.models import Entry
+from operatorlog.models import Entry, Find, Piece, Round
 from portal.live.snapshot import snapshot
 from queueing import services as queue
 from queueing.estimates import wait_if_joined
 from queueing.models import Queue
+from robots import services as robot_services
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -78,18 +80,19 @@ def test_else_the_one_that_was_driven_last_with_the_pictures_of_that_turn(robots
     assert [url.rsplit("-")[-1] for url in found["loop"]["urls"]] == ["0.jpg", "1.jpg", "2.jpg"]
 
 
-def test_hidden_pictures_are_neither_in_the_loop_nor_the_newest_find(robots, people, client):
+def test_hidden_pictures_are_neither_in_the_loop_nor_the_newest_in_the_log(robots, people, client):
     robot = robots[0]
     turn = ended(robot, people["ada"])
     frame = Frame.objects.filter(grant=turn.grant).first()
     entry = Entry.objects.create(
         turn=turn, author=people["ada"], robot=robot, text="A shell", written_at=SYSTEM.now(), frame=frame
     )
-    assert shown(client)["find"] == entry
+    found = shown(client)
+    assert (found["pictured"], found["find"]) == (entry, None)
     entry.visibility = "hidden"
     entry.save()
     found = shown(client)
-    assert found["find"] is None
+    assert found["pictured"] is None
     assert found["loop"] is None
 
 
@@ -170,3 +173,78 @@ def test_the_button_leads_who_drives_back_to_their_robot(robots, people, client)
 def test_the_snapshot_tells_the_wait_of_somebody_who_joins(robots, people):
     told = snapshot("mercury", people["eve"], SYSTEM.now(), True)
     assert told["join_wait_s"] == wait_if_joined(robots[0], SYSTEM.now())
+
+
+def written(turn, frame):
+    return Entry.objects.create(
+        turn=turn, author=turn.user, robot=turn.robot, text="Only sand", written_at=SYSTEM.now(), frame=frame
+    )
+
+
+def test_a_confirmed_find_is_the_newest_find_and_an_entry_is_not(robots, people, client):
+    robot, now = robots[0], SYSTEM.now()
+    turn = ended(robot, people["ada"])
+    first, second, last = Frame.objects.filter(grant=turn.grant)
+    entry = written(turn, last)
+    text = client.get("/").content.decode()
+    assert "Newest in the log" in text
+    assert "Newest find" not in text
+    hidden = Round.objects.create(robot=robot, number=1, began_at=now - timedelta(days=1))
+    piece = Piece.objects.create(round=hidden, name="thimble")
+    made = [
+        Find.objects.create(round=hidden, turn=turn, author=people["ada"], name=name, x=0.1, y=0.4, frame=frame,
+                            seen_at=now + timedelta(seconds=n), reported_at=now)
+        for n, (name, frame) in enumerate((("one", first), ("two", second), ("none", None), ("reported", second)))
+    ]  # fmt: skip
+    assert "Newest find" not in client.get("/").content.decode(), "no moderator has decided"
+    Find.objects.filter(pk__in=[one.pk for one in made[:3]]).update(state="confirmed", piece=piece)
+    answer = client.get("/")
+    assert answer.context["find"] == made[1]
+    text = re.sub(r"\s+", " ", answer.content.decode())
+    assert "Newest in the log" not in text
+    shown_find = re.search(r'<a class="card find".*?</a>', text)[0]
+    for said in ("Newest find", second.url, "ada on Mercury", "thimble, at x 10 cm, y 40 cm"):
+        assert said in shown_find
+    assert answer.context["entries"] == [entry], "it stands in the log below"
+    Entry.objects.update(visibility="hidden")
+    assert shown(client)["find"] is None, "its pictures are hidden"
+
+
+@pytest.fixture
+def twins(robots):
+    """Simulators of both robots, ready and free."""
+    made = []
+    for robot in robots:
+        twin = robot_services.twin_of(robot)
+        Lease.objects.create(robot=twin, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
+        queue.queue_of(twin)
+        made.append(twin)
+    Robot.objects.update(cycle=Cycle.READY)
+    return made
+
+
+def test_the_simulator_is_that_of_the_robot_that_leads_and_is_named(robots, twins, people, client):
+    other = robots[1]
+    people["ada"].clearances.create(robot=other, granted_at=SYSTEM.now())
+    ended(other, people["ada"])
+    drive(twins[1], people["bob"], SYSTEM.now())
+    answer = client.get("/")
+    assert (answer.context["drive"], answer.context["practice"]) == (other, twins[1])
+    assert "Try a simulator of Other first" in answer.content.decode()
+
+
+def test_else_it_is_one_that_is_free_and_none_if_none_is_online(robots, twins, people, client):
+    third = Robot.objects.create(
+        slug="third", name="Third", driver=robots[0].driver, address="sim:third", enabled=True, cycle=Cycle.READY
+    )
+    Lease.objects.create(robot=third, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
+    people["ada"].clearances.create(robot=third, granted_at=SYSTEM.now())
+    queue.queue_of(third)
+    ended(third, people["ada"])
+    drive(twins[0], people["bob"], SYSTEM.now())
+    found = shown(client)
+    assert (found["drive"], found["practice"]) == (third, twins[1])
+    Lease.objects.filter(robot=twins[1]).update(expires_at=None)
+    assert shown(client)["practice"] == twins[0], "one can wait for it"
+    Lease.objects.filter(robot=twins[0]).update(expires_at=None)
+    assert "Try a simulator" not in client.get("/").content.decode()

@@ -183,7 +183,7 @@ def test_practice_is_in_no_list_of_robots_and_in_no_log(twin, people, client):
     home = client.get("/").content.decode()
     assert 'data-live="mercury"' in home
     assert 'data-live="mercury-practice"' not in home
-    assert "Try a simulator for 60 s" in home
+    assert "Try a simulator of Mercury first" in home
     assert snapshot(twin.slug, people["ada"], now, True)["me"]["last_turn"] is None
     figures = numbers_of(now.date())
     assert twin.pk not in figures

@@ -10,6 +10,7 @@ from django.utils.http import urlencode
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
+from operatorlog.register import newest_find, place_said
 from operatorlog.services import hidden_of
 from portal.live.snapshot import is_free, moves, operator_name, shown_still, status_of
 from portal.live.watchers import watching_now
@@ -30,12 +31,15 @@ def landing(request: HttpRequest) -> HttpResponse:
     watching = watching_now([robot.slug for robot in robots])
     cards = [_card(robot, request.user, now) | {"watching": watching.get(robot.slug, 0)} for robot in robots]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
-    lead, find = _lead(cards), entries.exclude(frame=None).first()
+    lead, find = _lead(cards), newest_find()
+    pictured = entries.exclude(frame=None).first() if find is None else None
     others = [card for card in cards if card is not lead]
+    to_drive = _to_drive(lead, others)
     context = {
-        "lead": lead, "cards": others, "drive": _to_drive(lead, others), "find": find, "loop": _loop(lead),
-        "practice": Robot.objects.filter(enabled=True, guest_s__isnull=False).first(),
-        "entries": [entry for entry in entries[: ENTRIES + 1] if entry != find][:ENTRIES],
+        "lead": lead, "cards": others, "drive": to_drive, "loop": _loop(lead), "pictured": pictured,
+        "find": find, "place": place_said(find) if find else None,
+        "practice": _to_practise(to_drive or (lead["robot"] if lead else None), now),
+        "entries": [entry for entry in entries[: ENTRIES + 1] if entry != pictured][:ENTRIES],
     }  # fmt: skip
     return render(request, "pages/landing.html", context)
 
@@ -86,6 +90,18 @@ def _to_drive(lead: dict[str, Any] | None, others: list[dict[str, Any]]) -> Robo
     """Return the robot that the button is about: the large one, unless it is closed or offers no turns."""
     open_now = [card for card in (lead, *others) if card is not None and card["turns"] and card["state"] not in CLOSED]
     return open_now[0]["robot"] if open_now else None
+
+
+def _to_practise(led: Robot | None, now: datetime) -> Robot | None:
+    """Return the simulator that guests are offered: of the robot that is offered, else one that is free at once."""
+    open_now: list[tuple[bool, bool, Robot]] = []
+    twins = Robot.objects.filter(enabled=True, guest_s__isnull=False, practice_for__isnull=False)
+    for twin in twins.select_related("practice_for"):
+        state, label, _ = status_of(twin, now)
+        if state not in CLOSED:
+            free = is_free(state, label, waiting(twin), wait_if_joined(twin, now))
+            open_now.append((twin.practice_for == led, free, twin))
+    return max(open_now, key=lambda one: one[:2])[2] if open_now else None
 
 
 def _loop(lead: dict[str, Any] | None) -> dict[str, Any] | None:

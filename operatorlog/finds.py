@@ -21,7 +21,8 @@ from robots.models import Command, Frame, Robot
 from robots.people import is_person
 from robots.states import COMMAND_FINAL, CommandState, GrantKind
 
-LONGEST_NAME = 80
+LONGEST_NAME, LONGEST_PUZZLE = 80, 300
+MOST_PIECES = 100
 MOST_OF_A_TURN = 12  # reports
 
 
@@ -33,6 +34,14 @@ class Report:
     frame: int | None = None
     x: float | None = None
     y: float | None = None
+
+
+@dataclass(frozen=True)
+class NextRound:
+    """What staff say of the next round: its puzzle, and the names of the pieces, of a real robot alone."""
+
+    puzzle: str
+    pieces: tuple[str, ...] = ()
 
 
 def excavation_of(robot: Robot) -> Excavation | None:
@@ -60,8 +69,9 @@ def begin_first(robot: Robot, now: datetime, user: Any = None) -> Round | None:
     try:
         with transaction.atomic():
             made = Round.objects.create(
-                robot=robot, number=1, began_at=first.opened_at if first else now, begun_by=user
-            )
+                robot=robot, number=1, began_at=first.opened_at if first else now, begun_by=user,
+                puzzle=declared.puzzle if robot.simulated else "",
+            )  # fmt: skip
             _hide(made, declared)
     except IntegrityError:  # another request was faster
         return present_round(robot)
@@ -164,14 +174,14 @@ def check_decision(find: Find, state: Find.State, piece: Piece | None) -> Piece 
     return piece
 
 
-def bury_again(ending: Round, user: Any, now: datetime) -> bool:
-    """End the present round and begin the next, with its pieces hidden anew; the old one becomes a milestone.
+def bury_again(ending: Round, user: Any, upcoming: NextRound, now: datetime) -> bool:
+    """End the present round and begin the next, with its own puzzle and pieces; the old one becomes a milestone.
 
     A simulated robot's bed is made anew by a command. Of a real robot staff hide the pieces, then fill in where. Return
     False, and change nothing, where the round had ended before, as after a second press.
 
     Raises:
-        RobotError: not permitted; the robot is in use, or no command reaches it.
+        RobotError: not permitted; puzzle or pieces are missing; the robot is in use, or no command reaches it.
     """
     if not user.has_perm("operatorlog.renew_round"):
         raise NotPermitted(gettext("This is for staff who may hide the pieces again."))
@@ -185,9 +195,11 @@ def bury_again(ending: Round, user: Any, now: datetime) -> bool:
             raise BadRequest(gettext("With this robot nothing is hidden."))
         if present.command is not None and present.command.state not in COMMAND_FINAL:
             return False
-        if present.command is not None and present.command.state != CommandState.COMPLETED:
-            present.command = _renewed(robot, declared, user, present.number, now)  # its bed was never made
-            present.save(update_fields=["command"])
+        puzzle, pieces = _checked(upcoming, robot)
+        if was_not_made(present):
+            present.command = _renewed(robot, declared, user, present.number, now)
+            present.puzzle = puzzle
+            present.save(update_fields=["command", "puzzle"])
             present.pieces.all().delete()
             _hide(present, declared)
             return True
@@ -195,22 +207,35 @@ def bury_again(ending: Round, user: Any, now: datetime) -> bool:
         present.ended_at = now
         present.save(update_fields=["ended_at"])
         made = Round.objects.create(
-            robot=robot, number=present.number + 1, began_at=now, begun_by=user, command=command, puzzle=present.puzzle
+            robot=robot, number=present.number + 1, began_at=now, begun_by=user, command=command, puzzle=puzzle
         )
         if command is not None:
             _hide(made, declared)
+        elif robot.simulated:  # its bed stays as it is
+            Piece.objects.bulk_create(Piece(round=made, name=p.name, x=p.x, y=p.y) for p in present.pieces.all())
         else:
-            _hide_by_hand(made, present)
+            Piece.objects.bulk_create(Piece(round=made, name=name) for name in pieces)  # staff fill in where
     return True
 
 
-def _hide_by_hand(made: Round, before: Round) -> None:
-    """Store the same pieces again. Staff fill in where; in a simulated bed without such a command they stay."""
-    stay = made.robot.simulated
-    Piece.objects.bulk_create(
-        Piece(round=made, name=one.name, x=one.x if stay else None, y=one.y if stay else None)
-        for one in before.pieces.all()
-    )
+def was_not_made(one: Round) -> bool:
+    """Return whether the command has failed that should have made the bed of a round."""
+    command = one.command
+    return command is not None and command.state in COMMAND_FINAL and command.state != CommandState.COMPLETED
+
+
+def _checked(upcoming: NextRound, robot: Robot) -> tuple[str, tuple[str, ...]]:
+    """Return puzzle and names of the pieces as they are stored. Raises BadRequest."""
+    puzzle, names = one_line(upcoming.puzzle), tuple(name for name in map(one_line, upcoming.pieces) if name)
+    if not 0 < len(puzzle) <= LONGEST_PUZZLE:
+        said = gettext("Say in at most {most} characters what people are asked to find out.")
+        raise BadRequest(said.format(most=LONGEST_PUZZLE))
+    if robot.simulated:
+        return puzzle, ()
+    if not 0 < len(names) <= MOST_PIECES or max(map(len, names)) > LONGEST_NAME or len(set(names)) < len(names):
+        said = gettext("Name the pieces, one to {most}, each in at most {longest} characters, and no two alike.")
+        raise BadRequest(said.format(most=MOST_PIECES, longest=LONGEST_NAME))
+    return puzzle, names
 
 
 def _renewed(robot: Robot, declared: Excavation, user: Any, number: int, now: datetime) -> Command | None:

@@ -4,8 +4,12 @@ from math import hypot
 from typing import Any
 
 from django import forms
-from django.contrib import admin
-from django.http import HttpRequest
+from django.contrib import admin, messages
+from django.core.exceptions import PermissionDenied
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, redirect
+from django.template.response import TemplateResponse
+from django.urls import URLPattern, path, reverse
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 from django.utils.translation import gettext, gettext_lazy, pgettext_lazy
@@ -14,9 +18,12 @@ from operatorlog import finds
 from operatorlog.errors import LogError
 from operatorlog.models import Find, Piece, Round
 from robots.admin.bases import GuardedAdmin, NamedInline, thumbnail
+from robots.admin.links import about
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.errors import RobotError
 from robots.models import Robot
-from robots.sentences import translate
+from robots.once import once
+from robots.sentences import english, translate
 
 
 class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
@@ -132,9 +139,32 @@ class RoundForm(forms.ModelForm):  # type: ignore[type-arg]
         return robot
 
 
+class NextRoundForm(forms.Form):
+    """What staff say of the next round: nothing of the old one is filled in, it stands beside."""
+
+    puzzle = forms.CharField(
+        max_length=finds.LONGEST_PUZZLE, widget=forms.Textarea(attrs={"rows": 3}), label=gettext_lazy("The new puzzle"),
+        help_text=gettext_lazy("What people are asked to find out; everybody reads it."),
+    )  # fmt: skip
+    pieces = forms.CharField(
+        widget=forms.Textarea(attrs={"rows": 10}), label=gettext_lazy("The pieces that you bury, one a line"),
+        help_text=gettext_lazy("Nobody but staff reads the name of a piece before it is found."),
+    )  # fmt: skip
+
+    def __init__(self, one: Round, data: Any = None) -> None:
+        super().__init__(data, initial={"puzzle": one.puzzle} if finds.was_not_made(one) else {})
+        if one.robot.simulated:  # its simulator knows its pieces
+            del self.fields["pieces"]
+
+    def next_round(self) -> finds.NextRound:
+        """Return what was filled in."""
+        data = self.cleaned_data
+        return finds.NextRound(data["puzzle"], tuple(data.get("pieces", "").splitlines()))
+
+
 @admin.register(Round)
 class RoundAdmin(GuardedAdmin):
-    """The rounds of a robot, with the pieces of each; the action *Bury again* ends the present one."""
+    """The rounds of a robot, with the pieces of each; the page *Bury again* ends the present one."""
 
     list_display = ("robot", "number", "began_at", "ended_at", "begun_by", "found_pieces", "bed")
     list_select_related = ("robot", "begun_by", "command")
@@ -169,16 +199,50 @@ class RoundAdmin(GuardedAdmin):
         made = finds.begin_first(obj.robot, SYSTEM.now(), request.user)
         if made is not None:
             obj.pk, obj.number, obj.began_at, obj.begun_by = made.pk, made.number, made.began_at, made.begun_by
-            Round.objects.filter(pk=made.pk).update(puzzle=obj.puzzle)
+            if obj.puzzle:
+                Round.objects.filter(pk=made.pk).update(puzzle=obj.puzzle)
+
+    def get_urls(self) -> list[URLPattern]:
+        """Add the page that asks for the next round."""
+        bury = self.admin_site.admin_view(once(self.bury_view))
+        return [path("<int:pk>/bury/", bury, name="operatorlog_round_bury"), *super().get_urls()]
 
     @admin.action(description=gettext_lazy("Bury again: end the round, hide the pieces anew"), permissions=["renew"])
-    def bury_again(self, request: HttpRequest, queryset: Any) -> None:
-        """End the chosen present rounds; the next begin."""
-        self.act_on(
-            request, queryset.select_related("robot"),
-            lambda one: finds.bury_again(one, request.user, SYSTEM.now()),
-            gettext_lazy("Buried again"), gettext_lazy("Over before, or its bed is being made: nothing was changed"),
-        )  # fmt: skip
+    def bury_again(self, request: HttpRequest, queryset: Any) -> HttpResponse | None:
+        """Lead to the page that asks for the next round."""
+        if queryset.count() != 1:
+            messages.warning(request, gettext("Choose one round: each gets a puzzle of its own."))
+            return None
+        return redirect("admin:operatorlog_round_bury", queryset.get().pk)
+
+    def bury_view(self, request: HttpRequest, pk: int) -> HttpResponse:
+        """Ask for puzzle and pieces of the next round; end the present one, and begin the next."""
+        if not self.has_renew_permission(request):
+            raise PermissionDenied
+        one = get_object_or_404(Round.objects.select_related("robot", "command"), pk=pk)
+        form = NextRoundForm(one, request.POST or None)
+        if one.ended_at is None and not form.is_valid():
+            return self._ask(request, one, form)
+        try:
+            done = one.ended_at is None and finds.bury_again(one, request.user, form.next_round(), SYSTEM.now())
+        except RobotError as error:
+            form.add_error(None, translate(error))
+            return self._ask(request, one, form)
+        if done:
+            self.log_change(request, one, english(gettext_lazy("Buried again")))
+            messages.success(request, gettext("Buried again: the next round has begun."))
+        else:
+            messages.info(request, gettext("Over before, or its bed is being made: nothing was changed."))
+        present = finds.present_round(one.robot) or one
+        return redirect("admin:operatorlog_round_change", present.pk)
+
+    def _ask(self, request: HttpRequest, one: Round, form: NextRoundForm) -> HttpResponse:
+        context = {
+            **self.admin_site.each_context(request), "opts": self.opts, "title": gettext("Bury again"), "one": one,
+            "form": form, "was_not_made": finds.was_not_made(one),
+        }  # fmt: skip
+        status = 422 if form.is_bound else 200
+        return TemplateResponse(request, "admin/operatorlog/round/bury.html", context, status=status)
 
     @admin.display(description=gettext_lazy("Found"))
     def found_pieces(self, one: Round) -> str:
@@ -193,3 +257,12 @@ class RoundAdmin(GuardedAdmin):
             return gettext("as it was, or by hand")
         state, reason = one.command.get_state_display(), translate(one.command.reason)
         return f"{state}: {reason}" if reason else state
+
+
+@about
+def bury_link(robot: Robot, request: HttpRequest) -> tuple[str, str] | None:
+    """Return the link to the page that asks for the next round; None for others than staff who may do so."""
+    present = finds.present_round(robot)
+    if present is None or not request.user.has_perm("operatorlog.renew_round"):
+        return None
+    return gettext("Bury again"), reverse("admin:operatorlog_round_bury", args=[present.pk])

@@ -39,7 +39,8 @@ def log(request: HttpRequest) -> HttpResponse:
         mine = Turn.objects.filter(user=request.user, entry=None, robot__practice_for=None)
         unwritten = mine.exclude(ended_at=None).first()
     page = Paginator(entries, PAGE).get_page(request.GET.get("page"))
-    context = {"page": page, "robot": robot, "known": known, "unwritten": unwritten}
+    digs = known is not None and excavation_of(known) is not None
+    context = {"page": page, "robot": robot, "known": known, "digs": digs, "unwritten": unwritten}
     return render(request, "operatorlog/list.html", context)
 
 

@@ -55,7 +55,7 @@ CODE = re.compile(r"^(SELECT|PRAGMA|INSERT|UPDATE|DELETE) |^(Basic|Digest) |#\{|
 PRINTF = re.compile(r"%[-+0-9.]*[sdgfr]")
 FORMAT = re.compile(r"\{[\w.]*(?:![rs])?(?::[^{}]*)?\}")
 LABELS = ("name", "tagline", "label", "title", "help", "reason", "unit_label", "hint", "nothing", "language",
-          "once", "often", "modes", "ends", "directions", "job", "done", "against", "over_time", "joints", "coordinates", "words")  # fmt: skip
+          "once", "often", "puzzle", "modes", "ends", "directions", "job", "done", "against", "over_time", "joints", "coordinates", "words")  # fmt: skip
 WORDS = "words"  # the table of plain words for a robot's own
 WRITERS = ("steps.words", "steps._lines", "missions.__str__", "fuzzy_text.write")  # of languages of tasks and rules
 TOLD = ("Observation", "Progress")  # their texts have one word at times

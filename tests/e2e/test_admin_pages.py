@@ -3,7 +3,9 @@
 from types import SimpleNamespace
 
 import pytest
+from django.urls import reverse
 
+from operatorlog.models import Round
 from robots import bus
 from robots.kit.clock import SYSTEM
 from tests.conftest import at_length
@@ -40,7 +42,11 @@ def staff(portal, visitor, looks):
 @EACH_LOOK
 def test_lists_and_forms(portal, staff, looks):
     pages = [page for page in admin_pages(portal.root) if not page.endswith(("/history/", "/delete/"))]
-    looked_at(staff, [*pages, *OTHERS, f"/admin/accounts/user/{portal.root.pk}/password/"], looks, over=SIDEWAYS)
+    asking = [
+        f"/admin/accounts/user/{portal.root.pk}/password/",
+        reverse("admin:operatorlog_round_bury", args=[Round.objects.get(ended_at=None).pk]),
+    ]
+    looked_at(staff, [*pages, *OTHERS, *asking], looks, over=SIDEWAYS)
 
 
 @pytest.mark.parametrize("looks", [*map(at_length, [ENGLISH, GERMAN, *REST])], ids=named)

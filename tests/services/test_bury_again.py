@@ -29,10 +29,13 @@ def bed(robot, roles):
     return bed_of(robot)
 
 
-def bury(roles, role, chosen):
-    client = as_role(roles, role)
-    data = {"action": "bury_again", "_selected_action": chosen.pk}
-    return client.post("/admin/operatorlog/round/", data, follow=True)
+def page_of(one):
+    return f"/admin/operatorlog/round/{one.pk}/bury/"
+
+
+def bury(roles, role, chosen, **told):
+    told = {"puzzle": "Another story?", "pieces": "copper bell\n brass  key \n\n"} | told
+    return as_role(roles, role).post(page_of(chosen), told, follow=True)
 
 
 @pytest.mark.parametrize("simulated", [True, False])
@@ -41,11 +44,12 @@ def test_bury_again_ends_the_round_once_and_it_becomes_a_milestone(bed, roles, c
         type(robot).objects.filter(pk=robot.pk).update(address="serial:/dev/ttyUSB0")
     confirmed(roles)
     Round.objects.update(puzzle="Which story?")
-    assert "Buried again: 1 round." in bury(roles, "superuser", bed).content.decode()
-    assert "nothing was changed: 1 round." in bury(roles, "superuser", bed).content.decode(), "a second press"
+    assert "Buried again: the next round has begun." in bury(roles, "superuser", bed).content.decode()
+    assert "nothing was changed." in bury(roles, "superuser", bed).content.decode(), "a second press"
     bed.refresh_from_db()
     present = Round.objects.get(ended_at=None)
-    assert (present.number, present.puzzle, present.begun_by) == (2, "Which story?", roles["superuser"])
+    assert (present.number, present.puzzle, present.begun_by) == (2, "Another story?", roles["superuser"])
+    assert bed.puzzle == "Which story?"
     assert bed.ended_at == present.began_at
     if simulated:
         assert hidden_in(present) == pieces_of(robot.rig_secret, 2)
@@ -53,7 +57,9 @@ def test_bury_again_ends_the_round_once_and_it_becomes_a_milestone(bed, roles, c
         assert (present.command, command.args, command.lane) == (command, {"number": 2}, "config")
         assert (command.grant.kind, command.issued_by) == (GrantKind.UPKEEP, roles["superuser"])
     else:
-        assert {name: (x, y) for name, x, y in hidden_in(present)} == dict.fromkeys(SECRET, (None, None))
+        assert {name: (x, y) for name, x, y in hidden_in(present)} == dict.fromkeys(
+            ("copper bell", "brass key"), (None, None)
+        )
         assert not Command.objects.filter(kind="bury").exists()
     assert LogEntry.objects.filter(object_id=bed.pk, user=roles["superuser"]).count() == 1
     html = client.get("/robots/mercury/finds/").content.decode()
@@ -61,6 +67,88 @@ def test_bury_again_ends_the_round_once_and_it_becomes_a_milestone(bed, roles, c
     assert f"0 of {9 if simulated else 2} pieces were found in round 2" in html
     assert "1 of 2 pieces was found." in html
     assert "thimble" not in html
+    now, _, before = html.partition("Milestones")
+    assert ("Another story?" in now, "Which story?" in before) == (True, True)
+    assert "Which story?" not in now
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"puzzle": " "}, "This field is required."),
+        ({"puzzle": "\u200b"}, "Say in at most 300 characters what people are asked to find out."),
+        ({"puzzle": "x" * 301}, "at most 300 characters"),
+        ({"pieces": " "}, "This field is required."),
+        ({"pieces": "bell\nbell"}, "Name the pieces, one to 100, each in at most 80 characters, and no two alike."),
+        ({"pieces": "x" * 81}, "Name the pieces"),
+    ],
+)
+def test_without_puzzle_or_pieces_nothing_is_buried_and_what_was_typed_stays(bed, roles, robot, told, said):
+    type(robot).objects.filter(pk=robot.pk).update(address="serial:/dev/ttyUSB0")
+    answer = bury(roles, "superuser", bed, **told)
+    assert answer.status_code == 422
+    assert said in answer.content.decode()
+    assert ("copper bell" in answer.content.decode()) == ("pieces" not in told)
+    bed.refresh_from_db()
+    assert bed.ended_at is None
+    assert Round.objects.count() == 1
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_the_page_shows_the_old_puzzle_and_pieces_and_has_room_for_new_ones(bed, roles, robot, simulated):
+    if not simulated:
+        type(robot).objects.filter(pk=robot.pk).update(address="serial:/dev/ttyUSB0")
+    Round.objects.update(puzzle="Which story?")
+    client = as_role(roles, "superuser")
+    answer = client.get(page_of(bed))
+    html = answer.content.decode()
+    assert "<p>Which story?</p>" in html
+    assert all(f"<li>{name}</li>" in html for name in SECRET)
+    assert {name: field.value() for name, field in fields(answer)} == dict.fromkeys(
+        ["puzzle"] if simulated else ["puzzle", "pieces"]
+    )
+    assert f'href="{page_of(bed)}"' in client.get(f"/admin/operatorlog/round/{bed.pk}/change/").content.decode()
+    assert f'href="{page_of(bed)}"' in client.get(f"/admin/robots/robot/{robot.pk}/change/").content.decode()
+    data = {"action": "bury_again", "_selected_action": bed.pk}
+    assert client.post("/admin/operatorlog/round/", data)["Location"] == page_of(bed)
+    kim = as_role(roles, "robot_staff")
+    assert "/bury/" not in kim.get(f"/admin/robots/robot/{robot.pk}/change/").content.decode()
+    bury(roles, "superuser", bed)
+    assert "/bury/" not in client.get(f"/admin/operatorlog/round/{bed.pk}/change/").content.decode()
+    assert client.get(page_of(bed))["Location"].endswith(f"/{Round.objects.get(ended_at=None).pk}/change/")
+
+
+def fields(answer):
+    return [(field.name, field) for field in answer.context["form"]]
+
+
+def test_the_story_tells_the_present_round_and_leads_to_its_finds(bed, roles, robot, client):
+    Round.objects.update(puzzle="Which story?")
+    confirmed(roles)
+    story = client.get("/story/").content.decode()
+    assert "Which story?" in story
+    assert "1 of 2 pieces was found in round 1" in story
+    assert "thimble" not in story
+    bury(roles, "superuser", bed, puzzle="Another story?")
+    story = client.get("/story/").content.decode()
+    assert "Another story?" in story
+    assert "Which story?" not in story
+    assert "0 of 9 pieces were found in round 2" in story
+    for page in ("/story/", f"/log/?robot={robot.slug}"):
+        assert f'href="/robots/{robot.slug}/finds/"' in client.get(page).content.decode()
+    assert "/finds/" not in client.get("/log/").content.decode()
+    type(robot).objects.update(driver="irat")
+    assert "lies in the sand" not in client.get("/story/").content.decode()
+
+
+def test_the_first_round_of_a_simulated_bed_has_the_puzzle_of_its_robot(robot, roles):
+    client = as_role(roles, "superuser")
+    for typed, puzzle in (("", finds.excavation_of(robot).puzzle), ("Another?", "Another?")):
+        client.post("/admin/operatorlog/round/add/", {"robot": robot.pk, "puzzle": typed})
+        assert Round.objects.get().puzzle == puzzle != ""
+        Round.objects.all().delete()
+    robot.address = "serial:/dev/ttyUSB0"
+    assert finds.begin_first(robot, SYSTEM.now()).puzzle == ""
 
 
 def hidden_in(one):
@@ -95,11 +183,14 @@ def test_a_bed_that_was_not_made_is_asked_for_again_and_the_round_stays(bed, rol
     assert "nothing was changed" in bury(roles, "superuser", present).content.decode(), "it waits"
     Command.objects.filter(pk=first.pk).update(state="failed", reason="The line was silent.", ended_at=SYSTEM.now())
     end_grant(first.grant, GrantEnd.FINISHED, "", SYSTEM.now())
-    page = as_role(roles, "superuser").get("/admin/operatorlog/round/").content.decode()
-    assert "The line was silent." in page
-    assert "Buried again: 1 round." in bury(roles, "superuser", present).content.decode()
+    client = as_role(roles, "superuser")
+    assert "The line was silent." in client.get("/admin/operatorlog/round/").content.decode()
+    answer = client.get(page_of(present))
+    assert "The bed of round 2 of Mercury was not made" in answer.content.decode()
+    assert [field.value() for _, field in fields(answer)] == ["Another story?"]
+    assert "Buried again" in bury(roles, "superuser", present, puzzle="A third?").content.decode()
     again = Round.objects.get(ended_at=None)
-    assert (again.pk, again.number) == (present.pk, 2)
+    assert (again.pk, again.number, again.puzzle) == (present.pk, 2, "A third?")
     assert again.command != first
     assert again.command.args == {"number": 2}
     assert hidden_in(again) == pieces_of(robot.rig_secret, 2)

@@ -125,6 +125,10 @@ GET = {
     "admin/operatorlog/entry/review/": (
         "/admin/operatorlog/entry/review/", only("log_moderator", "superuser", else_=MOVED),
     ),
+    # what it does with a round that exists: test_bury_again.py
+    "admin/operatorlog/round/<int:pk>/bury/": (
+        "/admin/operatorlog/round/0/bury/", only("superuser", status=ABSENT, else_=MOVED),
+    ),
     "admin/autocomplete/": (
         "/admin/autocomplete/?app_label=accounts&model_name=clearance&field_name=user",
         only("viewer", "superuser", else_=MOVED),
@@ -165,6 +169,7 @@ POST = [
     ("/turns/{turn}/", {"appeal": "x"}, {**everybody(ABSENT), "anonymous": MOVED}),
     # who decides and undoes what there is: test_moderation.py
     ("/admin/operatorlog/entry/review/", {"undo": "1"}, only("log_moderator", "superuser", status=ABSENT, else_=MOVED)),
+    ("/admin/operatorlog/round/0/bury/", {"puzzle": "x"}, only("superuser", status=ABSENT, else_=MOVED)),
     ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),
 ]  # fmt: skip
 

@@ -20,7 +20,7 @@ from accounts.models import Choice, Clearance, PushSubscription, Question
 from accounts.push import PushRefused, subscribe
 from accounts.turn_mails import MailRefused
 from operatorlog import services as log
-from operatorlog.finds import Report, begin_first
+from operatorlog.finds import NextRound, Report, begin_first
 from operatorlog.models import Entry, Find, SurveyQuestion, Visibility
 from queueing import admin as queue_admin
 from queueing import services as queue
@@ -241,7 +241,9 @@ ROWS = {
     "operatorlog.report": (OPERATOR, lambda do, w: do(over(w), w.user, Report("x", None, 0.1, 0.4), SYSTEM.now())),
     "operatorlog.decide": (ADMINS, lambda do, w: do(find(w), w.user, Find.State.DECLINED, None, SYSTEM.now())),
     "operatorlog.bury_again": (
-        ADMINS, lambda do, w: (over(w) and do(begin_first(w.robot, SYSTEM.now()), w.user, SYSTEM.now())) or refused(),
+        ADMINS, lambda do, w: (
+            (over(w) and do(begin_first(w.robot, SYSTEM.now()), w.user, NextRound("Who?"), SYSTEM.now())) or refused()
+        ),
     ),
     "operatorlog.answer_survey": (OPERATOR, lambda do, w: do(over(w), w.user, {}, SYSTEM.now())),
 }  # fmt: skip

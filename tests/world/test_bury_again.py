@@ -72,7 +72,7 @@ def bury_again(portal, moderator):
     portal.ready()
     portal.until(lambda: open_grant(portal.robot) is None, 60, "nobody uses it")
     before = portal.rig.sim.bed
-    assert finds.bury_again(first, moderator, portal.world.now())
+    assert finds.bury_again(first, moderator, finds.NextRound("Whose story?"), portal.world.now())
     present = Round.objects.get(ended_at=None)
     assert portal.final(present.command).state == "completed", present.command.reason
     portal.until(lambda: portal.rig.sim.bed is not before, 20, "the bed")

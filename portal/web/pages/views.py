@@ -18,6 +18,7 @@ from django.views.decorators.cache import never_cache
 from accounts.models import Clearance
 from accounts.push import subscriptions_of
 from accounts.services import TAKE
+from operatorlog.register import register_of
 from operatorlog.services import excavation_of, hidden_with, may_see_picture
 from portal.live.snapshot import newest_entries, shown_still, status_of
 from portal.web.alerts.models import AlertChoice, may_be_told
@@ -50,7 +51,9 @@ def _shown(robot: Robot) -> dict[str, Any]:
 
 def story(request: HttpRequest) -> HttpResponse:
     """Show what the project is for."""
-    return render(request, "pages/story.html")
+    robots = Robot.objects.filter(enabled=True, practice_for=None)
+    hunts = [(robot, register) for robot in robots if (register := register_of(robot)) is not None]
+    return render(request, "pages/story.html", {"hunts": hunts})
 
 
 @never_cache

@@ -23,7 +23,8 @@ class Excavation:
     names the function that returns the `HiddenPiece`s of a simulated bed, from the secret that its simulator is given
     and the number of the bed: nobody works out places from the number alone. `renewed_by` is the command of
     the lane `config`, asked by nobody but the portal, that makes a simulated bed anew, with its argument `number`, that
-    of the round; without it staff hide the pieces by hand, as with every real robot.
+    of the round; without it staff hide the pieces by hand, as with every real robot. `puzzle` is what people are asked
+    to find out in the first round of a simulated bed.
     """
 
     kind: str
@@ -33,3 +34,4 @@ class Excavation:
     once: str = "time"
     often: str = "times"
     cell_m: float = 0.04
+    puzzle: str = ""

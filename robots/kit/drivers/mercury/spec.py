@@ -22,6 +22,10 @@ MEASURED = tuple(
     )
 )
 BY_STAFF = frozenset({STAFF})
+PUZZLE = (
+    "Somebody made a bet, long ago, over a game in a club, and packed a bag in ten minutes. Each thing that you find is"
+    " a stop on the way. A hint for those who keep a diary: count the days, then count them again."
+)
 ACROSS, ALONG = ("right", "left"), ("up", "down")  # as seen on the map
 
 
@@ -54,7 +58,9 @@ def spec() -> Spec:
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.calibration:resolve"),
             Reset(),
-            Excavation("air", (x0, y0, x1, y1), f"{HERE}.pieces:pieces", "bury", once="burst", often="bursts"),
+            Excavation(
+                "air", (x0, y0, x1, y1), f"{HERE}.pieces:pieces", "bury", once="burst", often="bursts", puzzle=PUZZLE
+            ),
             PlanarArm(("q1", "q2"), (arm["link1"], arm["link2"])),
             FloorPlan(f"{HERE}.checks:floor_plan"),
             Calibration(f"{HERE}.calibration:calibrate", rows=MEASURED),

@@ -6,6 +6,9 @@ command. The folder `orientation` beside it has pictures of that page and says w
 
 `orientation.de.md` has the same text in German: the same sections, paragraphs and controls in the same order. The
 anchors are those of the English text, so that a question refers to its paragraph in every language.
+
+The last section may have the English heading "More, for later": it is folded on the page, and the test asks nothing
+of it.
 """
 
 import json
@@ -23,6 +26,7 @@ CONTROL = "control:"
 LOOKS = ("wide-light", "wide-dark", "narrow-light", "narrow-dark")
 LOOK = re.compile(rf"(?:([a-z]{{2,3}})-)?({'|'.join(LOOKS)})")
 FOLDER, PLACES = "orientation", "places.json"
+LATER = "More, for later"
 ENGLISH = "en"
 
 
@@ -83,11 +87,14 @@ def render(source: str, sections: tuple[str, ...] = (), language: str = ENGLISH)
     controls: dict[str, int] = {}
     headings: dict[str, str] = {}
     section, number, depth = "", 0, 0
+    folded: int | None = None
     for index, token in enumerate(tokens):
         if token.type == "heading_open":
             title, number = tokens[index + 1].content, 0
             section = sections[len(headings)] if len(headings) < len(sections) else title
             headings[section] = title
+            if section == LATER:
+                folded, token.tag, tokens[index + 2].tag = index, "summary", "summary"
         depth += {"list_item_open": 1, "list_item_close": -1}.get(token.type, 0)
         outermost = depth == (1 if token.type == "list_item_open" else 0)
         if token.type in ("paragraph_open", "list_item_open") and outermost:
@@ -95,6 +102,9 @@ def render(source: str, sections: tuple[str, ...] = (), language: str = ENGLISH)
             anchors[section, number] = anchor(section, number)
             token.attrSet("id", anchors[section, number])
         _number(token.children or [], controls)
+    if folded is not None:
+        tokens.insert(folded, Token("html_block", "", 0, content="<details>\n"))
+        tokens.append(Token("html_block", "", 0, content="</details>\n"))
     html = markdown.renderer.render(tokens, markdown.options, {})
     return Rendered(html, anchors, tuple(controls), headings, language)
 

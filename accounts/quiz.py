@@ -1,7 +1,7 @@
-"""The rules of the clearance test, as pure functions: questions, hint after a failure, pause.
+"""The rules of the clearance test, as pure functions: questions, and the pause after a failure.
 
-A failed test names one topic and no score. A person who tries all answers thus learns of at most one wrong answer in
-each attempt, while the pauses double; `tests/unit/test_quiz.py` computes the chances of such a person.
+A failed test names the paragraphs to read again, and no answer. A person who tries all answers thus learns which were
+wrong, while the pauses double; `tests/unit/test_quiz.py` computes the chances of such a person.
 """
 
 import random
@@ -23,12 +23,7 @@ def draw(bank: Sequence[T], recent: Collection[T], count: int, rng: random.Rando
 
 
 def pause_s(failures: int, first_s: float, most_s: float) -> float:
-    """Return the pause after so many failures in a row (s): it doubles each time, up to `most_s`."""
-    if failures <= 0:
+    """Return the pause after so many failures in a row (s): none after the first, then it doubles, up to `most_s`."""
+    if failures <= 1:
         return 0.0
-    return min(most_s, first_s * 2.0 ** min(failures - 1, 60))
-
-
-def question_of_hint(wrong: Sequence[T], rng: random.Random) -> T:
-    """Return the one wrongly answered question whose topic is shown."""
-    return rng.choice(wrong)
+    return min(most_s, first_s * 2.0 ** min(failures - 2, 60))

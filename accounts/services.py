@@ -57,7 +57,7 @@ class ShownQuestion:
 
 @dataclass(frozen=True)
 class Hint:
-    """The answer to a failed test: the paragraph to read again, but not which or how many answers were wrong.
+    """A paragraph to read again after a failed test, which does not tell which answer is right.
 
     `section` is the English heading, whatever the reader's language.
     """
@@ -237,10 +237,11 @@ def questions(attempt: Attempt) -> list[ShownQuestion]:
     ]
 
 
-def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
+def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> list[Hint]:
     """Grade an attempt once, on the server; the same answers sent again get the same result.
 
-    If all answers are right, the person is cleared; otherwise one topic is shown.
+    If all answers are right, the person is cleared and the list is empty; otherwise it has the paragraph of each
+    wrong answer.
 
     Raises:
         NotNow: another person's test, a question left out, graded before, a pause, clearance withdrawn.
@@ -252,10 +253,10 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
         sent = Attempt.objects.filter(pk=attempt.pk, user=user.pk, answers=_stored(answers)).exclude(passed=None)
         if not sent.exists() or not (wrong or cleared(user, attempt.robot)):
             raise
-        return _told(attempt, wrong)
+        return _hints(wrong)
 
 
-def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
+def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> list[Hint]:
     if attempt.user_id != getattr(user, "pk", None):
         raise NotNow(gettext("That test belongs to another person."))
     _need_leave(user, attempt.robot, now)
@@ -279,7 +280,7 @@ def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime)
                 user=attempt.user, robot=attempt.robot, level=1,
                 defaults={"granted_at": now, "revoked_at": None, "lifted_at": None, "note": ""},
             )  # fmt: skip
-    return _told(attempt, wrong)
+    return _hints(wrong)
 
 
 def _stored(answers: dict[int, int]) -> dict[str, int]:
@@ -293,10 +294,8 @@ def _wrong(attempt: Attempt, answers: dict[int, int]) -> list[ShownQuestion]:
     return [q for q in shown if answers.get(q.id) != correct.get(q.id)]
 
 
-def _told(attempt: Attempt, wrong: list[ShownQuestion]) -> Hint | None:
-    if not wrong:
-        return None
-    always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
-    question = quiz.question_of_hint(wrong, always)
-    topic, section, paragraph = Question.objects.values_list("topic", "section", "paragraph").get(pk=question.id)
-    return Hint(gettext(topic), section, paragraph)
+def _hints(wrong: list[ShownQuestion]) -> list[Hint]:
+    """Return each paragraph once, in the order of the questions."""
+    about = Question.objects.in_bulk([q.id for q in wrong])
+    found = [about[q.id] for q in wrong if q.id in about]
+    return list(dict.fromkeys(Hint(gettext(q.topic), q.section, q.paragraph) for q in found))

@@ -76,7 +76,7 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
         if (value := whole(request.POST.get(f"q{question.id}", ""))) is not None:
             answers[question.id] = value
     try:
-        hint = services.grade(attempt, request.user, answers, SYSTEM.now())
+        hints = services.grade(attempt, request.user, answers, SYSTEM.now())
     except services.NotNow as error:
         kept = [replace(q, chosen=answers.get(q.id)) for q in shown]
         context = {"robot": robot, "notice": str(error), "attempt": attempt, "questions": kept, "pause_s": error.wait_s}
@@ -84,15 +84,19 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
         if attempt.finished_at is not None or error.wait_s:
             context.pop("questions")
         return render(request, "accounts/clearance.html", context, status=409)
-    if hint is None:
+    if not hints:
         if request.POST.get("then") == "take":
             request.session[services.TAKE] = robot.slug
         messages.success(request, gettext("Passed. You are cleared for %(robot)s.") % {"robot": robot.full_name})
         return redirect(robot)
     pause_s = services.pause_left(request.user, robot, SYSTEM.now())
-    context = {
-        "robot": robot, "hint": hint, "anchor": anchor(hint.section, hint.paragraph) if hint.section else "",
-        "section": heading(robot.driver, hint.section, get_language() or ENGLISH),
-        "pause_s": pause_s, "pause": services.in_words(pause_s),
-    }  # fmt: skip
+    language = get_language() or ENGLISH
+    places = [
+        {
+            "topic": hint.topic, "paragraph": hint.paragraph, "section": heading(robot.driver, hint.section, language),
+            "anchor": anchor(hint.section, hint.paragraph) if hint.section else "",
+        }
+        for hint in hints
+    ]  # fmt: skip
+    context = {"robot": robot, "hints": places, "pause_s": pause_s, "pause": services.in_words(pause_s)}
     return render(request, "accounts/clearance.html", context)

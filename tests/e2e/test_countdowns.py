@@ -212,6 +212,9 @@ def test_the_pause_after_a_failed_test_counts_down_and_then_the_link_works(porta
     eve = portal.person("eve")
     load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
+    Attempt.objects.create(  # the first failure costs no pause
+        user=eve, robot=portal.robot, drawn=[], started_at=SYSTEM.now(), finished_at=SYSTEM.now(), passed=False
+    )
     one = session(visitor(), eve)
     page = one.page
     stopped_clock(page)

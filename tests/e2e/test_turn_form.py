@@ -70,12 +70,15 @@ def test_what_is_written_is_never_lost(portal, visitor):
 
 @pytest.mark.timed
 def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
-    from accounts.models import OrientationRead
+    from accounts.models import Attempt, OrientationRead
     from accounts.services import load_bank
 
     eve = portal.person("eve")
     load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
+    Attempt.objects.create(  # the first failure costs no pause
+        user=eve, robot=portal.robot, drawn=[], started_at=SYSTEM.now(), finished_at=SYSTEM.now(), passed=False
+    )
     one = session(visitor(java_script_enabled=False), eve)
     page = one.page
     page.goto("/robots/mercury/clearance/")

@@ -43,49 +43,58 @@ def test_the_orientation_comes_first(bank, people, clock):
 def test_all_right_clears(bank, people, clock):
     attempt = begin(people["eve"], bank, clock)
     assert len(services.questions(attempt)) == 5
-    assert services.grade(attempt, people["eve"], right(attempt), clock.now()) is None
+    assert services.grade(attempt, people["eve"], right(attempt), clock.now()) == []
     assert services.cleared(people["eve"], bank)
 
 
-def wrongly(attempt):
-    """Return answers of which the first is wrong."""
+def wrongly(attempt, number=1):
+    """Return answers of which the first ones are wrong."""
     answers = right(attempt)
-    first = services.questions(attempt)[0]
-    answers[first.id] = next(pk for pk, _ in first.choices if pk != answers[first.id])
+    for one in services.questions(attempt)[:number]:
+        answers[one.id] = next(pk for pk, _ in one.choices if pk != answers[one.id])
     return answers
 
 
-def fail(user, robot, clock):
+def fail(user, robot, clock, number=1):
     attempt = begin(user, robot, clock)
-    return attempt, services.grade(attempt, user, wrongly(attempt), clock.now())
+    return attempt, services.grade(attempt, user, wrongly(attempt, number), clock.now())
 
 
-def test_a_wrong_answer_names_a_paragraph_and_costs_a_pause(bank, people, clock):
-    attempt, hint = fail(people["eve"], bank, clock)
-    first = Question.objects.get(pk=services.questions(attempt)[0].id)
-    assert (hint.topic, hint.section, hint.paragraph) == (first.topic, first.section, first.paragraph)
+@pytest.mark.parametrize("number", [1, 3, 5])
+def test_each_wrong_answer_names_its_paragraph(bank, people, clock, number):
+    attempt, hints = fail(people["eve"], bank, clock, number)
+    asked = [Question.objects.get(pk=q.id) for q in services.questions(attempt)[:number]]
+    named = [(hint.topic, hint.section, hint.paragraph) for hint in hints]
+    assert set(named) == {(q.topic, q.section, q.paragraph) for q in asked}
+    assert len(named) == len(set(named))
     assert not services.cleared(people["eve"], bank)
-    with pytest.raises(services.NotNow, match="try again"):
-        services.begin(people["eve"], bank, clock.go(30))
-    again = services.begin(people["eve"], bank, clock.go(31))
+
+
+def test_the_first_failure_costs_no_pause_and_the_second_does(bank, people, clock):
+    attempt, _ = fail(people["eve"], bank, clock)
+    again, _ = fail(people["eve"], bank, clock)
     assert not {q.id for q in services.questions(attempt)} & {q.id for q in services.questions(again)}
+    with pytest.raises(services.NotNow, match="try again"):
+        services.begin(people["eve"], bank, clock.go(29))
+    assert services.begin(people["eve"], bank, clock.go(1))
 
 
 def test_the_pause_grows_and_is_forgotten_after_a_pass(bank, people, clock):
-    for pause in (60, 120, 240, 480):
+    for pause in (0, 30, 60, 120, 240):
         fail(people["eve"], bank, clock)
         assert services.pause_left(people["eve"], bank, clock.now()) == pause
         clock.go(pause)
     attempt = begin(people["eve"], bank, clock)
-    assert services.grade(attempt, people["eve"], right(attempt), clock.now()) is None
+    assert services.grade(attempt, people["eve"], right(attempt), clock.now()) == []
     assert services.pause_left(people["eve"], bank, clock.go(1)) == 0
 
 
 def test_the_pause_is_asked_when_grading_too(bank, people, clock):
     attempt = begin(people["eve"], bank, clock)
-    Attempt.objects.create(
-        user=people["eve"], robot=bank, drawn=[], started_at=clock.now(), finished_at=clock.now(), passed=False
-    )
+    for _ in range(2):
+        Attempt.objects.create(
+            user=people["eve"], robot=bank, drawn=[], started_at=clock.now(), finished_at=clock.now(), passed=False
+        )
     with pytest.raises(services.NotNow, match="try again"):
         services.grade(attempt, people["eve"], right(attempt), clock.go(5))
     assert not services.cleared(people["eve"], bank)
@@ -165,7 +174,7 @@ def test_withdrawn_is_not_earned_again_until_staff_lift_it(bank, people, clock, 
     assert not services.cleared(ada, bank)
     assert staff.lift(held, admin_user, "Talked to her.", clock.go(60))
     assert not services.cleared(ada, bank), "lifting clears nobody: the test comes first"
-    assert services.grade(open_one, ada, right(open_one), clock.go(60)) is None
+    assert services.grade(open_one, ada, right(open_one), clock.go(60)) == []
     assert services.cleared(ada, bank)
     held.refresh_from_db()
     assert staff.withdraw(held, admin_user, "Again.", clock.go(60))
@@ -238,6 +247,20 @@ def test_through_the_pages(bank, people, client, settings):
     assert services.cleared(people["eve"], bank)
 
 
+def test_the_page_of_a_first_failure_offers_the_next_try_at_once(bank, people, client):
+    services.mark_read(people["eve"], bank, SYSTEM.now())
+    client.force_login(people["eve"])
+    client.get("/robots/mercury/clearance/")
+    attempt = Attempt.objects.get()
+    data = {"attempt": attempt.pk} | {f"q{q}": c for q, c in wrongly(attempt, 2).items()}
+    html = client.post("/robots/mercury/clearance/", data).content.decode()
+    assert "try again at once" in html
+    assert "data-pause" not in html
+    asked = [Question.objects.get(pk=q.id) for q in services.questions(attempt)[:2]]
+    assert len(re.findall(r"orientation/#", html)) == len({(q.section, q.paragraph) for q in asked})
+    assert client.get("/robots/mercury/clearance/").status_code == 200
+
+
 def test_somebody_elses_attempt_does_not_exist(bank, people, client, clock):
     attempt = begin(people["eve"], bank, clock)
     client.force_login(people["mod"])
@@ -247,11 +270,11 @@ def test_somebody_elses_attempt_does_not_exist(bank, people, client, clock):
     assert not services.cleared(people["mod"], bank)
 
 
-def test_a_failed_test_shows_a_paragraph_and_neither_answers_nor_a_score(bank, people, client, clock):
-    services.mark_read(people["eve"], bank, SYSTEM.now())
+def test_a_failed_test_shows_paragraphs_and_neither_answers_nor_a_score(bank, people, client, clock):
+    fail(people["eve"], bank, SYSTEM)
     client.force_login(people["eve"])
     client.get("/robots/mercury/clearance/")
-    attempt = Attempt.objects.get()
+    attempt = Attempt.objects.get(finished_at=None)
     data = {"attempt": attempt.pk} | {f"q{q}": c for q, c in wrongly(attempt).items()}
     html = unescape(client.post("/robots/mercury/clearance/", data).content.decode())
     first = Question.objects.get(pk=services.questions(attempt)[0].id)
@@ -266,8 +289,9 @@ def test_a_failed_test_shows_a_paragraph_and_neither_answers_nor_a_score(bank, p
     again = client.get("/robots/mercury/clearance/")
     assert again.status_code == 409
     assert b"you can try again in" in again.content
+    assert "You can try again in 30 seconds" in html
     reloaded = client.post("/robots/mercury/clearance/", data)
-    assert (reloaded.status_code, reloaded.context["hint"].section) == (200, first.section), "the same answer"
+    assert (reloaded.status_code, reloaded.context["hints"][0]["section"]) == (200, first.section), "the same answer"
     others = data | {f"q{q.id}": q.choices[0][0] for q in services.questions(attempt)}
     others[f"q{first.pk}"] = next(c for c, _ in services.questions(attempt)[0].choices if c != data[f"q{first.pk}"])
     assert client.post("/robots/mercury/clearance/", others).status_code == 409

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from accounts import quiz
-from accounts.orientation import render
+from accounts.orientation import LATER, render
 from tests.environment import ROOT
 
-FOLDERS = [ROOT / "robots/kit/drivers" / name for name in ("mercury", "pa10", "puma", "so101", "irat")]
+FOLDERS = [ROOT / "robots/kit/drivers" / name for name in ("mercury", "pa10", "puma", "so101", "irat", "srv1")]
 FOLDERS.append(ROOT / "tests" / "packages" / "turntable" / "turntable_robot")
 DRAWN, CHOICES = 5, 4
-FIRST_S, MOST_S = 60, 86_400
+FIRST_S, MOST_S = 30, 86_400
 
 
 @given(st.sets(st.integers(0, 60), min_size=1), st.sets(st.integers(0, 60)), st.integers(1, 8), st.integers())
@@ -27,59 +27,57 @@ def test_other_questions_come_as_far_as_the_bank_allows(bank, seen, count, seed)
     assert len(set(drawn) & fresh) == min(len(fresh), len(drawn)), "one seen before only where no other is left"
 
 
-def test_the_pause_doubles_up_to_a_day():
-    assert [quiz.pause_s(n, FIRST_S, MOST_S) for n in (0, 1, 2, 3, 11, 12, 10**6)] == [
-        0, 60, 120, 240, 61_440, 86_400, 86_400,
+def test_the_first_failure_costs_nothing_then_the_pause_doubles_up_to_a_day():
+    assert [quiz.pause_s(n, FIRST_S, MOST_S) for n in (0, 1, 2, 3, 4, 13, 14, 10**6)] == [
+        0, 0, 30, 60, 120, 61_440, 86_400, 86_400,
     ]  # fmt: skip
 
 
-def attack(rng, bank, topics, tries):
-    """Return at which try an attacker passes who never repeats an answer that is known to be wrong; None if never."""
-    left = {q: set(range(CHOICES)) for q in range(bank)}
+def attack(rng, paragraphs, tries):
+    """Return at which try an attacker passes who remembers what each failed test tells; None if never.
+
+    `paragraphs` has that of each question: a test names those of the wrong answers.
+    """
+    left = {q: set(range(CHOICES)) for q in range(len(paragraphs))}
     seen: list[int] = []
     for attempt in range(1, tries + 1):
-        seen = quiz.draw(range(bank), seen, DRAWN, rng)
+        seen = quiz.draw(range(len(paragraphs)), seen, DRAWN, rng)
         given_ = {q: rng.choice(sorted(left[q])) for q in seen}
-        wrong = [q for q in seen if given_[q] != 0]
-        if not wrong:
+        named = {paragraphs[q] for q in seen if given_[q] != 0}
+        if not named:
             return attempt
-        topic = topics[quiz.question_of_hint(wrong, rng)]
-        suspects = [q for q in seen if topics[q] == topic and len(left[q]) > 1]
-        if len(suspects) == 1:  # else the attacker cannot tell which of them it was
-            left[suspects[0]].discard(given_[suspects[0]])
+        for q in seen:
+            if paragraphs[q] not in named:
+                left[q] = {given_[q]}
+        for paragraph in named:
+            suspects = [q for q in seen if paragraphs[q] == paragraph and len(left[q]) > 1]
+            if len(suspects) == 1:  # else the attacker cannot tell which of them it was
+                left[suspects[0]].discard(given_[suspects[0]])
     return None
 
 
-def chance(bank, topics, tries, runs=2000):
-    rng = random.Random(1994)
-    return sum(attack(rng, bank, topics, tries) is not None for _ in range(runs)) / runs
+def waited_s(tries):
+    """Return the pauses before the last of so many tries (s)."""
+    return sum(quiz.pause_s(n, FIRST_S, MOST_S) for n in range(1, tries))
 
 
 @pytest.mark.asvs("2.3.1", "2.4.1")
-@pytest.mark.parametrize("folder", FOLDERS[:4], ids=lambda f: f.name)
-def test_an_attacker_who_eliminates_answers_seldom_gets_through(folder):
-    """Ten tries cost eight and a half hours of pauses, twenty more than a week; reading takes three minutes."""
-    questions = bank_of(folder)
-    topics = [q["topic"] for q in questions]
-    assert sum(quiz.pause_s(n, FIRST_S, MOST_S) for n in range(1, 10)) > 8 * 3600
-    assert chance(len(topics), topics, 10) < 0.03
-    assert chance(len(topics), topics, 20, 800) < 0.15
+@pytest.mark.parametrize("folder", FOLDERS[:6], ids=lambda f: f.name)
+def test_guessing_takes_longer_than_reading(folder):
+    """Reading takes a minute; in four tries, with pauses of 90 s, one guesser in thirty passes; in seven, with a quarter of an hour, one in five."""
+    paragraphs = [(q["section"], q["paragraph"]) for q in bank_of(folder)]
+    rng, runs = random.Random(1994), 2000
+    passed = [found for found in (attack(rng, paragraphs, 7) for _ in range(runs)) if found]
+    assert (waited_s(4), waited_s(7)) == (90, 930)
+    assert sum(found <= 4 for found in passed) / runs < 0.03
+    assert len(passed) / runs < 0.2
+    assert waited_s(10) > 2 * 3600, "half of them need more tries than that"
 
 
-def test_naming_every_wrong_answer_would_let_the_attacker_through():
-    """The judge can fail: with all wrong answers named, eight tries are enough for a third of them."""
-    rng, through = random.Random(1994), 0
-    for _ in range(500):
-        left, seen = {q: set(range(CHOICES)) for q in range(15)}, []
-        for _ in range(8):
-            seen = quiz.draw(range(15), seen, DRAWN, rng)
-            given_ = {q: rng.choice(sorted(left[q])) for q in seen}
-            if not any(given_.values()):
-                through += 1
-                break
-            for q, answer in given_.items():
-                left[q] = left[q] - {answer} if answer else {0}
-    assert through / 500 > 0.33
+def test_a_bank_that_is_too_small_would_let_the_guesser_through():
+    """The judge can fail: of a bank of which each test asks all, most answers are known after some tries."""
+    rng = random.Random(1994)
+    assert sum(attack(rng, list(range(DRAWN)), 7) is not None for _ in range(500)) / 500 > 0.5
 
 
 def bank_of(folder):
@@ -93,6 +91,7 @@ def test_each_bank_is_three_times_what_is_drawn_and_points_at_paragraphs_that_ex
     assert len({q["text"] for q in questions}) == len(questions)
     for question in questions:
         assert (question["section"], question["paragraph"]) in page.anchors, question["text"]
+        assert question["section"] != LATER, "what the test asks about is not folded"
         assert question["topic"]
         assert len(question["choices"]) == len(set(question["choices"])) == CHOICES, question["text"]
         longest = max(question["choices"][1:], key=len)
@@ -111,6 +110,15 @@ def test_list_items_count_as_paragraphs_and_html_is_escaped():
     }  # fmt: skip
     assert '<li id="what-you-do-3">' in page.html
     assert "<b>" not in page.html
+
+
+def test_the_section_for_later_is_folded_in_every_language():
+    english = render("# A\n\none\n\n# More, for later\n\n- two\n")
+    german = render("# A\n\neins\n\n# Mehr <b>\n\n- zwei\n", tuple(english.headings), "de")
+    assert english.html.index("one") < english.html.index("<details>\n<summary>More, for later</summary>\n<ul>")
+    assert english.html.endswith("</details>\n")
+    assert "<details>\n<summary>Mehr &lt;b&gt;</summary>\n<ul>" in german.html
+    assert "<details>" not in render("# A\n\none\n").html
 
 
 def test_a_control_has_one_number_wherever_the_text_names_it():

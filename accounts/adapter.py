@@ -90,6 +90,13 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         user.language = get_language() or ""
         return super().save_user(request, user, form, commit)
 
+    def get_email_confirmation_url(self, request: HttpRequest, emailconfirmation: Any) -> str:
+        """Return the link of a mail, which leads on to the page that the person wanted, in any browser."""
+        from accounts.confirm import with_wanted  # noqa: PLC0415 - allauth's views need the adapter
+
+        link = str(super().get_email_confirmation_url(request, emailconfirmation))
+        return with_wanted(request, link, emailconfirmation.email_address.user)
+
     def send_confirmation_mail(self, request: HttpRequest, emailconfirmation: Any, signup: bool) -> None:
         """Send the link; a demo also shows it on the next page of this session."""
         super().send_confirmation_mail(request, emailconfirmation, signup)

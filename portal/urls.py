@@ -7,6 +7,7 @@ from django.templatetags.static import static
 from django.urls import include, path
 from django.views.generic import RedirectView
 
+from accounts import confirm
 from accounts import views as accounts
 from operatorlog import results
 from operatorlog import views as log
@@ -87,6 +88,8 @@ urlpatterns = [
     path("survey/results.csv", results.results_csv, name="survey-csv"),
     path("accounts/signup/", once(allauth.signup), name="account_signup"),
     path("accounts/email/", login_required(once(allauth.email)), name="account_email"),
+    path("accounts/confirm-email/<str:key>/", confirm.ConfirmEmail.as_view(), name="account_confirm_email"),
+    path("accounts/send-again/", confirm.send_again, name="send-again"),
     path("accounts/", include("allauth.account.urls")),
     path("admin/", admin.site.urls),
     path("media/frames/<path:path>", views.media, name="media"),

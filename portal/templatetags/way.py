@@ -6,7 +6,10 @@ from allauth.account.internal.stagekit import get_pending_stage
 from django import template
 from django.template.context import RequestContext
 
+from accounts import services
+from accounts.confirm import waiting_login
 from portal.live import snapshot
+from queueing.models import Turn
 from queueing.services import offers_turns, wait_if_joined, waiting
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
@@ -20,6 +23,29 @@ def is_free(robot: Robot) -> bool:
     now = SYSTEM.now()
     state, label, _ = snapshot.status_of(robot, now)
     return offers_turns(robot) and snapshot.is_free(state, label, waiting(robot), wait_if_joined(robot, now))
+
+
+@register.simple_tag(takes_context=True)
+def step_on_way(context: RequestContext, robot: Robot) -> int:
+    """Return the step to driving a robot at which somebody is who is signed in and has not driven it; else 0."""
+    user = context["request"].user
+    if (
+        not user.is_authenticated
+        or user.guest
+        or robot.practice
+        or not robot.clearance_required
+        or not offers_turns(robot)
+    ):
+        return 0
+    if not services.cleared(user, robot):
+        return 3 if services.has_read(user, robot) else 2
+    return 0 if Turn.objects.filter(robot=robot, user=user).exists() else 4
+
+
+@register.simple_tag(takes_context=True)
+def can_send_again(context: RequestContext) -> bool:
+    """Return whether somebody signed up in this browser and has not confirmed the address in it."""
+    return waiting_login(context["request"]) is not None
 
 
 @register.simple_tag(takes_context=True)

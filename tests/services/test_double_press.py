@@ -165,7 +165,7 @@ MAKES_NOTHING = {
     "stream-code",
     # of accounts: what is there is changed, or a mail is sent, of which there is a limit
     "account_login", "account_logout", "account_inactive", "account_reauthenticate", "account_change_password",
-    "account_set_password", "account_confirm_email", "account_email_verification_sent", "account_reset_password",
+    "account_set_password", "account_confirm_email", "send-again", "account_email_verification_sent", "account_reset_password",
     "account_reset_password_done", "account_reset_password_from_key", "account_reset_password_from_key_done",
     "account_confirm_login_code",
 }  # fmt: skip

@@ -106,6 +106,8 @@ GET = {
     "accounts/reauthenticate/": ("/accounts/reauthenticate/", signed_in(OK)),
     "accounts/email/": ("/accounts/email/", signed_in(OK)),
     "accounts/confirm-email/": ("/accounts/confirm-email/", everybody(OK)),
+    "accounts/confirm-email/<str:key>/": ("/accounts/confirm-email/wrong/", everybody(OK)),
+    "accounts/send-again/": ("/accounts/send-again/", everybody(METHOD)),
     "accounts/password/change/": ("/accounts/password/change/", signed_in(OK)),
     "accounts/password/set/": ("/accounts/password/set/", everybody(MOVED)),
     "accounts/password/reset/": ("/accounts/password/reset/", everybody(OK)),

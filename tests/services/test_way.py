@@ -5,6 +5,7 @@ from datetime import timedelta
 
 import pytest
 from django.core import mail
+from django.core.cache import cache
 
 from accounts import services
 from accounts.models import Choice
@@ -18,6 +19,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
 TEST, PAGE = "/robots/mercury/clearance/", "/robots/mercury/"
 LINK = re.compile(r"/accounts/confirm-email/[^\s]+/")
+PATH = re.compile(r"/accounts/confirm-email/\S+")
 NEW = {
     "email": "new@example.org",
     "username": "newcomer",
@@ -56,15 +58,42 @@ def test_the_way_to_driving_shows_where_one_stands(robot, people, client, who, a
     if who:
         client.force_login(people[who])
     html = client.get(address).content.decode()
-    found = re.search(r'<li aria-current="step">(\w+)</li>', html)
-    assert (found and found[1]) == step
+    found = re.search(r'<a href="([^"]+)" aria-current="step">(\w+)</a>', html)
+    assert (found and found[2]) == step
+    assert found is None or client.get(found[1]).status_code in {200, 302}
     assert ('class="way"' in html) == (step is not None)
 
 
 def test_the_test_is_the_third_step(eve, client):
     html = client.get(TEST).content.decode()
-    assert '<li aria-current="step">Test</li>' in html
-    assert html.count('class="done"') == 2
+    assert steps(html) == [
+        ("done", "/me/", "Account"), ("done", "/robots/mercury/orientation/", "Orientation"), ("now", TEST, "Test"),
+    ]  # fmt: skip
+
+
+def steps(html):
+    """Return the steps of the way that are links: whether done or present, where each leads, and its name."""
+    return re.findall(r'<li class="(\w+)"><a href="([^"]+)"[^>]*>(\w+)', html)
+
+
+def test_the_robots_page_shows_the_way_to_who_has_not_driven_it(robot, people, client):
+    client.force_login(people["eve"])
+    assert steps(client.get(PAGE).content.decode())[-1] == ("now", "/robots/mercury/orientation/", "Orientation")
+    services.mark_read(people["eve"], robot, SYSTEM.now())
+    assert steps(client.get(PAGE).content.decode())[-1] == ("now", TEST, "Test")
+    client.force_login(people["ada"])
+    queue.join(robot, people["ada"], SYSTEM.now())
+    shown = steps(client.get(PAGE).content.decode())
+    assert [one[0] for one in shown] == ["done", "done", "done", "now"]
+    assert shown[-1][1:] == (PAGE, "Drive")
+
+
+def test_who_has_driven_the_robot_and_strangers_see_no_way_on_its_page(eve, robot, people, client):
+    client.logout()
+    assert 'class="way"' not in client.get(PAGE).content.decode()
+    drive(robot, people["ada"], SYSTEM.now())
+    client.force_login(people["ada"])
+    assert 'class="way"' not in client.get(PAGE).content.decode()
 
 
 def test_who_passes_and_asks_for_it_takes_control_of_a_free_robot_once(eve, robot, client):
@@ -105,3 +134,77 @@ def test_the_link_of_one_account_does_not_confirm_itself_where_another_signed_up
     other = type(client)()
     other.post("/accounts/signup/", {**NEW, "email": "other@example.org", "username": "somebody"})
     assert "send_form" not in other.get(link).content.decode()
+
+
+DRIVE, SENT = "/robots/mercury/drive/", "/accounts/confirm-email/"
+
+
+def signed_up(client, wanted=DRIVE):
+    """Sign up on the way to a page. Return the path of the mail's link."""
+    cache.clear()  # attempts of other tests do not count
+    client.post("/accounts/signup/", {**NEW, "next": wanted})
+    return PATH.search(mail.outbox[-1].body)[0]
+
+
+def test_the_mails_link_leads_on_to_the_wanted_robot_in_the_browser_that_signed_up(robot, client):
+    answer = client.post(signed_up(client))
+    assert answer["Location"] == DRIVE
+    assert client.get(DRIVE)["Location"] == "/robots/mercury/orientation/"
+
+
+def test_so_it_does_in_another_browser_by_way_of_signing_in(robot, client):
+    link, other = signed_up(client), type(client)()
+    key, _, query = link.partition("?")
+    wanted = re.search(r'name="next" value="([^"]+)"', other.get(link).content.decode())[1]
+    assert wanted == DRIVE
+    answer = other.post(key, {"next": wanted})
+    assert answer["Location"] == f"/accounts/login/?{query}"
+    login = {"login": NEW["username"], "password": NEW["password1"], "next": wanted}
+    assert other.post("/accounts/login/", login)["Location"] == DRIVE
+    assert other.get(DRIVE)["Location"] == "/robots/mercury/orientation/"
+
+
+@pytest.mark.parametrize("wanted", ["https://example.com/", "//example.com", "javascript:alert(1)"])
+def test_a_page_elsewhere_is_neither_in_the_mail_nor_led_to(robot, client, wanted):
+    link = signed_up(client, wanted)
+    assert "?" not in link
+    answer = type(client)().post(link, {"next": wanted})
+    assert "example.com" not in answer["Location"]
+    assert "alert" not in answer["Location"]
+
+
+def test_who_has_not_confirmed_the_address_is_not_sent_to_sign_up_again(robot, client):
+    signed_up(client)
+    assert client.get(DRIVE)["Location"] == SENT
+    assert "Send the mail again" in client.get(SENT).content.decode()
+    assert type(client)().get(DRIVE)["Location"].startswith("/accounts/signup/?next=")
+    assert "Send the mail again" not in type(client)().get(SENT).content.decode(), "nobody signed up here"
+
+
+def test_the_mail_is_sent_again_with_the_same_robot_but_not_at_once(robot, client):
+    first = signed_up(client)
+    page = client.post("/accounts/send-again/", follow=True)
+    assert page.redirect_chain[-1][0] == SENT
+    assert "within the last three minutes" in page.content.decode()
+    assert len(mail.outbox) == 1
+    cache.clear()
+    client.post("/accounts/send-again/")
+    assert len(mail.outbox) == 2
+    assert PATH.search(mail.outbox[-1].body)[0].partition("?")[2] == first.partition("?")[2]
+    assert type(client)().post("/accounts/send-again/")["Location"] == "/accounts/login/"
+    assert len(mail.outbox) == 2
+
+
+def test_nothing_tells_that_an_address_is_known(robot, people, client):
+    cache.clear()
+    client.post("/accounts/signup/", {**NEW, "email": people["ada"].email, "next": DRIVE})
+    assert client.get(DRIVE)["Location"] == SENT
+    assert "Send the mail again" in client.get(SENT).content.decode()
+    cache.clear()
+    assert client.post("/accounts/send-again/")["Location"] == SENT
+    assert PATH.search(mail.outbox[-1].body) is None
+
+
+def test_who_confirmed_in_another_browser_signs_in_here(robot, client):
+    type(client)().post(signed_up(client))
+    assert client.get(DRIVE)["Location"].startswith("/accounts/login/?next=")

@@ -12,7 +12,7 @@ NO_PAGES = {
     "recording-picture", "classic-picture", "oembed", "media", "livez", "readyz", "log-feed", "status-feed",
     "robot-log-feed", "robot-status-feed", "push", "push-worker",
     "language", "drive", "practise", "ask-lapse", "ask-movie",
-    "account_set_password", "account_confirm_login_code",
+    "account_set_password", "send-again", "account_confirm_login_code",
 }  # fmt: skip
 REACHED_BY = {"classic-page": "classic"}  # redirects to it
 

@@ -138,7 +138,7 @@ export class TurnPanel {
       return [
         ...over,
         heading(gettext("Two steps to go")),
-        paragraph(gettext("Read the orientation (three minutes), then pass the clearance test.")),
+        paragraph(gettext("Read the orientation (a good minute), then pass the clearance test.")),
         link(gettext("Read the orientation"), `/robots/${slug}/orientation/`, "button primary"),
         ...practiceLink(gettext("Practise on a simulator")),
       ];
@@ -177,7 +177,7 @@ function strangerParts(slug: string): Part[] {
   return [
     heading(gettext("Drive it yourself")),
     paragraph(gettext("Sign up, read the orientation, pass a short test, and wait your turn.")),
-    link(gettext("Sign up"), `/accounts/signup/?next=/robots/${slug}/drive/`, "button primary"),
+    link(gettext("Sign up"), `/robots/${slug}/drive/`, "button primary"),
     link(gettext("Sign in"), `/accounts/login/?next=/robots/${slug}/`, "button"),
     ...practiceLink(gettext("Try a simulator first")),
   ];
@@ -222,7 +222,7 @@ function afterPractice({ robot }: Snapshot, why: string): Part[] {
   const { slug, name } = robot.practice ?? { slug: "", name: "" };
   return [
     heading(gettext("Next: {name}", { name })),
-    paragraph(gettext("Sign up, read three minutes of orientation, pass a short test, and drive {name}.", { name })),
+    paragraph(gettext("Sign up, read for a good minute, pass a short test, and drive {name}.", { name })),
     link(gettext("Drive {name}", { name }), `/robots/${slug}/drive/`, "button primary"),
     button(gettext("Try it again"), robot.free ? "take" : "join", { why }),
   ];

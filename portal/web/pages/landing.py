@@ -6,8 +6,8 @@ from typing import Any
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.urls import reverse
-from django.utils.http import urlencode
 
+from accounts.confirm import entrance
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from operatorlog.register import newest_find, place_said
@@ -50,7 +50,7 @@ def drive(request: HttpRequest, slug: str) -> HttpResponse:
     if robot.practice:
         return redirect(robot)
     if not request.user.is_authenticated:
-        return redirect(f"{reverse('account_signup')}?{urlencode({'next': request.path})}")
+        return redirect(entrance(request, request.path))
     return redirect(robot if cleared(request.user, robot) else reverse("orientation", args=[slug]))
 
 

@@ -312,20 +312,28 @@ class Visitor:
         assert bad == [], bad
 
 
-def confirmation(address):
-    """Return the link in the newest mail to that address."""
+CONFIRMS = re.compile(r"http://\S+/confirm-email/\S+")
 
-    def link():
+
+def mailed(address):
+    """Return the text of the newest mail to that address which has a link that confirms it."""
+
+    def text():
         for path in sorted((settings.VAR / "mail").glob("*"), reverse=True):
             for part in path.read_bytes().split(b"-" * 79):
                 message = message_from_bytes(part.strip())
                 if address in (message["To"] or ""):
-                    found = re.search(r"http://\S+/confirm-email/\S+", str(message.get_payload()).replace("=\n", ""))
-                    if found:
-                        return found[0]
+                    said = message.get_payload(decode=True).decode()
+                    if CONFIRMS.search(said):
+                        return said
         return None
 
-    return wait_for(link, 10, "the mail")
+    return wait_for(text, 10, "the mail")
+
+
+def confirmation(address):
+    """Return the link in that mail."""
+    return CONFIRMS.search(mailed(address))[0]
 
 
 @pytest.fixture

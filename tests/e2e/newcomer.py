@@ -5,26 +5,25 @@ from playwright.sync_api import expect
 from accounts.models import Choice
 from operatorlog.models import Entry, SurveyResponse
 from queueing.models import Turn
-from tests.e2e.conftest import confirmation
+from tests.e2e.conftest import confirmation, mailed
+from tests.keystrokes import FIELDS, MAIL_PRESSES, PRESS_S, reading_s, typing_s
 from tests.waiting import CEILING_S, wait_for
 
 COUNT = "addEventListener('pointerdown', (event) => { if (event.isTrusted) counted() }, true);"
 FOCUS = "() => document.activeElement.tagName"
 HERE, GROUP = "e => e === document.activeElement", "e => e.name === document.activeElement.name"
 MOST_TABS = 300  # more than any page has to stop at
-# the keystroke-level model (Card, Moran, Newell 1980): a decision, a pointing, a press, a key; how fast adults read
-# English (Brysbaert 2019)
-DECIDES_S, POINTS_S, PRESSES_S, TYPES_S, WORDS_MIN = 1.35, 1.1, 0.2, 0.28, 238
 
 
 class Newcomer:
     """Somebody with a browser, who presses what is shown; their presses are counted, and the seconds that they need.
 
-    The seconds are those of the keystroke-level model, with what they read; not what this machine needs.
+    The seconds are those of the keystroke-level model, with what they read; not what this machine needs. Of all presses,
+    `beside` are those into fields and in a program for mails.
     """
 
     def __init__(self, visitor, touches=False):
-        self.presses, self.seconds = 0, 0.0
+        self.presses, self.beside, self.seconds = 0, 0, 0.0
         self._touches = touches
         self.page = visitor.page
         visitor.context.expose_function("counted", self._counted)
@@ -32,11 +31,11 @@ class Newcomer:
 
     def _counted(self):
         self.presses += 1
-        self.seconds += DECIDES_S + POINTS_S + PRESSES_S
+        self.seconds += PRESS_S
 
     def read(self, what):
         """Read a part of the page."""
-        self.seconds += 60 * len(self.find(what).inner_text().split()) / WORDS_MIN
+        self.seconds += reading_s(self.find(what).inner_text())
 
     def find(self, what, within="body"):
         """Return a link, a button or a choice that the page shows."""
@@ -50,10 +49,20 @@ class Newcomer:
         found.tap() if self._touches else found.click()
 
     def fill(self, fields):
-        """Write into fields by their names."""
+        """Write into fields by their names, each after a press into it."""
         for name, text in fields.items():
+            self.press(f"[name={name}]")
+            self.beside += 1
             self.page.fill(f"[name={name}]", text)
-            self.seconds += DECIDES_S + POINTS_S + PRESSES_S + TYPES_S * len(text)
+            self.seconds += typing_s(text)
+
+    def open_mail(self, address):
+        """Open the newest mail to an address, read it as far as its link, and press that."""
+        link = confirmation(address)
+        self.presses += MAIL_PRESSES
+        self.beside += MAIL_PRESSES
+        self.seconds += MAIL_PRESSES * PRESS_S + reading_s(mailed(address).partition(link)[0])
+        self.page.goto(link)
 
 
 class ByKeyboard(Newcomer):
@@ -98,11 +107,11 @@ def sign_up(new):
     new.read(".pitch")
     new.press("main a >> text=Drive Mercury")
     page.wait_for_url("**/accounts/signup/**")
-    word = "correct horse 42"
-    new.fill({"email": "ada@example.org", "username": "ada", "password1": word})
+    new.fill(FIELDS)
     new.press("main button[type=submit]")
     page.wait_for_url("**/confirm-email/")
-    page.goto(confirmation("ada@example.org"))
+    new.read("main p")
+    new.open_mail(FIELDS["email"])
     page.wait_for_url("**/orientation/")
 
 

@@ -1,0 +1,82 @@
+"""From the first page to the first motion within the limit of time, on each robot of the package."""
+
+import re
+from datetime import timedelta
+from html import unescape
+from itertools import product
+
+import pytest
+from django.core import mail
+from django.core.cache import cache
+
+from accounts import services
+from accounts.models import Attempt, Question
+from robots.kit.clock import SYSTEM
+from robots.models import Lease, Robot
+from robots.states import Cycle
+from tests import keystrokes as model
+from tests.environment import ROOT
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+ROBOTS = sorted(path.parent.name for path in ROOT.glob("robots/kit/drivers/*/orientation.md"))
+DRAWN = 5
+INLINE = re.compile(r"</?(?:a|b|code|em|span|strong)\b[^>]*>")
+FOLDED = re.compile(r"(<details>\s*<summary>.*?</summary>).*?</details>", re.DOTALL)
+
+
+def text_of(pattern, page):
+    """Return the words that a part of a page shows; what is folded is not read."""
+    found = re.search(pattern, page, re.DOTALL)[0]
+    return unescape(re.sub(r"<[^>]+>", " ", INLINE.sub("", FOLDED.sub(r"\1", found))))
+
+
+@pytest.fixture(params=product(ROBOTS, ("en", "de")), ids="-".join)
+def reader(request, client, robot):
+    """A robot, and somebody who reads its texts in a language."""
+    driver, language = request.param
+    client.cookies["django_language"] = language
+    robot, _ = Robot.objects.get_or_create(
+        driver=driver, defaults={"slug": driver, "name": driver.title(), "address": f"sim:{driver}", "enabled": True}
+    )
+    services.load_bank(robot)
+    Robot.objects.update(cycle=Cycle.READY)
+    Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": SYSTEM.now() + timedelta(days=1)})
+    return robot, client
+
+
+def longest_test(robot, user):
+    """Open a test for somebody, of the questions of a robot that have the most words."""
+
+    def words(question):
+        return sum(len(text.split()) for text in (question.text, *(c.text for c in question.choices.all())))
+
+    bank = sorted(Question.objects.filter(robot=robot), key=words, reverse=True)[:DRAWN]
+    drawn = [[q.pk, [c.pk for c in q.choices.all()]] for q in bank]
+    Attempt.objects.create(user=user, robot=robot, drawn=drawn, started_at=SYSTEM.now())
+
+
+def test_the_first_motion_is_within_the_limit_on_each_robot(reader, people):
+    robot, client = reader
+    cache.clear()  # attempts of other tests do not count
+    first = client.get("/").content.decode()
+    sent = client.post(
+        "/accounts/signup/", model.FIELDS | {"username": "newcomer", "email": "new@example.org"}, follow=True
+    )
+    letter = mail.outbox[-1].body.partition("http")[0]
+    client.force_login(people["eve"])
+    orientation = client.get(f"{robot.get_absolute_url()}orientation/").content.decode()
+    services.mark_read(people["eve"], robot, SYSTEM.now())
+    longest_test(robot, people["eve"])
+    test = client.get(f"{robot.get_absolute_url()}clearance/").content.decode()
+    read = {
+        "first": text_of(r'<div class="pitch">.*?</div>', first),
+        "sent": text_of(r"(?<=</h1>)\s*<p>.*?</p>", sent.content.decode()),
+        "mail": letter,
+        "orientation": text_of(r"<article.*?</article>", orientation),
+        "test": text_of(r'<form method="post" class="form">.*?</form>', test),
+    }
+    words = {name: len(text.split()) for name, text in read.items()}
+    assert all(words.values()), words
+    by_hand = model.ALL_PRESSES * model.PRESS_S + sum(map(model.typing_s, model.FIELDS.values()))
+    assert by_hand + sum(map(model.reading_s, read.values())) <= model.WITHIN_S, words

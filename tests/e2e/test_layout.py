@@ -37,6 +37,8 @@ PLACES = """(hints) => hints.map((words) => {
 PLACE_LINKS = """() => [...document.querySelectorAll("#place a")].map((a) => [a.textContent, a.getAttribute("href"), ...Object.values(a.getBoundingClientRect().toJSON())])"""
 FIRST = f"document.addEventListener('DOMContentLoaded', () => {{ window.first = ({PLACE_LINKS})(); }})"
 
+STAGE = """() => [...document.querySelectorAll(".robot-head, #stage, #stage-view, #stage-bar, #place")].map((e) => Object.values(e.getBoundingClientRect().toJSON()))"""
+
 SHIFTED = 0.05  # of what a layout shift counts: half of what is called good
 SHIFTS = """window.shifts = []; new PerformanceObserver((list) => {
   for (const { value, sources } of list.getEntries()) shifts.push([value, ...sources.map(({ node }) => node && node.outerHTML.slice(0, 80))]);
@@ -231,6 +233,23 @@ def test_a_strangers_page_stands_still_as_the_robot_is_heard_of(portal, visitor,
     settle(page)
     shifts = page.evaluate("shifts")
     assert sum(value for value, *_ in shifts) < SHIFTED, shifts
+
+
+@pytest.mark.parametrize(("wide", "high"), [(390, 844), (1440, 900)])
+def test_the_way_to_driving_moves_nothing_of_the_stage(portal, visitor, wide, high):
+    page = session(visitor(viewport={"width": wide, "height": high}), portal.person("ada", "mercury")).page
+    page.goto(portal.robots["mercury"].get_absolute_url())
+    expect(page.locator("#place button", has_text="Take control")).to_be_visible()
+    settle(page)
+    way = page.locator(".side .way")
+    expect(way.locator("[aria-current=step]")).to_have_text("Drive")
+    boxes = [link.bounding_box() for link in way.locator("a").all()]
+    assert all(box["height"] >= 43.9 for box in boxes), boxes
+    assert len({round(box["y"]) for box in boxes}) == 1, "in one line"
+    shown = page.evaluate(STAGE)
+    way.evaluate("(e) => { e.hidden = true; e.style.display = 'none'; }")
+    settle(page)
+    assert page.evaluate(STAGE) == shown
 
 
 @pytest.mark.parametrize("robot", ["mercury", at_length("pa10")])

@@ -61,10 +61,10 @@ def entrance(request: HttpRequest, wanted: str) -> str:
     return reverse("account_email_verification_sent")
 
 
-def with_wanted(request: HttpRequest, link: str, user: Any) -> str:
-    """Return the link of a mail with the page that the person wanted; without one, or with one elsewhere, as it is."""
+def with_wanted(request: HttpRequest, link: str, account: Any) -> str:
+    """Return the link of an account's mail with the page that the person wanted; as it is without one on this site."""
     login = waiting_login(request)
-    earlier = login.redirect_url if login is not None and login.user == user else None
+    earlier = login.redirect_url if login is not None and login.user == account else None
     wanted = get_next_redirect_url(request) or earlier
     return f"{link}?{urlencode({NEXT: wanted})}" if wanted else link
 

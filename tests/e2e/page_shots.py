@@ -19,12 +19,16 @@ from PIL import Image
 from tests.e2e.pages import OWN, PUBLIC, STAFF, known
 
 PORT = 8791
+TWIN = "mercury-practice"
+LONGEST_PX = 6000
 WEBP = {"format": "WEBP", "quality": 45, "method": 6}
 LANGUAGES = {"en": "en-GB", "de": "de-DE"}
 SIZES = {"wide": (1440, 900), "narrow": (390, 844)}
 SCHEMES = ("light", "dark")
 PEOPLE = """
-from allauth.account.models import EmailAddress
+from allauth.account.forms import default_token_generator
+from allauth.account.models import EmailAddress, EmailConfirmationHMAC
+from allauth.account.utils import user_pk_to_url_str
 from accounts.models import Clearance, OrientationRead, User
 from benchmarks.command_round_trip import cookie
 from robots.kit.clock import SYSTEM
@@ -36,7 +40,11 @@ for name in ("ada", "staff"):
         Clearance.objects.create(user=user, robot=robot, granted_at=SYSTEM.now())
     OrientationRead.objects.create(user=user, robot=Robot.objects.get(slug="puma"), at=SYSTEM.now())
 User.objects.filter(username="staff").update(is_staff=True, is_superuser=True)
-print("people", *(cookie(User.objects.get(username=name)) for name in ("ada", "staff")))
+cy = User.objects.create_user("cy", "cy@example.org", "correct horse 42")
+address = EmailAddress.objects.create(user=cy, email=cy.email, primary=True)
+reset = f"{user_pk_to_url_str(cy)}-{default_token_generator.make_token(cy)}"
+sessions = [cookie(User.objects.get(username=name)) for name in ("ada", "staff")]
+print("people", *sessions, f"reset={reset}", f"confirmation={EmailConfirmationHMAC(address).key}")
 """
 
 
@@ -45,11 +53,11 @@ def main() -> None:
     from playwright.sync_api import sync_playwright
 
     folder, only = Path(sys.argv[1]), set(sys.argv[2:])
-    with demo() as (url, person, staff), sync_playwright() as playwright:
+    with demo() as (url, person, staff, *keys), sync_playwright() as playwright:
         browsers = {locale: started(playwright, locale) for locale in LANGUAGES.values()}
         context = browsers["en-GB"].new_context(base_url=url, locale="en-GB")
         context.add_cookies([{"name": "sessionid", "value": person, "url": url}])
-        rows = driven(context.new_page())
+        rows = driven(context.new_page()) | dict(zip(("reset", "confirmation"), keys, strict=True)) | {"practice": TWIN}
         context.close()
         groups = (
             (known(PUBLIC, **rows), ""),
@@ -82,12 +90,16 @@ def started(playwright, locale: str):
 
 
 def take(page, folder: Path, name: str) -> None:
-    """Write a page's pictures in both colour schemes."""
+    """Write a page's pictures in both colour schemes: the whole page, or of one with a stage what is in view."""
     folder.mkdir(parents=True, exist_ok=True)
     for scheme in SCHEMES:
         page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
         page.wait_for_timeout(200)
-        Image.open(io.BytesIO(page.screenshot())).convert("RGB").save(folder / f"{name}-{scheme}.webp", **WEBP)
+        size = page.viewport_size
+        whole = page.evaluate("document.getElementById('stage') ? 0 : document.documentElement.scrollHeight")
+        clip = {"x": 0, "y": 0, "width": size["width"], "height": min(max(whole, size["height"]), LONGEST_PX)}
+        shot = page.screenshot(full_page=True, clip=clip)
+        Image.open(io.BytesIO(shot)).convert("RGB").save(folder / f"{name}-{scheme}.webp", **WEBP)
 
 
 def driven(page) -> dict[str, str]:
@@ -122,8 +134,8 @@ def driven(page) -> dict[str, str]:
 
 
 @contextmanager
-def demo() -> Iterator[tuple[str, str, str]]:
-    """Give the address of a demo, and the sessions of a person and of staff."""
+def demo() -> Iterator[tuple[str, ...]]:
+    """Give the address of a demo, the sessions of a person and of staff, and the keys of two links in mails."""
     with tempfile.TemporaryDirectory() as var:
         env = {**os.environ, "FARHAND_VAR": var, "PYTHONPATH": "."}
         child = subprocess.Popen(

@@ -9,7 +9,7 @@ PUBLIC = {
     "landing": "/", "story": "/story/", "status": "/status/", "statistics": "/statistics/", "log": "/log/",
     "movie-of-the-day": "/movie-of-the-day/", "mercury": "/robots/mercury/", "museum-arm": "/robots/museum-arm/",
     "irat": "/robots/irat/", "rover": "/robots/rover/", "puma": "/robots/puma/", "orientation": "/robots/mercury/orientation/",
-    "finds": "/robots/mercury/finds/", "jobs": "/robots/irat/jobs/", "statistics-of-jobs": "/robots/irat/statistics/",
+    "practice": "/robots/{practice}/", "finds": "/robots/mercury/finds/", "jobs": "/robots/irat/jobs/", "statistics-of-jobs": "/robots/irat/statistics/",
     "recordings": "/robots/irat/recordings/", "classic": "/classic/mercury/", "turn": "/turns/{turn}/", "job": "/jobs/{job}/",
     "replay": "/recordings/{recording}/", "embedded-robot": "/embed/robots/mercury/",
     "embedded-replay": "/embed/recordings/{recording}/", "sign-in": "/accounts/login/", "sign-up": "/accounts/signup/",

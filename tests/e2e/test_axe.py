@@ -1,5 +1,6 @@
 """axe finds nothing on any page, in both languages, two widths and both colour schemes."""
 
+from datetime import timedelta
 from itertools import product
 
 import pytest
@@ -11,11 +12,13 @@ from playwright.sync_api import expect
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing import services as queue
-from queueing.services import Asker, ask
+from queueing.services import Asker, ask, queue_of
 from robots import bus
 from robots.kit.clock import SYSTEM
-from robots.models import RecordingState
+from robots.models import Lease, RecordingState, Robot
 from robots.recordings import keeping
+from robots.services import twin_of
+from robots.states import Cycle
 from tests.conftest import at_length
 from tests.e2e.bare import JOINTS, BarePortal
 from tests.e2e.conftest import session
@@ -100,9 +103,13 @@ def test_pages_for_everybody(portal, job, recording, visitor, looks):
     entry = portal.entry(cy, "pa10", "w" * 300)
     gone = keeping.begin(entry.turn.grant, "here", SYSTEM.now())
     keeping.finish(gone, RecordingState.READY, "", SYSTEM.now())  # its file is not there
+    twin = twin_of(portal.robot)
+    queue_of(twin)
+    Lease.objects.create(robot=twin, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
+    Robot.objects.filter(pk=twin.pk).update(cycle=Cycle.READY, enabled=True)
     address = EmailAddress.objects.create(user=cy, email=cy.email, primary=True)
     rows = {
-        "turn": entry.turn.pk, "job": job.key, "recording": recording.key,
+        "turn": entry.turn.pk, "job": job.key, "recording": recording.key, "practice": twin.slug,
         "reset": f"{user_pk_to_url_str(cy)}-{default_token_generator.make_token(cy)}",
         "confirmation": EmailConfirmationHMAC(address).key,
     }  # fmt: skip

@@ -177,3 +177,19 @@ def test_a_step_says_its_size_a_large_one_is_asked_about_once_and_a_turn_begins_
     portal.drive(one.user, "pa10")
     expect(page.locator("#robot.operating")).to_have_count(1)
     expect(up).to_have_text("z + 5 mm")
+
+
+def test_a_key_that_is_held_gives_its_command_once(driving, portal):
+    page = driving("mercury").page
+    page.locator("#screen").focus()
+    page.keyboard.down("u")
+    assert given(page).kind == "up"
+    portal.perform()
+    expect(page.locator("#last-command")).to_contain_text("done")
+    for _ in range(3):
+        page.keyboard.down("u")  # as a held key does
+    page.keyboard.up("u")
+    page.keyboard.press("u")  # and this is another press
+    wait_for(lambda: page.wait_for_timeout(50) or Command.objects.count() > 1, CEILING_S, "the next command")
+    portal.perform()
+    assert Command.objects.count() == 2

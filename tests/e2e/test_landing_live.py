@@ -37,3 +37,19 @@ def test_a_card_says_when_its_robot_is_locked_out(portal, visitor):
     announce(portal.robots["pa10"].queue_link.queue)
     expect(card.locator(".pill")).not_to_have_text(before)
     expect(card.locator(".wait")).to_be_empty()
+
+
+def test_who_prefers_reduced_motion_sees_one_picture(portal, visitor):
+    portal.end(portal.drive(portal.person("ada", "mercury"), "mercury"))
+    calm, other = visitor(reduced_motion="reduce").page, visitor().page
+    shown = []
+    for page in (calm, other):
+        page.goto("/")
+        shown.append(page.locator(".lead img"))
+    first = [one.get_attribute("src") for one in shown]
+    for _ in range(2):  # there and back
+        expect(shown[1]).not_to_have_attribute("src", first[1])
+        expect(shown[1]).to_have_attribute("src", first[1])
+    expect(shown[0]).to_have_attribute("src", first[0])
+    expect(calm.locator("#pause")).to_be_hidden()
+    expect(other.locator("#pause")).to_be_visible()

@@ -4,7 +4,16 @@ from django.urls import URLPattern, get_resolver, resolve
 
 from tests.e2e.pages import OWN, PUBLIC, STAFF, known
 
-ROWS = {"turn": 1, "job": "a", "recording": "a", "robot": 1, "new": "puma", "reset": "1-a", "confirmation": "a"}
+ROWS = {
+    "turn": 1,
+    "job": "a",
+    "recording": "a",
+    "robot": 1,
+    "new": "puma",
+    "practice": "twin",
+    "reset": "1-a",
+    "confirmation": "a",
+}
 # read by software or part of a page; only sent to; not in use here: its people have passwords, and get no codes
 NO_PAGES = {
     "daily-json", "daily-csv", "statistics-json", "survey-csv", "texts", "alerts", "choices", "places", "stream-code", "programs", "model",

@@ -1,5 +1,7 @@
 """Lighthouse's scores of the landing page and of a robot's page on a phone, beside a page without live parts.
 
+The portal has five robots, one of which is simulated and sends pictures, and entries of the log with pictures.
+
 Its phone profile: a screen of 412 px, a slow 4G line and a processor slowed down four times, as Lighthouse simulates
 them. Lighthouse is installed from its own lock file on first use.
 """
@@ -35,7 +37,9 @@ def main() -> None:
 
 
 def _run(node: Path) -> dict[str, dict[str, float]]:
+    from operatorlog.models import Visibility
     from tests.conftest import RedisServer
+    from tests.e2e.bare import JOINTS, BarePortal
     from tests.e2e.small import SmallPortal
 
     redis = RedisServer()
@@ -43,9 +47,13 @@ def _run(node: Path) -> dict[str, dict[str, float]]:
     robot, _ = cast()
     robot.rig_dir.mkdir(parents=True, exist_ok=True)
     portal = SmallPortal(robot)
+    beside = BarePortal(portal.web, {"pa10": JOINTS["pa10"], "puma": JOINTS["pa10"][:6], "irat": (), "srv1": ()})
     try:
+        beside.entry(beside.person("cy", "pa10"), "pa10", visibility=Visibility.FEATURED)
+        beside.entry(beside.person("eve", "puma"), "puma")
         return {name: _judge(node, f"{portal.url}{address}") for name, address in PAGES.items()}
     finally:
+        beside.stop()
         portal.stop()
         redis.stop()
 

@@ -185,7 +185,7 @@ def test_a_key_that_is_held_gives_its_command_once(driving, portal):
     page.keyboard.down("u")
     assert given(page).kind == "up"
     portal.perform()
-    expect(page.locator("#last-command")).to_contain_text("done")
+    expect(page.locator("#last-command")).to_contain_text("Done")
     for _ in range(3):
         page.keyboard.down("u")  # as a held key does
     page.keyboard.up("u")

@@ -35,6 +35,8 @@ def send_again(request: HttpRequest) -> HttpResponse:
     login = waiting_login(request)
     if login is None:
         return redirect("account_login")
+    if _is_confirmed(login):
+        return redirect(_with_next("account_login", login.redirect_url or "/"))
     if not send_verification_email_at_login(request, login):
         messages.warning(
             request, gettext("A mail was sent within the last three minutes. Wait a little, then send it again.")
@@ -56,7 +58,7 @@ def entrance(request: HttpRequest, wanted: str) -> str:
     login = waiting_login(request)
     if login is None:
         return _with_next("account_signup", wanted)
-    if login.user is not None and has_verified_email(login.user, login.email):  # in another browser
+    if _is_confirmed(login):
         return _with_next("account_login", wanted)
     return reverse("account_email_verification_sent")
 
@@ -67,6 +69,11 @@ def with_wanted(request: HttpRequest, link: str, account: Any) -> str:
     earlier = login.redirect_url if login is not None and login.user == account else None
     wanted = get_next_redirect_url(request) or earlier
     return f"{link}?{urlencode({NEXT: wanted})}" if wanted else link
+
+
+def _is_confirmed(login: Any) -> bool:
+    """Return whether the address has been confirmed meanwhile, in another browser."""
+    return login.user is not None and bool(has_verified_email(login.user, login.email))
 
 
 def _with_next(page: str, wanted: str) -> str:

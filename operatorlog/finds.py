@@ -188,8 +188,8 @@ def bury_again(ending: Round, user: Any, upcoming: NextRound, now: datetime) -> 
     with transaction.atomic():
         robot = Robot.objects.select_for_update().get(pk=ending.robot_id)
         present = Round.objects.select_for_update().get(pk=ending.pk)
-        if present.ended_at is not None:
-            return False
+        if present.ended_at is not None or present.command_id != ending.command_id:
+            return False  # somebody else was faster
         declared = excavation_of(robot)
         if declared is None:
             raise BadRequest(gettext("With this robot nothing is hidden."))

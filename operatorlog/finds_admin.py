@@ -224,7 +224,12 @@ class RoundAdmin(GuardedAdmin):
         if one.ended_at is None and not form.is_valid():
             return self._ask(request, one, form)
         try:
-            done = one.ended_at is None and finds.bury_again(one, request.user, form.next_round(), SYSTEM.now())
+            is_shown = request.POST.get("bed") == str(one.command_id or "")  # nobody has buried again since
+            done = (
+                is_shown
+                and one.ended_at is None
+                and finds.bury_again(one, request.user, form.next_round(), SYSTEM.now())
+            )
         except RobotError as error:
             form.add_error(None, translate(error))
             return self._ask(request, one, form)

@@ -171,6 +171,7 @@ AUTH_PASSWORD_VALIDATORS = [
 ] + [{"NAME": "accounts.passwords.OwnWordsValidator"}]
 PASSWORD_RESET_TIMEOUT = 3600  # s; a mailed link
 ACCOUNT_EMAIL_CONFIRMATION_EXPIRE_DAYS = 1
+ACCOUNT_LOGIN_TIMEOUT = 24 * 3600  # s; who signed up waits for the mail as long as its link is good
 LOGIN_URL, LOGIN_REDIRECT_URL = "account_login", "/"
 ACCOUNT_LOGIN_METHODS = {"email", "username"}
 ACCOUNT_SIGNUP_FIELDS = ["email*", "username*", "password1*"]

@@ -26,7 +26,9 @@ def test_no_text_of_a_console_is_unmarked_while_one_drives(portal, visitor, robo
         page.evaluate(OPEN)
         for text in unmarked(page):
             found[text] = tabs.nth(number).inner_text() if tabs.count() else ""
+    page.locator("#screen").focus()
     page.keyboard.press("?")
+    expect(page.locator("#keys")).to_be_visible()
     found |= dict.fromkeys(unmarked(page), "keys")
     assert not found, "\n".join(f"{where}: {text!r}" for text, where in found.items())
 

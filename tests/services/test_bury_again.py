@@ -34,8 +34,13 @@ def page_of(one):
 
 
 def bury(roles, role, chosen, **told):
-    told = {"puzzle": "Another story?", "pieces": "copper bell\n brass  key \n\n"} | told
+    told = {"puzzle": "Another story?", "pieces": "copper bell\n brass  key \n\n", "bed": chosen.command_id or ""} | told
     return as_role(roles, role).post(page_of(chosen), told, follow=True)
+
+
+def test_a_form_that_was_opened_before_somebody_else_buried_changes_nothing(bed, roles):
+    assert "nothing was changed." in bury(roles, "superuser", bed, bed=0).content.decode()
+    assert Round.objects.get().ended_at is None
 
 
 @pytest.mark.parametrize("simulated", [True, False])

@@ -183,6 +183,21 @@ def test_a_refused_mail_is_sent_again_and_loses_nothing_and_a_doubtful_one_is_no
     assert queue.accept(robot, people["ada"], clock.now())
 
 
+def test_a_server_that_will_never_take_it_is_asked_once_an_offer(offer, people, clock, served, caplog):
+    for fails, at in (
+        (smtplib.SMTPRecipientsRefused({"ada@example.org": (550, b"no such user")}), "send"),
+        (smtplib.SMTPAuthenticationError(535, b"no"), "open"),
+    ):
+        server = served(Server(fails, fails, at=at))
+        offer()
+        assert [mail_offers(clock) for _ in range(3)] == [0, 0, 0]
+        assert server.fails == [fails], "asked once"
+    assert mail.outbox == []
+    assert TurnMail.objects.get(user=people["ada"]).sent == 0
+    assert "550" in caplog.text
+    assert "ada@example.org" not in caplog.text
+
+
 def test_a_slow_server_is_not_told_of_an_offer_that_ended_meanwhile(offer, clock, served):
     server = served(Slow(clock, RULES["OFFER_S"] + 1))
     offer()

@@ -132,7 +132,8 @@ def test_the_link_of_one_account_does_not_confirm_itself_where_another_signed_up
     client.post("/accounts/signup/", NEW)
     link = LINK.search(mail.outbox[-1].body)[0]
     other = type(client)()
-    other.post("/accounts/signup/", {**NEW, "email": "other@example.org", "username": "somebody"})
+    other.post("/accounts/signup/", {**NEW, "email": "other@example.org", "username": "otherone"})
+    assert mail.outbox[-1].to == ["other@example.org"]
     assert "send_form" not in other.get(link).content.decode()
 
 
@@ -200,11 +201,16 @@ def test_nothing_tells_that_an_address_is_known(robot, people, client):
     client.post("/accounts/signup/", {**NEW, "email": people["ada"].email, "next": DRIVE})
     assert client.get(DRIVE)["Location"] == SENT
     assert "Send the mail again" in client.get(SENT).content.decode()
+    sent = len(mail.outbox)
+    page = client.post("/accounts/send-again/", follow=True)
+    assert "within the last three minutes" in page.content.decode()
     cache.clear()
     assert client.post("/accounts/send-again/")["Location"] == SENT
+    assert len(mail.outbox) == sent + 1
     assert PATH.search(mail.outbox[-1].body) is None
 
 
 def test_who_confirmed_in_another_browser_signs_in_here(robot, client):
     type(client)().post(signed_up(client))
+    assert client.post("/accounts/send-again/")["Location"].startswith("/accounts/login/?next="), "no mail is needed"
     assert client.get(DRIVE)["Location"].startswith("/accounts/login/?next=")

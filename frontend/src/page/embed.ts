@@ -8,12 +8,15 @@ const ROBOT_MS = 3000,
 const still = document.querySelector<HTMLImageElement>("#picture");
 const facts = document.getElementById("embed-facts");
 
+let asked = 0; // pictures; an older one that comes late is not shown
+
 /** Show an address when it has been loaded, so that the old picture stays until then. */
 function show(address: string): Promise<void> {
+  const number = ++asked;
   return new Promise((over) => {
     const next = new Image();
     next.addEventListener("load", () => {
-      if (still) still.src = address;
+      if (still && number === asked) still.src = address;
       over();
     });
     next.addEventListener("error", () => over());

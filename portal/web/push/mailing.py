@@ -22,6 +22,7 @@ from robots.kit.clock import Clock
 
 log = logging.getLogger(__name__)
 TIMEOUT_S = 10  # of each answer of the mail server: an offer lasts half a minute
+PERMANENT = 500  # codes from here on: the same again would be refused again
 REFUSALS = (smtplib.SMTPResponseException, smtplib.SMTPRecipientsRefused)
 
 
@@ -33,6 +34,10 @@ def mail_offers(clock: Clock) -> int:
         try:
             connection.open()
             sent += _tell(ticket, connection, clock)
+        except smtplib.SMTPAuthenticationError as error:
+            log.error("the mail server refuses the portal's password: %s", error.smtp_code)
+            take_due_mail(ticket, clock.now())  # asked again and again, it may lock the portal's account
+            break
         except (OSError, smtplib.SMTPException) as error:
             log.warning("the mail server cannot be reached, so mails of turns wait: %s", error)
             break  # all others, too, would wait for it
@@ -50,14 +55,23 @@ def _tell(ticket: Ticket, connection: Any, clock: Clock) -> bool:
     try:
         EmailMessage(*_written(ticket), to=[address], connection=connection).send()
     except REFUSALS as error:
-        log.warning("the mail server refused a mail of a turn: %s", error)
+        codes = _codes(error)  # the rest names the address
+        log.warning("the mail server refused a mail of a turn: %s", codes)
         uncount_mail(ticket.user)
-        give_mail_back(ticket)
+        if max(codes, default=0) < PERMANENT:
+            give_mail_back(ticket)
         return False
     except (OSError, smtplib.SMTPException) as error:
         log.warning("nobody knows whether a mail of a turn was sent: %s", error)
         return False
     return True
+
+
+def _codes(error: smtplib.SMTPException) -> list[int]:
+    """Return the answers of a mail server that refused a mail."""
+    if isinstance(error, smtplib.SMTPRecipientsRefused):
+        return [code for code, _ in error.recipients.values()]
+    return [error.smtp_code] if isinstance(error, smtplib.SMTPResponseException) else []
 
 
 def _written(ticket: Ticket) -> tuple[str, str]:

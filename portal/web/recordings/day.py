@@ -3,7 +3,7 @@
 The choice is not stored but made again for each request, so a movie that is hidden or removed is gone at once.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -91,5 +91,7 @@ def page(request: HttpRequest) -> HttpResponse:
     pinned = found is not None and found.recording.of_the_day == OfTheDay.PINNED
     yesterday = (now - timedelta(days=1)).date()
     earlier = found is not None and not pinned and found.recording.began_at.date() < yesterday
+    if found is not None and (about := access.about(found.recording, request.user)) is not None:
+        found = replace(found, about=about)  # with names as this reader may read them
     context = {"found": found, "earlier": earlier, "yesterday": yesterday}
     return render(request, "recordings/day.html", context)

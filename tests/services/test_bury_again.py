@@ -34,7 +34,11 @@ def page_of(one):
 
 
 def bury(roles, role, chosen, **told):
-    told = {"puzzle": "Another story?", "pieces": "copper bell\n brass  key \n\n", "bed": chosen.command_id or ""} | told
+    told = {
+        "puzzle": "Another story?",
+        "pieces": "copper bell\n brass  key \n\n",
+        "bed": chosen.command_id or "",
+    } | told
     return as_role(roles, role).post(page_of(chosen), told, follow=True)
 
 

@@ -8,7 +8,8 @@ import { gettext } from "../kit/text.ts";
 import { LiveCard, offerPause } from "../page/live_card.ts";
 
 const SELDOM_MS = 10_000; // for what no robot tells: incidents, entries, programs
-const SOON_MS = 1000; // the least time between two looks
+const SOON_MS = 1000, // the least time between two looks
+  READ_MS = 8000; // how long it is said that nothing was done, at least
 const UNSENT = gettext("The portal was not reached, and nothing was done. Press again; in an emergency use the stop at the robot.");
 const OLD = gettext("This page is not live: the portal is not reached. It goes on by itself.");
 
@@ -16,7 +17,8 @@ const live = byId("live"),
   line = byId("not-live"),
   cards = new Map<string, LiveCard>();
 let looking = false,
-  wanted = false; // something has changed since the last look began
+  wanted = false, // something has changed since the last look began
+  until = 0; // no look replaces or hides what is said before
 
 /** Put what came into the page; pictures, open parts and what is written stay. */
 function show(fresh: Document): void {
@@ -40,9 +42,10 @@ function show(fresh: Document): void {
   }
 }
 
-function fail(words: string): void {
+function fail(words: string, ms = 0): void {
   say(line, words);
   line.hidden = false;
+  until = performance.now() + ms;
 }
 
 async function parsed(answer: Response): Promise<Document> {
@@ -64,9 +67,9 @@ async function look(): Promise<void> {
       }
       if (!answer.ok) throw new Error(String(answer.status));
       show(await parsed(answer));
-      line.hidden = true;
+      if (performance.now() >= until) line.hidden = true;
     } catch {
-      fail(OLD);
+      if (performance.now() >= until) fail(OLD);
     }
     await new Promise((done) => setTimeout(done, SOON_MS));
   }
@@ -89,7 +92,7 @@ async function send(form: HTMLFormElement): Promise<void> {
     show(page);
     line.hidden = true;
   } catch {
-    fail(UNSENT);
+    fail(UNSENT, READ_MS);
   }
 }
 

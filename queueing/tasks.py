@@ -13,7 +13,7 @@ from queueing.steps import carry
 from queueing.tick import tick_seldom
 from robots import bus
 from robots.bus import web_uptime
-from robots.kit.clock import SYSTEM, Lock
+from robots.kit.clock import SYSTEM, Lock, unless_busy
 from robots.wall_clock import FIRST, wall_clock
 
 KEPT = timedelta(days=400)
@@ -32,14 +32,13 @@ def queue_tick() -> None:
 
     Only one tick runs at a time: another would judge stamps that were moved meanwhile by the time before the step.
     """
-    if not ticking().acquire(blocking=False):
-        return
-    try:
-        now = wall_clock().follow(carry)
-        tick_seldom(now, web_uptime.up_since(now))
-        bus.make_up()
-    finally:
-        ticking().release()
+    unless_busy(ticking(), _tick)
+
+
+def _tick() -> None:
+    now = wall_clock().follow(carry)
+    tick_seldom(now, web_uptime.up_since(now))
+    bus.make_up()
 
 
 @shared_task(name="queueing.clean", ignore_result=True, max_retries=0)

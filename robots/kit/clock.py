@@ -46,6 +46,16 @@ class Lock(Protocol):
     def __exit__(self, *_: Any) -> None: ...
 
 
+def unless_busy(lock: Lock, work: Callable[[], object]) -> None:
+    """Do the work under the lock; leave it out while another thread does it: a periodic task comes again."""
+    if not lock.acquire(blocking=False):
+        return
+    try:
+        work()
+    finally:
+        lock.release()
+
+
 class Timer(Protocol):
     """Time and threads, as drivers and simulators need them."""
 

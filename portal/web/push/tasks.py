@@ -6,7 +6,7 @@ from celery import shared_task
 
 from portal.web.push.mailing import mail_offers
 from portal.web.push.sending import tell_offers
-from robots.kit.clock import SYSTEM, Lock
+from robots.kit.clock import SYSTEM, Lock, unless_busy
 
 
 @cache
@@ -24,20 +24,10 @@ def mailing() -> Lock:
 @shared_task(name="push.tell", ignore_result=True, max_retries=0)
 def tell() -> None:
     """Tell people of their offers."""
-    if not telling().acquire(blocking=False):
-        return
-    try:
-        tell_offers(SYSTEM.now())
-    finally:
-        telling().release()
+    unless_busy(telling(), lambda: tell_offers(SYSTEM.now()))
 
 
 @shared_task(name="push.mail", ignore_result=True, max_retries=0)
 def mail() -> None:
     """Tell people of their offers by e-mail."""
-    if not mailing().acquire(blocking=False):
-        return
-    try:
-        mail_offers(SYSTEM)
-    finally:
-        mailing().release()
+    unless_busy(mailing(), lambda: mail_offers(SYSTEM))

@@ -3,9 +3,10 @@
 The choice is not stored but made again for each request, so a movie that is hidden or removed is gone at once.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 from django.db.models import F, QuerySet
 from django.http import HttpRequest, HttpResponse
@@ -42,17 +43,17 @@ class ShownMovie:
         return movie_path(self.movie)
 
 
-def movie_of_the_day(now: datetime) -> ShownMovie | None:
+def movie_of_the_day(now: datetime, viewer: Any = None) -> ShownMovie | None:
     """Return the pinned movie; else the newest of a whole recording that was ready when the day began (UTC).
 
-    Everybody may see it. None if there is none.
+    Everybody may see it; names are as the viewer may read them. None if there is none.
     """
     midnight = now.replace(hour=0, minute=0, second=0, microsecond=0)
     whole = _ready().filter(recording__state=RecordingState.READY, ready_at__lt=midnight)
     by_rule = whole.filter(recording__ended_at__gte=F("recording__began_at") + SHORTEST)
     pinned = _ready().filter(recording__of_the_day=OfTheDay.PINNED)
     for movie in (*pinned, *by_rule.order_by("-recording__ended_at", "-pk")[:LOOKED]):
-        found = _shown(movie)
+        found = _shown(movie, viewer)
         if found is not None:
             return found
     return None
@@ -76,9 +77,9 @@ def _ready() -> QuerySet[Movie]:
     return found.select_related("recording__robot", "recording__grant")
 
 
-def _shown(movie: Movie) -> ShownMovie | None:
+def _shown(movie: Movie, viewer: Any = None) -> ShownMovie | None:
     assert movie.recording is not None
-    about = access.about(movie.recording)
+    about = access.about(movie.recording, viewer)
     return ShownMovie(movie, movie.recording, about) if about is not None and about.public else None
 
 
@@ -87,11 +88,9 @@ def _shown(movie: Movie) -> ShownMovie | None:
 def page(request: HttpRequest) -> HttpResponse:
     """Show the movie of the day, or say that there is none."""
     now = SYSTEM.now()
-    found = movie_of_the_day(now)
+    found = movie_of_the_day(now, request.user)
     pinned = found is not None and found.recording.of_the_day == OfTheDay.PINNED
     yesterday = (now - timedelta(days=1)).date()
     earlier = found is not None and not pinned and found.recording.began_at.date() < yesterday
-    if found is not None and (about := access.about(found.recording, request.user)) is not None:
-        found = replace(found, about=about)  # with names as this reader may read them
     context = {"found": found, "earlier": earlier, "yesterday": yesterday}
     return render(request, "recordings/day.html", context)

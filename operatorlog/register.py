@@ -9,10 +9,10 @@ from math import ceil, log2
 from typing import Any
 
 from django.core.cache import cache
-from django.db.models import Count, Exists, F, FloatField, OuterRef
+from django.db.models import Count, Exists, F, FloatField, OuterRef, QuerySet
 from django.db.models.fields.json import KeyTextTransform, KeyTransform
 from django.db.models.functions import Cast, Floor
-from django.utils.translation import gettext, pgettext_lazy
+from django.utils.translation import gettext, pgettext, pgettext_lazy
 
 from operatorlog.finds import excavation_of, present_round
 from operatorlog.models import Entry, Find, Piece, Round, Visibility
@@ -25,7 +25,7 @@ from robots.states import CommandState
 
 WIDTH, MARGIN = 640.0, 16.0  # px of the map
 MOST_FINDS, MOST_ROUNDS = 500, 20
-FRESH_S = 30  # what was dug is counted again after so long
+STORED_S = 3600  # what was counted, until something is dug again
 LEVELS = 5
 NUMBERS = [
     pgettext_lazy("number", "no"), pgettext_lazy("number", "one"), pgettext_lazy("number", "two"),
@@ -160,21 +160,50 @@ def _finds(rounds: Sequence[Round], declared: Excavation) -> dict[int, tuple[Fou
     return {of_round: tuple(all_of_it) for of_round, all_of_it in found.items()}
 
 
+def dug_map(robot: Robot) -> dict[str, Any] | None:
+    """Return what a console's map shows of the present round; None for a robot without hidden pieces.
+
+    `area` (x, y of two corners, m) has squares of `cell_m`; `cells` are column, row and how often it was dug, up to
+    the command `newest`. `words` says one to twelve times, `more` any other number. `found`: number, name, x, y (m).
+    """
+    declared = excavation_of(robot)
+    if declared is None:
+        return None
+    present = present_round(robot)
+    newest, counts = _counts(robot, declared, present)
+    found = _finds([present], declared).get(present.pk, ()) if present else ()
+    return {
+        "area": declared.area, "cell_m": declared.cell_m, "newest": newest, "cells": counts,
+        "words": [digs_said(declared, count) for count in range(1, len(NUMBERS))],
+        "more": digs_said(declared, "{number}"),
+        "found": [
+            [one.number, pgettext("piece", one.find.piece.name), one.find.x, one.find.y]
+            for one in found
+            if one.find.piece
+        ],
+    }  # fmt: skip
+
+
 def _cells(robot: Robot, declared: Excavation, present: Round | None) -> tuple[Cell, ...]:
-    name = f"dug-1:{robot.pk}:{present.pk if present else 0}"
-    counts = cache.get_or_set(name, lambda: _dug(robot, declared, present), FRESH_S) or []
+    _, counts = _counts(robot, declared, present)
     size = round(declared.cell_m * _scale(declared), 1)
     return tuple(_cell(declared, column, row, size, count) for column, row, count in counts)
 
 
-def _dug(robot: Robot, declared: Excavation, present: Round | None) -> list[list[int]]:
+def _counts(robot: Robot, declared: Excavation, present: Round | None) -> tuple[int, list[list[int]]]:
+    """Return the newest command that dug, 0 for none, and what was dug; it is counted once until one digs again."""
+    done = Command.objects.filter(robot=robot, kind=declared.kind, state=CommandState.COMPLETED)
+    done = done.filter(ended_at__gte=present.began_at) if present else done.filter(ended_at__isnull=False)
+    newest = done.order_by("-ended_at", "-id").values_list("pk", flat=True).first() or 0
+    name = f"dug-2:{robot.pk}:{present.pk if present else 0}:{newest}"
+    return newest, cache.get_or_set(name, lambda: _dug(done, declared), STORED_S) or []
+
+
+def _dug(done: QuerySet[Command], declared: Excavation) -> list[list[int]]:
     """Return column, row and how often it was dug of each square, in one query with at most a row a square."""
     x0, y0, x1, y1 = declared.area
-    done = Command.objects.filter(robot=robot, kind=declared.kind, state=CommandState.COMPLETED)
     done = done.filter(result__sent__has_keys=["x", "y"]).order_by()
     done = done.exclude(result__sent__x=None).exclude(result__sent__y=None)  # a place that was not finite
-    if present is not None:
-        done = done.filter(ended_at__gte=present.began_at)
     sent = {name: Cast(KeyTextTransform(name, KeyTransform("sent", "result")), FloatField()) for name in ("x", "y")}
     placed = done.annotate(at_x=sent["x"], at_y=sent["y"]).filter(
         at_x__gte=x0, at_x__lte=x1, at_y__gte=y0, at_y__lte=y1
@@ -205,9 +234,9 @@ def _square(declared: Excavation, left: float, low: float) -> str:
     return said.format(**{name: f"{100 * value:.0f}" for name, value in ends.items()})
 
 
-def digs_said(declared: Excavation, count: int) -> str:
-    """Return how often something was dug, as "about five bursts here"."""
+def digs_said(declared: Excavation, count: int | str) -> str:
+    """Return how often something was dug, as "about five bursts here"; a text stands as it is."""
     if count == 1:
         return gettext("one {burst} here").format(burst=translate(declared.once))
-    number = NUMBERS[count] if count < len(NUMBERS) else count
+    number = NUMBERS[count] if isinstance(count, int) and count < len(NUMBERS) else count
     return gettext("about {number} {bursts} here").format(number=number, bursts=translate(declared.often))

@@ -4,7 +4,7 @@ from typing import Any
 
 from django.contrib import messages
 from django.core.paginator import Paginator
-from django.http import Http404, HttpRequest, HttpResponse
+from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.utils.translation import gettext
 from django.views.decorators.cache import never_cache
@@ -12,7 +12,7 @@ from django.views.decorators.cache import never_cache
 from operatorlog import services
 from operatorlog.finds import Report, excavation_of
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
-from operatorlog.register import register_of
+from operatorlog.register import dug_map, register_of
 from operatorlog.services import may_see_hidden
 from operatorlog.steps import steps_of
 from queueing.models import Turn
@@ -178,3 +178,12 @@ def finds(request: HttpRequest, slug: str) -> HttpResponse:
     if register is None:
         raise Http404("With this robot nothing is hidden.")
     return render(request, "operatorlog/finds.html", {"robot": robot, "register": register})
+
+
+@never_cache
+def dug(request: HttpRequest, slug: str) -> HttpResponse:
+    """Tell a console's map what was dug and found; it is read by the page, in the reader's language."""
+    shown = dug_map(get_object_or_404(Robot, slug=slug))
+    if shown is None:
+        raise Http404("With this robot nothing is hidden.")
+    return JsonResponse(shown)

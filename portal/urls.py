@@ -83,6 +83,7 @@ urlpatterns = [
     path("robots/<slug:slug>/log.atom", feeds.log, name="robot-log-feed"),
     path("robots/<slug:slug>/status.atom", feeds.status, name="robot-status-feed"),
     path("robots/<slug:slug>/finds/", log.finds, name="finds"),
+    path("robots/<slug:slug>/dug.json", log.dug, name="dug"),
     path("turns/<int:pk>/", log.turn_page, name="turn"),
     path("survey/results/", results.results, name="survey-results"),
     path("survey/results.csv", results.results_csv, name="survey-csv"),

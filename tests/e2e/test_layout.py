@@ -212,7 +212,7 @@ OVER = """() => {
 
 HINTS = [
     "",
-    "Enter or “Move here” sends the arm.",
+    "Enter or “Move here” sends the arm: about eleven bursts here.",
     "Click in the camera image or in the map to choose where to go.",
     "The robot has moved since that picture; click in the newest one.",
     "The live link to the robot is down; nothing moves until it is back. Your turn is kept.",

@@ -154,7 +154,7 @@ MAKES_NOTHING = {
     # reads only
     "landing", "drive", "story", "status", "me", "push-worker", "robot", "model", "orientation-picture", "statistics", "statistics-json", "composite", "camera",
     "snapshot", "shot", "movie-of-the-day", "recordings", "recording", "recording-file", "recording-index", "recording-part", "classic",
-    "recording-picture", "embed-recording", "embed-robot", "oembed", "daily", "daily-json", "daily-csv", "classic-picture", "log", "log-feed", "status-feed", "robot-log-feed", "robot-status-feed", "finds", "survey-results", "survey-csv", "texts", "media", "favicon.ico", "livez", "readyz",
+    "recording-picture", "embed-recording", "embed-robot", "oembed", "daily", "daily-json", "daily-csv", "classic-picture", "log", "log-feed", "status-feed", "robot-log-feed", "robot-status-feed", "finds", "dug", "survey-results", "survey-csv", "texts", "media", "favicon.ico", "livez", "readyz",
     "recordings/<str:key>/movie.mp4", "recordings/<str:key>/movie.webm",
     "robots/<slug:slug>/time-lapse/<str:day>.mp4", "robots/<slug:slug>/time-lapse/<str:day>.webm",
     # sets a choice, again and again the same

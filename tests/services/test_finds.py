@@ -232,6 +232,40 @@ def test_the_map_counts_what_was_dug_in_squares_with_one_query(bed, roles, clien
     assert "style=" not in html
 
 
+def test_a_consoles_map_gets_squares_and_finds_in_the_readers_language_and_counts_only_after_a_burst(
+    bed, roles, client
+):
+    turn = ended()
+    for number in range(2):
+        newest = dig(turn, number, {"x": 0.101, "y": 0.401})
+    confirmed(roles)
+    address = "/robots/mercury/dug.json"
+    with CaptureQueriesContext(connection) as counted:
+        told = client.get(address, headers={"Accept-Language": "en"}).json()
+    with CaptureQueriesContext(connection) as again:
+        assert client.get(address, headers={"Accept-Language": "en"}).json() == told
+    assert len(again) == len(counted) - 1
+    assert (told["cells"], told["newest"], told["found"]) == (
+        [[8, 2, 2]],
+        newest.pk,
+        [[1, "zirconium spoon", 0.1, 0.4]],
+    )
+    left, low, right, high = told["area"]
+    assert left + 8 * told["cell_m"] <= 0.101 < left + 9 * told["cell_m"] < right
+    assert low + 2 * told["cell_m"] <= 0.401 < low + 3 * told["cell_m"] < high
+    assert told["words"][:2] == ["one burst here", "about two bursts here"]
+    assert told["more"] == "about {number} bursts here"
+    newest = dig(turn, 3, {"x": 0.101, "y": 0.401})
+    fresh = client.get(address, headers={"Accept-Language": "de"}).json()
+    assert (fresh["cells"], fresh["newest"]) == ([[8, 2, 3]], newest.pk), "it is never an old one"
+    assert fresh["words"][0] != told["words"][0]
+    assert "{number}" in fresh["more"]
+    assert "quartz" not in str(told), "what is hidden is not told"
+    type(turn.robot).objects.filter(pk=turn.robot_id).update(driver="srv1")
+    assert client.get(address).status_code == 404
+    assert client.get("/robots/nobody/dug.json").status_code == 404
+
+
 def test_before_the_first_round_the_page_counts_the_bed_of_a_simulated_robot(robot, client):
     cache.clear()
     html = client.get("/robots/mercury/finds/").content.decode()

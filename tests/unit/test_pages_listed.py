@@ -16,7 +16,7 @@ ROWS = {
 }
 # read by software or part of a page; only sent to; not in use here: its people have passwords, and get no codes
 NO_PAGES = {
-    "daily-json", "daily-csv", "statistics-json", "survey-csv", "texts", "alerts", "choices", "places", "stream-code", "programs", "model",
+    "daily-json", "daily-csv", "statistics-json", "survey-csv", "texts", "alerts", "choices", "places", "stream-code", "programs", "model", "dug",
     "orientation-picture", "composite", "camera", "snapshot", "shot", "recording-file", "recording-index", "recording-part",
     "recording-picture", "classic-picture", "oembed", "media", "livez", "readyz", "log-feed", "status-feed",
     "robot-log-feed", "robot-status-feed", "push", "push-worker",

@@ -22,6 +22,7 @@ export { prefetch } from "../kit/prefetch.ts";
 export { request } from "../kit/request.ts";
 export { Tabs } from "../kit/tabs.ts";
 export { CommandForm } from "../widgets/command_form.ts";
+export { DugMap } from "../widgets/dug_map.ts";
 export { GoBack } from "../widgets/go_back.ts";
 export { PlaceForm, RecentPlaces } from "../widgets/places.ts";
 export { HeldButtons } from "../widgets/held_buttons.ts";

@@ -6,6 +6,7 @@ import {
   byId,
   CameraView,
   type CommandInfo,
+  DugMap,
   facts,
   type Facts,
   GoBack,
@@ -46,6 +47,8 @@ class SandConsole extends Basics<RobotPage> {
   private recent = new RecentPlaces(byId("recent"), ["x", "y"], inMm, ([x = 0, y = 0]) => this.pickPoint(x, y));
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
+  private dug = new DugMap(page, this.schematic.dug, byId("schematic").dataset["dug"], MM);
+
   constructor() {
     const { sand } = description;
     const [picture, overlay] = [byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay")];
@@ -82,6 +85,10 @@ class SandConsole extends Basics<RobotPage> {
     this.camera.still(still, () => page.draw());
   }
 
+  override watch(): void {
+    this.dug.load();
+  }
+
   override turn(): void {
     this.aim = null;
     this.recent.forget();
@@ -90,7 +97,10 @@ class SandConsole extends Basics<RobotPage> {
   override command(c: CommandInfo): void {
     if (c.grant === page.grant) this.recent.take(c);
     const still = page.snapshot?.still;
-    if (c.state === "completed" && c.kind === "air" && still) this.airStill = still.id;
+    if (c.state === "completed" && c.kind === "air") {
+      if (still) this.airStill = still.id;
+      if (page.state) this.dug.add(c.id, ...forward(description, page.state.joints).tool);
+    }
     if (c.state === "completed" && this.aim === this.sent) this.aim = null;
   }
 
@@ -135,7 +145,11 @@ class SandConsole extends Basics<RobotPage> {
   }
 
   override advice(f: Facts): string {
-    return f.busy ? gettext("The arm is busy.") : this.whyNot("go", f) || gettext("Enter or “Move here” sends the arm.");
+    const why = f.busy ? gettext("The arm is busy.") : this.whyNot("go", f);
+    const at = why ? null : this.aimPoint();
+    if (why || !at) return why;
+    const dug = this.dug.words(...at);
+    return dug ? gettext("Enter or “Move here” sends the arm: {dug}.", { dug }) : gettext("Enter or “Move here” sends the arm.");
   }
 
   private give(kind: string): void {

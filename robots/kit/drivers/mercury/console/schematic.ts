@@ -8,6 +8,8 @@ const PAUSE_MS = 20; // between two frames: some thirty a second, because each i
 const FADES_MS = 84; // the time constant of the drawn motion
 
 export class Schematic {
+  /** For what was dug and found there, in mm. */
+  readonly dug: SVGGElement;
   private links: SVGPolylineElement;
   private ghost: SVGPolylineElement;
   private ghostRing: SVGCircleElement;
@@ -34,6 +36,7 @@ export class Schematic {
     shape(svg, "path", { d: `M ${-outer} 0 A ${outer} ${outer} 0 0 1 ${outer} 0`, class: "reach" });
     shape(svg, "rect", tray);
     shape(svg, "rect", sand);
+    this.dug = shape(svg, "g", {});
     for (let gx = Math.ceil(left / 100) * 100; gx <= right; gx += 100)
       shape(svg, "line", { x1: gx, x2: gx, y1: -low, y2: -high, class: "grid" });
     for (let gy = Math.ceil(low / 100) * 100; gy <= high; gy += 100)

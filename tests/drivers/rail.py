@@ -29,7 +29,8 @@ SPEC = Spec(
     streams=(Stream("trail"),),
     scales={"cart": Scale(-0.01, LENGTH + 0.01, 1e-3), "pace": Scale(0.0, 2.0, 1e-3)},
     commands=(
-        CommandKind("go", "Go", (Argument("x", "m", 0.0, LENGTH),), limit_s=60.0, replaceable=True, policies=ALONE),
+        CommandKind("go", "Go", (Argument("x", "m", 0.0, LENGTH),), limit_s=60.0, replaceable=True, policies=ALONE,
+            shown={"x": "cart"}),
         CommandKind("patrol", "Patrol", limit_s=600.0, asked_by=frozenset({ANYONE, STAFF})),
         CommandKind("jog", "Jog", (Argument("way", "", -1.0, 1.0),), limit_s=60.0, held=True, steered=True),
         CommandKind("noop", "Nothing", limit_s=5.0, moves=False, still_after=False),

@@ -43,6 +43,7 @@ BROKEN = [
     (broken.StagesReversed, "commands", "told the stages ['acknowledged', 'sent']"),
     (broken.ReturnsNothing, "commands", "execute returned NoneType"),
     (broken.EndsEarly, "commands", "The robot moves after go("),
+    (broken.StopsShort, "commands", ", the robot shows "),
     (broken.FailsWithoutWords, "commands", "ended with KeyError"),
     (broken.IgnoresHold, "hold", "returned a state that moves"),
     (broken.LiesOnHold, "hold", "The robot moves on after hold()"),

@@ -176,8 +176,8 @@ export class RobotPage {
   }
 
   /** Remember from now on where the robot was before the last move of these kinds, in this turn. */
-  wayBack(kinds: readonly string[], joints: number): WayBack {
-    const way = new WayBack(kinds, () => this.state?.joints.slice(0, joints) ?? []);
+  wayBack(kinds: readonly string[], here: () => readonly number[]): WayBack {
+    const way = new WayBack(kinds, here);
     this.ways.push(way);
     return way;
   }

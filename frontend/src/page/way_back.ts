@@ -11,10 +11,11 @@ export class WayBack {
   private grant = 0;
   private starts = new Map<number, readonly number[]>(); // of moves that have not ended, by their numbers
   private from: readonly number[] | null = null;
+  private moved = "";
   private readonly kinds: ReadonlySet<string>;
   private readonly here: () => readonly number[];
 
-  /** `kinds`: the moves to a position; `here`: the joints (rad, m) now, empty while they are not known. */
+  /** `kinds`: the moves to a position; `here`: the joints, or what else says where it is, empty while it is not known. */
   constructor(kinds: readonly string[], here: () => readonly number[]) {
     this.kinds = new Set(kinds);
     this.here = here;
@@ -23,6 +24,11 @@ export class WayBack {
   /** Where the robot was before the last move of this turn that has ended; null if there was none. */
   get joints(): readonly number[] | null {
     return this.from;
+  }
+
+  /** The kind of that move. */
+  get kind(): string {
+    return this.moved;
   }
 
   /** Another turn, or none: nothing is remembered. */
@@ -42,7 +48,7 @@ export class WayBack {
       if (joints.length) this.starts.set(seq, joints);
     } else if (start && FINAL.has(state)) {
       this.starts.delete(seq);
-      if (!NEVER.has(state)) this.from = start;
+      if (!NEVER.has(state)) [this.from, this.moved] = [start, kind];
     }
   }
 

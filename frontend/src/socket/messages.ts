@@ -160,6 +160,8 @@ export interface CommandSpec {
   label: string;
   lane: "motion" | "config";
   arguments: ArgumentInfo[];
+  /** By argument, the joint, coordinate or channel that shows its value at the end. */
+  shown: Record<string, string>;
   held: boolean;
   steered: boolean;
   replaceable: boolean;

@@ -9,12 +9,12 @@ import type { WayBack } from "../page/way_back.ts";
 export interface GoBackUse {
   /** The kinds of commands that move to a position. */
   kinds: readonly string[];
-  /** How many of the robot's joints, from the first on, say where it is. */
-  joints: number;
+  /** How many of the robot's joints, from the first on, say where it is; or what else does, empty while it is not known. */
+  joints: number | (() => readonly number[]);
   /** Why no target can be chosen now; empty if one can. */
   whyNot(): string;
-  /** Choose the place with these joints (rad, m) as the target. */
-  choose(joints: readonly number[]): void;
+  /** Choose the place with these joints (rad, m), or what `joints` returned, as the target; a move of `kind` left it. */
+  choose(joints: readonly number[], kind: string): void;
 }
 
 const NEAR = 0.002; // rad, m: a joint this near is there
@@ -29,7 +29,8 @@ export class GoBack {
     private page: RobotPage,
     private use: GoBackUse,
   ) {
-    this.way = page.wayBack(use.kinds, use.joints);
+    const { kinds, joints } = use;
+    this.way = page.wayBack(kinds, typeof joints === "number" ? () => page.state?.joints.slice(0, joints) ?? [] : joints);
     page.on(ACTION, () => this.choose());
     byId("stage").addEventListener("keydown", (event) => {
       if (event.repeat || keys.action(event) !== ACTION || (event.target as HTMLElement).closest(FIELDS) || !page.operating) return;
@@ -43,8 +44,8 @@ export class GoBack {
   }
 
   private choose(): void {
-    const { joints } = this.way;
-    if (joints && !this.whyNot()) this.use.choose(joints);
+    const { joints, kind } = this.way;
+    if (joints && !this.whyNot()) this.use.choose(joints, kind);
     else this.page.refuse(() => this.whyNot());
   }
 

@@ -8,9 +8,10 @@ import type { Facts } from "../page/controls.ts";
 import { facts } from "../page/facts.ts";
 import { worded } from "../page/plain_words.ts";
 import { RobotPage } from "../page/robot_page.ts";
-import type { CommandSpec } from "../socket/messages.ts";
+import type { ArgumentInfo, CommandSpec } from "../socket/messages.ts";
 import type { StatePacket } from "../socket/packets.ts";
 import { CommandForm, type Values } from "./command_form.ts";
+import { GoBack } from "./go_back.ts";
 import { HeldButtons } from "./held_buttons.ts";
 
 /** A command of this turn, and the form that sends it again. */
@@ -20,6 +21,12 @@ interface Recent {
   values: Values;
 }
 const MOST = 5;
+/** The motions to a position: what shows each value that they need. */
+const moves = facts.commands.filter(({ lane, held, arguments: values, shown }) => {
+  const needed = values.filter(({ required, name }) => required || name in shown);
+  return lane === "motion" && !held && needed.length > 0 && needed.every(({ name, text }) => name in shown && !text);
+});
+const places = [...new Set(moves.flatMap(({ shown }) => Object.values(shown)))];
 
 class PlainConsole extends Basics<RobotPage> {
   private box = byId("commands");
@@ -28,6 +35,20 @@ class PlainConsole extends Basics<RobotPage> {
     kind: spec.kind,
     made: spec.held ? new HeldButtons(this.page, spec) : this.form(spec),
   }));
+  private back = new GoBack(this.page, {
+    kinds: moves.map(({ kind }) => kind),
+    joints: () => {
+      const here = places.map((name) => this.page.value(name));
+      return here.includes(undefined) ? [] : (here as number[]);
+    },
+    whyNot: () => this.whyNot("", this.page.facts()),
+    choose: (values, kind) => {
+      const { shown, arguments: named } = moves.find((spec) => spec.kind === kind)!;
+      const form = this.widgets.find((one) => one.kind === kind)!.made as CommandForm;
+      const set = named.filter(({ name }) => name in shown);
+      form.fill(Object.fromEntries(set.map((one) => [one.name, within(one, values[places.indexOf(shown[one.name]!)]!)])));
+    },
+  });
 
   constructor(page: RobotPage) {
     super(page);
@@ -62,6 +83,8 @@ class PlainConsole extends Basics<RobotPage> {
   override draw(f: Facts): void {
     this.box.hidden = !this.page.operating;
     for (const { kind, made } of this.widgets) made.enable(this.whyNot(kind, f));
+    byId("back").hidden = !this.page.operating || !moves.length;
+    this.back.draw();
     byId("recent-values").hidden = !this.page.operating || !facts.commands.some((spec) => !spec.held && spec.arguments.length);
     const item = ({ key, form, values }: Recent): Part => ({
       key,
@@ -71,6 +94,11 @@ class PlainConsole extends Basics<RobotPage> {
     });
     drawParts(byId("recent"), this.recent.map(item));
   }
+}
+
+/** Return a value as its field takes it. */
+function within({ low, high, whole }: ArgumentInfo, value: number): number {
+  return Math.min(high, Math.max(low, whole ? Math.round(value) : Number(value.toPrecision(6))));
 }
 
 const page = new RobotPage();

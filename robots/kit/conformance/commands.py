@@ -9,6 +9,7 @@ from robots.kit.conformance.values import bad, base, ends, good, is_refusal, ref
 from robots.kit.contract.errors import BadRequest, GaveUp, MotionHeld, OutOfWorkspace, RobotError
 from robots.kit.contract.session import JSON, Progress
 from robots.kit.contract.spec import CommandKind
+from robots.kit.contract.values import not_shown
 
 STILL = 0.01  # rad, m: readings this close are of a robot that did not move
 
@@ -127,6 +128,8 @@ def _watched(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
         state = trial.state_from(trial.opened_session().state, "state")
         if state.moving:
             yield f"The robot moves after {what} has ended; return when it is at rest."
+        elif run.error is None and (wrong := not_shown(command, args, trial.spec.named(state))) is not None:
+            yield f"After {what}, {wrong}"
 
 
 def _judged(run: Run, command: CommandKind, what: str, held: bool) -> Iterator[str]:

@@ -18,7 +18,7 @@ def spec():
         channels=(Scalar("warmth", "°C", 0.0, 90.0), Scalar("pace", "rad/s", 0.0, 2.0)),
         streams=(Stream("trail"),),
         commands=(
-            CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),)),
+            CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), shown={"angle": "table"}),
             CommandKind("home", "Home"),
             CommandKind("fling", "Fling", level=2),
             CommandKind(

@@ -67,8 +67,8 @@ def test_two_strangers_one_on_a_phone_give_goals_by_click_and_from_the_list(port
     a.locator("#map").click(position=place_on(a, 30))
     expect(a.locator("#notice")).to_contain_text("This place is at the dock, where the robot goes only to charge.")
     listed = a.locator("#spots button span").all_inner_texts()
-    assert "right" in listed
-    assert "left" not in listed, "the dock is there"
+    assert "middle right" in listed
+    assert "middle left" not in listed, "the dock is there"
     assert Job.objects.count() == 2
     for one in (first, phone):
         one.axe("with a goal that waits")

@@ -184,7 +184,7 @@ class Mouse(Keys):
         seen = partial(projected, view, canvas.bounding_box())
         ghost = place(self.page) / 1000
         far = np.linalg.norm(MIDDLE + FROM[view] - ghost)
-        at = ghost + ACROSS[view] * HANDLE * self.handles * far * np.tan(FIELD / 2)
+        at = ghost + ACROSS[view] * HANDLE * self.handles * far * half_field(canvas.bounding_box())
         begin, end = seen(at), seen(at + way)
         self.down(begin)
         self.move_to(end)
@@ -237,12 +237,17 @@ class Fingers(Mouse):
         self._touch("touchEnd")
 
 
+def half_field(box):
+    """Return the tangent of half the vertical field of view: one that is higher than wide sees as far to the sides."""
+    return np.tan(FIELD / 2) * max(1.0, box["height"] / box["width"])
+
+
 def projected(view, box, point):
     """Return where a place (m) is seen in a view whose canvas has that box (px)."""
     ahead = -FROM[view] / np.linalg.norm(FROM[view])
     right = np.cross(ahead, [0, 0, 1])
     right /= np.linalg.norm(right)
     way = point - MIDDLE - FROM[view]
-    scale = box["height"] / 2 / np.tan(FIELD / 2) / (way @ ahead)
+    scale = box["height"] / 2 / half_field(box) / (way @ ahead)
     middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
     return middle + scale * np.array([way @ right, -way @ np.cross(right, ahead)])

@@ -92,6 +92,7 @@ class SandConsole extends Basics<RobotPage> {
   override turn(): void {
     this.aim = null;
     this.recent.forget();
+    if (page.operating) this.dug.load(); // a new round may have begun
   }
 
   override command(c: CommandInfo): void {

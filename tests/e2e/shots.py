@@ -184,8 +184,8 @@ def _take_rules(folder: Path) -> None:
         if name == "rover-rules":
             page.locator(".hall-surface svg").screenshot(path=folder / "rover-surface.png")
         rules = page.locator("#hall-rules-table select")
-        rules.nth(24).select_option(label="M")
-        rules.nth(9).select_option(label="VF, very fast")
+        rules.nth(24).select_option("2")  # medium
+        rules.nth(9).select_option("4")  # very fast, which is refused
         page.wait_for_timeout(600)
         page.locator("#hall-rules").screenshot(path=folder / f"{name}.png")
 

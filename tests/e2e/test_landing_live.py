@@ -6,6 +6,7 @@ from queueing.rows import announce
 from robots.models import Robot
 from robots.states import Cycle
 from tests.e2e.bare import portal as portal
+from tests.e2e.conftest import session
 
 
 def test_pictures_of_the_last_turn_follow_each_other_until_somebody_drives(portal, visitor):
@@ -25,6 +26,20 @@ def test_pictures_of_the_last_turn_follow_each_other_until_somebody_drives(porta
     expect(lead).not_to_have_attribute("data-loop", "")
     expect(lead).to_have_attribute("data-state", "operating")
     assert page.evaluate("window.stays"), "without a reload"
+
+
+def test_who_drives_is_told_no_wait_of_that_robot(portal, visitor):
+    ada = portal.person("ada", "mercury")
+    page = session(visitor(), ada).page
+    page.goto("/")
+    wait = page.locator("[data-live=mercury] .wait")
+    expect(wait).to_have_text("Free now")
+    portal.drive(ada, "mercury")
+    expect(wait).to_be_empty()
+    page.reload()
+    expect(page.locator("[data-live=mercury] .drives")).to_have_text("ada drives")
+    expect(wait).to_be_empty()
+    expect(page.locator("[data-live=museum-arm] .wait")).to_have_text("Free now")
 
 
 def test_a_card_says_when_its_robot_is_locked_out(portal, visitor):

@@ -107,6 +107,24 @@ def test_a_robot_that_is_closed_is_not_large_and_says_no_wait(robots, client, st
     assert shown(client)["drive"] is None
 
 
+def test_who_drives_or_waits_is_told_no_wait_of_somebody_who_joins(robots, people, client):
+    robot, other = robots
+    now = SYSTEM.now()
+    for name in ("ada", "bob"):
+        queue.join(robot, people[name], now)
+    queue.tick(now)
+    queue.accept(robot, people["ada"], now)
+    for name in ("ada", "bob"):
+        client.force_login(people[name])
+        found = shown(client)
+        assert found["lead"]["wait"] == "", name
+        assert [card["wait"] for card in found["cards"]] == ["Free now"], name
+        told = snapshot(robot.slug, people[name], now, True)
+        assert bool(told["turn"]["mine"]) or told["me"]["ticket"] is not None, "by which a script knows it"
+    client.logout()
+    assert shown(client)["lead"]["wait"].startswith("Your wait: ")
+
+
 def test_a_robot_that_moves_by_itself_or_whose_queue_is_paused_is_not_called_free(robots, client):
     robot, other = robots
     Grant.objects.create(

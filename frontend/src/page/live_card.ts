@@ -74,7 +74,7 @@ export class LiveCard {
     const words = {
       pill: translate(robot.label),
       drives: m.operator ? gettext("{name} drives", { name: shownName(m.operator) }) : "",
-      wait: robot.turns ? joinWait(robot.state, robot.free ?? false, m.join_wait_s ?? null) : "",
+      wait: robot.turns && !m.turn?.mine && !m.me.ticket ? joinWait(robot.state, robot.free ?? false, m.join_wait_s ?? null) : "",
     };
     for (const [name, text] of Object.entries(words)) {
       const part = card.querySelector(`.${name}`);

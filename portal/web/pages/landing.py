@@ -14,8 +14,8 @@ from operatorlog.register import newest_find, place_said
 from operatorlog.services import hidden_of
 from portal.live.snapshot import is_free, moves, operator_name, shown_still, status_of
 from portal.live.watchers import watching_now
-from queueing.models import Turn
-from queueing.services import CLOSED, join_said, offers_turns, open_turn, wait_if_joined, waiting
+from queueing.models import OPEN_TICKET, Turn
+from queueing.services import CLOSED, join_said, offers_turns, open_turn, standings, wait_if_joined, waiting
 from robots.grants import open_grant
 from robots.kit import description
 from robots.kit.clock import SYSTEM
@@ -30,6 +30,9 @@ def landing(request: HttpRequest) -> HttpResponse:
     now, robots = SYSTEM.now(), list(Robot.objects.filter(enabled=True, practice_for=None))
     watching = watching_now([robot.slug for robot in robots])
     cards = [_card(robot, request.user, now) | {"watching": watching.get(robot.slug, 0)} for robot in robots]
+    placed = {one.robot for one in standings(request.user, now) if one.state in OPEN_TICKET}
+    for card in cards:
+        card["wait"] = "" if card["robot"] in placed else _wait(card, now)
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
     lead, find = _lead(cards), newest_find()
     pictured = entries.exclude(frame=None).first() if find is None else None
@@ -60,16 +63,17 @@ def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:
     return {
         "robot": robot, "state": state, "label": label, "turns": turns, "turn": turn, "moves": moves(state, label),
         "operator": operator_name(turn, open_grant(robot), user) or "", "still": shown_still(robot, user),
-        "blind": _no_camera(robot), "wait": _wait(robot, state, label, now) if turns else "",
+        "blind": _no_camera(robot),
     }  # fmt: skip
 
 
-def _wait(robot: Robot, state: str, label: str, now: datetime) -> str:
+def _wait(card: dict[str, Any], now: datetime) -> str:
     """Return how long somebody who joins now would wait, in words."""
-    if state in CLOSED:
+    robot, state = card["robot"], card["state"]
+    if state in CLOSED or not card["turns"]:
         return ""
     wait = wait_if_joined(robot, now)
-    return join_said(state, is_free(state, label, waiting(robot), wait), wait)
+    return join_said(state, is_free(state, card["label"], waiting(robot), wait), wait)
 
 
 def _lead(cards: list[dict[str, Any]]) -> dict[str, Any] | None:

@@ -187,6 +187,7 @@ def _take_rules(folder: Path) -> None:
         rules.nth(24).select_option("2")  # medium
         rules.nth(9).select_option("4")  # very fast, which is refused
         page.wait_for_timeout(600)
+        page.evaluate("document.getElementById('stage-bar').style.display = 'none'")  # it would lie over the rules
         page.locator("#hall-rules").screenshot(path=folder / f"{name}.png")
 
 

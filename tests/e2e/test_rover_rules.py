@@ -36,9 +36,9 @@ def test_rules_are_edited_refused_and_sent_while_it_patrols(operator, portal):
     operator.give("patrol")
     send = page.locator("[data-command=rules-send]")
 
-    rule(page, "N", "VF").focus()
+    rule(page, "near", "very far").focus()
     page.keyboard.type("VF")  # by keys, as in every list
-    expect(rule(page, "N", "VF")).to_have_attribute("aria-invalid", "true")
+    expect(rule(page, "near", "very far")).to_have_attribute("aria-invalid", "true")
     words = "Rule 10 (infrared N, sonar VF) is too fast: 0.40 m/s takes 0.23 m to stop"
     expect(page.locator("#hall-rules-wrong")).to_contain_text(words)
     expect(send).to_have_attribute("aria-disabled", "true")

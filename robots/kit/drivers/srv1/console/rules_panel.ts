@@ -141,7 +141,7 @@ export class RulesPanel {
     say(byId("hall-rules-said"), "");
     byId<HTMLSelectElement>("hall-rules-method").value = rules.method;
     for (const select of this.inputs()) select.value = inputs[Number(select.dataset["input"])]!.name;
-    for (const [i, row] of this.selects.entries()) for (const [j, select] of row.entries()) select.value = String(table[i]![j]);
+    for (const [i, row] of this.selects.entries()) for (const [j, select] of row.entries()) this.put(select, table[i]![j]!);
     for (const [n, one] of [...inputs, output].entries())
       for (const [k, field] of this.fields[n]!.entries()) {
         if (document.activeElement !== field) field.value = String(one.peaks[k]);
@@ -151,6 +151,14 @@ export class RulesPanel {
     if (!this.wrong.some(({ variable }) => variable !== undefined)) this.surface.show(rules);
     this.state();
     this.draw();
+  }
+
+  /** Choose a rule's term; it stands over the narrow field in as many lines as it needs. */
+  private put(select: HTMLSelectElement, term: number): void {
+    const { name, labels } = this.rules.output,
+      label = labels[term] ?? "–";
+    select.value = String(term);
+    say(select.nextElementSibling as HTMLElement, called(name, label));
   }
 
   /** Say what is wrong, and where. */
@@ -183,7 +191,12 @@ export class RulesPanel {
       second.labels.map((other, j) => this.select(i, j, spoken(first.name, label, second.name, other))),
     );
     const rows = first.labels.map((label, i) =>
-      make("tr", {}, heading(label, "row", `0,${i}`, first.name), ...this.selects[i]!.map((select) => make("td", {}, select))),
+      make(
+        "tr",
+        {},
+        heading(label, "row", `0,${i}`, first.name),
+        ...this.selects[i]!.map((select) => make("td", {}, select, make("span", { "aria-hidden": "true" }))),
+      ),
     );
     table.tBodies[0]!.replaceChildren(...rows);
     this.fields = [];
@@ -224,8 +237,13 @@ export class RulesPanel {
 }
 
 function spoken(first: string, label: string, second: string, other: string): string {
-  const values = { first: translate(first), term: label, second: translate(second), other };
+  const values = { first: translate(first), term: called(first, label), second: translate(second), other: called(second, other) };
   return gettext("Speed if {first} is {term} and {second} is {other}", values);
+}
+
+/** Return a term's plain word; the term itself where there is none. */
+function called(reading: string, term: string): string {
+  return plainTerm(reading, term) || term;
 }
 
 /** Return a term with its plain word. */

@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any
 
 from django.conf import settings
+from django.utils.formats import get_format
 from django.utils.translation import get_language, override
 from django.utils.translation.trans_real import DjangoTranslation
 
@@ -15,7 +16,8 @@ DOMAIN = "djangojs"  # the page's scripts have the same catalogue
 @cache
 def _sentences(language: str) -> Sentences:
     catalogue = DjangoTranslation(language, domain=DOMAIN)._catalog  # type: ignore[attr-defined] # as Django's own view does
-    return Sentences({text: other for text, other in catalogue.items() if isinstance(text, str) and text})
+    texts = {text: other for text, other in catalogue.items() if isinstance(text, str) and text}
+    return Sentences(texts, get_format("DECIMAL_SEPARATOR", lang=language))
 
 
 def translate(text: Any) -> str:

@@ -5,7 +5,7 @@ import { gettext, ngettext, Sentences, translate } from "../src/kit/text.ts";
 
 test("sentences are translated as the server translates them", () => {
   const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/sentences.json", import.meta.url), "utf8"));
-  const sentences = new Sentences(vectors.catalogue);
+  const sentences = new Sentences(vectors.catalogue, ",");
   for (const [text, expected] of vectors.texts) assert.equal(sentences.translate(text), expected);
 });
 

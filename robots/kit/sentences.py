@@ -15,6 +15,7 @@ ENDS = (re.compile(r"(?<=[.!?]) "), re.compile(r"(?<=[:;,]) "))  # the parts of 
 SENTENCES = re.compile(r"[.!?] .*[^.!?]$", re.DOTALL)  # a whole sentence and a part of another
 # Names of placeholders: "number…" fits numbers only; what "written…" stands for is code or a person's, and stays.
 NUMERAL = re.compile(r"[-+]?[0-9][0-9.e+-]*")
+DECIMAL = re.compile(r"^([-+]?[0-9]+)\.([0-9]+)(?=$| |°|%)")  # a measured number, with its unit or without
 NUMBER, LETTER, WORD = re.compile(r"[-+]?[0-9]"), re.compile("[A-Za-z]"), re.compile(r"[^\W\d_]")
 FEW = 6  # letters; an entry with fewer that begins with a placeholder, as "{low} to {high}", fits numbers only
 LONGEST, DEEPEST = 600, 6  # characters; placeholders within placeholders
@@ -22,9 +23,13 @@ _Entry = tuple[list[str], list[str], str]  # words around the placeholders, name
 
 
 class Sentences:
-    """The sentences of one language. `catalogue`: the translation of each, empty where there is none."""
+    """The sentences of one language. `catalogue`: the translation of each, empty where there is none.
 
-    def __init__(self, catalogue: Mapping[str, str]) -> None:
+    `mark` stands between whole part and decimals of a number in a sentence.
+    """
+
+    def __init__(self, catalogue: Mapping[str, str], mark: str = ".") -> None:
+        self._decimal = rf"\g<1>{mark}\g<2>"
         self._whole = {text: other for text, other in catalogue.items() if other and not PLACE.search(text)}
         self._by_word: dict[str, list[_Entry]] = {}
         entries = [_entry(text, other) for text, other in catalogue.items() if other and PLACE.search(text)]
@@ -84,7 +89,9 @@ class Sentences:
         return None
 
     def _value(self, name: str, value: str, depth: int) -> str:
-        return value if name.startswith("written") else self._translate(value, depth + 1)
+        if name.startswith("written"):
+            return value
+        return self._translate(DECIMAL.sub(self._decimal, value), depth + 1)
 
     def _may_be(self, name: str, value: str, depth: int) -> bool:
         """Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one."""

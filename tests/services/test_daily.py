@@ -384,5 +384,8 @@ def test_one_address_asks_for_daily_figures_so_often_a_minute(some, client, sett
 def test_a_portal_without_any_row_says_so(robot, client):
     answer = Client().get("/statistics/")
     assert answer.status_code == 200
-    assert "Not known for these days" in answer.content.decode()
+    html = answer.content.decode()
+    assert html.count("Not known for these days") == 1
+    assert "<dt>Turns</dt>" in html
+    assert "<h2>Turns</h2>" not in html
     assert json.loads(client.get("/statistics.json").content)["milestones"] == []

@@ -5,7 +5,10 @@ from datetime import timedelta
 import pytest
 from django.core import mail
 from django.test import Client
+from django.utils import translation
 
+from portal.keep.seeding import add_robot
+from portal.web.jobs.words import request_in_words, result, stages
 from queueing import services as queue
 from queueing.models import Job
 from queueing.services import Asker, ask
@@ -91,6 +94,24 @@ def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job,
     answer = page(job)
     assert [row[1:] for row in table(answer)][-2:] == [("Under way", "12 s of at most 60 s (20 %)"), ("Done", "")]
     assert b"<progress" not in answer.content, "it is over"
+
+
+@pytest.mark.django_db
+def test_where_to_and_what_came_of_it_are_told_in_plain_words_of_the_readers_language():
+    """The iRat's: which place of which map it was are numbers of its own, which people do not choose by."""
+    job = Job(robot=add_robot("irat"), kind="goal", args={"map": 1, "x": -0.0054, "y": 1.5, "experience": 24})
+    progress = {"text": "21 s of at most 104 s", "share": 0.2}
+    sent = {"map": 1, "experience": 24, "limit_s": 103.9}
+    done = Command(created_at=SYSTEM.now(), state="completed", progress=progress, result={"sent": sent})
+    assert request_in_words(job, texts=False) == [
+        ("", "0.5 cm left of where its map began"), ("", "1.5 m up from where its map began"),
+    ]  # fmt: skip
+    assert result(job, done, texts=False) == [("Time limit (s)", "103.9")]
+    with translation.override("de"):
+        said = request_in_words(job, texts=False)
+        assert not any("began" in words for _, words in said), said
+        assert result(job, done, texts=False) == [("Time limit (s)", "103,9")]
+        assert [stage.note for stage in stages(done)] == ["", "21 s von höchstens 104 s (20 %)"]
 
 
 @pytest.mark.service

@@ -108,8 +108,7 @@ def test_a_robot_that_is_closed_is_not_large_and_says_no_wait(robots, client, st
 
 
 def test_who_drives_or_waits_is_told_no_wait_of_somebody_who_joins(robots, people, client):
-    robot, other = robots
-    now = SYSTEM.now()
+    robot, now = robots[0], SYSTEM.now()
     for name in ("ada", "bob"):
         queue.join(robot, people[name], now)
     queue.tick(now)

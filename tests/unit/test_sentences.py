@@ -52,6 +52,7 @@ TEXTS = (
     "The arm cannot go there: say what? Write it.", "The arm cannot go there: say it. Write it.",
     "The arm cannot go there: nothing answers. Look.", "Line 2, open: nothing was there.", "open: Stop",
     "Line 2, open: nothing was there. The arm was held.",
+    "joint 3 would be at 200.5°, outside -90.25° to 90°", "1.5 m from the wall", "turn 1.5.2", "Line 1.5, 0.5: nothing was there.",
     "ähnlich", "The arm is off. The lamp", "The arm is off, the red block. Stop",
 )  # fmt: skip
 WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)
@@ -60,7 +61,7 @@ LONG = "abcdef"  # letters enough for an entry that begins with a placeholder
 
 def vectors():
     """Return the catalogue, and texts with their translations."""
-    sentences = Sentences(CATALOGUE)
+    sentences = Sentences(CATALOGUE, ",")
     return {"catalogue": CATALOGUE, "texts": [[text, sentences.translate(text)] for text in TEXTS]}
 
 

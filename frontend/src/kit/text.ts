@@ -16,6 +16,7 @@ const PLACE = /\{(\w+)\}/;
 const ENDS = [/(?<=[.!?]) /, /(?<=[:;,]) /],
   SENTENCES = /[.!?] .*[^.!?]$/s,
   NUMBER = /^[-+]?[0-9]/,
+  DECIMAL = /^([-+]?[0-9]+)\.([0-9]+)(?=$| |°|%)/,
   NUMERAL = /^[-+]?[0-9][0-9.e+-]*$/,
   WORD = /\p{L}/gu;
 const FEW = 6,
@@ -41,7 +42,7 @@ export function translate(text: string): string {
   const before = memory.get(text);
   if (before !== undefined) return before;
   if (memory.size > 2000) memory.clear();
-  sentences ??= new Sentences(catalogue.catalog);
+  sentences ??= new Sentences(catalogue.catalog, decimalMark());
   const now = sentences.translate(text);
   memory.set(text, now);
   return now;
@@ -54,8 +55,11 @@ export function language(): string {
 
 /** Return a number with so many decimals, as the reader's language writes them. */
 export function decimals(value: number, digits: number): string {
-  mark ??= new Intl.NumberFormat(language()).formatToParts(0.5).find(({ type }) => type === "decimal")?.value ?? ".";
-  return value.toFixed(digits).replace(".", mark);
+  return value.toFixed(digits).replace(".", decimalMark());
+}
+
+function decimalMark(): string {
+  return (mark ??= new Intl.NumberFormat(language()).formatToParts(0.5).find(({ type }) => type === "decimal")?.value ?? ".");
 }
 
 function filled(text: string, values: Values): string {
@@ -68,7 +72,11 @@ export class Sentences {
   readonly #byWord = new Map<string, Entry[]>();
   readonly #any: Entry[]; // they fit a text whatever its first word is
 
-  constructor(texts: Readonly<Record<string, string | string[]>>) {
+  readonly #decimal: string;
+
+  /** `mark` stands between whole part and decimals of a number in a sentence. */
+  constructor(texts: Readonly<Record<string, string | string[]>>, mark = ".") {
+    this.#decimal = `$1${mark}$2`;
     const entries: Entry[] = [];
     for (const [text, entry] of Object.entries(texts)) {
       if (typeof entry !== "string" || !entry || !text) continue;
@@ -140,7 +148,7 @@ export class Sentences {
   }
 
   #value(name: string, value: string, depth: number): string {
-    return name.startsWith("written") ? value : this.translate(value, depth + 1);
+    return name.startsWith("written") ? value : this.translate(value.replace(DECIMAL, this.#decimal), depth + 1);
   }
 
   /** Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one. */

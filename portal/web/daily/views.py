@@ -67,13 +67,14 @@ def statistics(request: HttpRequest) -> HttpResponse:
     days = days_of(asked.robot)
     found, shown = milestones(days), reading.within(days, asked)
     left_out = ("finds",) if asked.robot is not None and excavation_of(asked.robot) is None else ()
+    sections = [_section(figure, shown, found) for figure in FIGURES if figure.name not in left_out]
     context = {
         "asked": asked, "spans": SPANS, "robots": Robot.objects.filter(enabled=True, practice_for=None),
         "first": days[0] if days else None,
         "totals": [
             (one, number(one.value, one.whole)) for one in totals(days) if one.figure.name not in left_out
         ] if days else [],
-        "sections": [_section(figure, shown, found) for figure in FIGURES if figure.name not in left_out],
+        "sections": [one for one in sections if one.known], "unknown": [one for one in sections if not one.known],
         "milestones": found[::-1], "of_jobs": asked.robot is not None and bool(job_kinds(asked.robot)),
         "earlier": _address(asked, asked.since - A_DAY),
         "later": _address(asked, min(today, asked.until + asked.days * A_DAY)) if asked.until < today else "",

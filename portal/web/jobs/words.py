@@ -3,8 +3,11 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from decimal import Decimal
+from math import isfinite
 from typing import Any
 
+from django.utils.formats import number_format
 from django.utils.translation import gettext
 
 from queueing.models import Job
@@ -12,6 +15,7 @@ from robots.grants import INTERRUPTED
 from robots.kit.contract.capabilities import JobChoices
 from robots.kit.contract.ranges import readable
 from robots.kit.contract.spec import Argument, Spec
+from robots.kit.contract.words import way
 from robots.models import Command
 from robots.sentences import translate
 from robots.states import CommandState
@@ -31,12 +35,14 @@ class Stage:
 def request_in_words(job: Job, texts: bool) -> list[tuple[str, str]]:
     """Return the name and value of each argument, with its unit if the robot still takes such jobs.
 
-    `texts`: also texts that people wrote, which only the asker and staff see.
+    What has words for its directions needs no name: "33 cm down from where its map began". `texts`: also texts that
+    people wrote, which only the asker and staff see.
     """
-    units = _units(job)
-    labels = _labels(job)
-    shown = {name: value for name, value in job.args.items() if labels.get(name) != ""}
-    return [(labels.get(name, name), value) for name, value in _valued(shown, units, texts)]
+    units, labels, ways = _units(job), _labels(job), _ways(job)
+    return [
+        ("", translate(ways[name])) if name in ways else (labels.get(name, name), value)
+        for name, value in _valued(_shown(job.args, labels), units, texts)
+    ]
 
 
 def stages(command: Command) -> list[Stage]:
@@ -50,7 +56,8 @@ def stages(command: Command) -> list[Stage]:
         found.append(Stage(UNDER_WAY, _told_at(command) or found[-1].at, said))
     if command.ended_at is not None:
         cut = command.reason.startswith(INTERRUPTED)
-        found.append(Stage(INTERRUPTED if cut else command.get_state_display(), command.ended_at, command.reason))
+        name = INTERRUPTED if cut else command.get_state_display()
+        found.append(Stage(name, command.ended_at, translate(command.reason)))
     return found
 
 
@@ -67,8 +74,11 @@ def result(job: Job, command: Command | None, texts: bool) -> list[tuple[str, st
     """
     if command is None or not command.final:
         return []
-    told, units = command.result, _units(job)
-    found = list(_valued(_object(told.get("sent")), units, texts))
+    told, units, labels = command.result, _units(job), _labels(job)
+    found = [
+        (labels.get(name, name), value)
+        for name, value in _valued(_shown(_object(told.get("sent")), labels), units, texts)
+    ]
     measured = _object(_object(told.get("channels")).get("ended"))
     found += [
         (gettext("%(name)s at its end") % {"name": translate(name)}, value)
@@ -84,7 +94,7 @@ def result(job: Job, command: Command | None, texts: bool) -> list[tuple[str, st
 def _progress(command: Command) -> str:
     told, share = command.progress, command.progress.get("share")
     much = f" ({share:.0%})".replace("%", " %") if isinstance(share, int | float) else ""
-    return f"{told.get('text') or ''}{much}".strip()
+    return f"{translate(told.get('text') or '')}{much}".strip()
 
 
 def _told_at(command: Command) -> datetime | None:
@@ -110,16 +120,32 @@ def _units(job: Job) -> dict[str, str]:
 
 
 def _labels(job: Job) -> dict[str, str]:
-    """Return the label of each argument; empty for the robot's own numbers, where people choose by words."""
+    """Return the label of each argument, and the robot's plain word for any other value that it tells.
+
+    It is empty for the robot's own numbers, where people choose by words.
+    """
     spec, arguments = _spec_of(job)
     by_words = spec is not None and any(one.kind == job.kind for one in spec.all_of(JobChoices))
-    return {one.name: "" if by_words and one.whole else one.label or one.name for one in arguments}
+    named = {one.name: "" if by_words and one.whole else one.label or one.name for one in arguments}
+    return {**(spec.words if spec is not None else {}), **named}
+
+
+def _shown(values: Mapping[str, Any], labels: Mapping[str, str]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if labels.get(name) != ""}
+
+
+def _ways(job: Job) -> dict[str, str]:
+    """Return in words, by name, the arguments that lie in a direction."""
+    directed = (one for one in _spec_of(job)[1] if one.directions and one.unit)
+    found = {one.name: way(one.directions, job.args[one.name], one.unit) for one in directed if one.name in job.args}
+    return {name: words for name, words in found.items() if words}
 
 
 def _valued(values: Mapping[str, Any], units: Mapping[str, str], texts: bool) -> Iterator[tuple[str, str]]:
     for name, value in values.items():
         if isinstance(value, int | float):
-            yield name, f"{readable(value)} {units.get(name, '')}".strip()
+            number = number_format(Decimal(readable(value))) if isfinite(value) else readable(value)
+            yield name, f"{number} {units.get(name, '')}".strip()
         elif texts or not isinstance(value, str):
             yield name, str(value)
 

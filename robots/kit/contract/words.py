@@ -30,7 +30,7 @@ def command_words(spec: Spec, kind: str, args: Mapping[str, Any], before: Place 
     coordinates = spec.pose.coordinates if spec.pose else ()
     apart = [a for a in found.arguments if is_relative(a) and a.name in coordinates and a.name in args]
     if apart and all(is_number(args[a.name]) and a.name in (before or {}) for a in apart):
-        moved = [_along(a.directions, args[a.name] - (before or {})[a.name], a.unit) for a in apart]
+        moved = [way(a.directions, args[a.name] - (before or {})[a.name], a.unit) for a in apart]
         others = [_one(spec, a, args[a.name]) for a in found.arguments if a.name in args and a not in apart]
         words = ", ".join(part for part in (*moved, *others) if part)
         return " to ".join((found.label, words)) if words else f"{found.label} to where it was"
@@ -45,8 +45,8 @@ def way_words(spec: Spec, before: Place | None, after: Place | None) -> str:
     names = [n for n in (spec.pose.coordinates if spec.pose else ()) if n in directions]
     if not names or not all(n in (before or {}) and n in (after or {}) for n in names):
         return ""
-    ways = (_along(directions[n].directions, (after or {})[n] - (before or {})[n], directions[n].unit) for n in names)
-    return ", ".join(way for way in ways if way)
+    ways = (way(directions[n].directions, (after or {})[n] - (before or {})[n], directions[n].unit) for n in names)
+    return ", ".join(one for one in ways if one)
 
 
 def place_words(spec: Spec, place: Place) -> str:
@@ -103,16 +103,16 @@ def _one(spec: Spec, argument: Argument, value: Any) -> str:
     if is_relative(argument) and is_number(value):
         return f"{called(spec, argument)} {quantity(value, argument.unit)}"
     if argument.directions and is_number(value):
-        return _along(argument.directions, value, argument.unit)
+        return way(argument.directions, value, argument.unit)
     told = _value(argument, value)
     if argument.text:
         return told
     return f"{told} {argument.label}" if argument.label and argument.unit else f"{called(spec, argument)} {told}"
 
 
-def _along(directions: Sequence[str], value: float, unit: str) -> str:
-    """Return a way in one direction; empty if it is too short to be one."""
-    if abs(value) < SMALLEST.get(unit, 0.0) or not value:
+def way(directions: Sequence[str], value: Any, unit: str) -> str:
+    """Return a way in one direction, as "3 cm right"; empty if it is too short to be one, or no number."""
+    if not is_number(value) or abs(value) < SMALLEST.get(unit, 0.0) or not value:
         return ""
     return f"{quantity(abs(value), unit)} {directions[value < 0]}"
 

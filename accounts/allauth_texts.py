@@ -15,7 +15,11 @@ TEXTS = (
     pgettext_lazy("field label", "Login"),
     gettext_noop("In case you forgot, your username is %(username)s."),
     gettext_noop("Please Confirm Your Email Address"),
+    gettext_noop(
+        'Please confirm that <a href="mailto:%(email)s">%(email)s</a> is an email address for user %(user_display)s.'
+    ),
     gettext_noop("Please contact us if you have any trouble resetting your password."),
+    gettext_noop("Please select only one."),
     gettext_noop("Please type your current password."),
     gettext_noop("Sign In"),
     gettext_noop("Thank you for using %(site_name)s!\n%(site_domain)s"),
@@ -27,6 +31,7 @@ TEXTS = (
         'This email confirmation link expired or is invalid. Please <a href="%(email_url)s">issue a new email'
         " confirmation request</a>."
     ),
+    gettext_noop("Username can not be used. Please use other username."),
     gettext_noop("Verify Your Email Address"),
     gettext_noop(
         "We have sent an email to you for verification. Follow the link provided to finalize the signup "
@@ -36,6 +41,11 @@ TEXTS = (
     gettext_noop(
         "We have sent you an email. If you have not received it please check your spam folder. Otherwise "
         "contact us if you do not receive it in a few minutes."
+    ),
+    gettext_noop(
+        "You are receiving this email because you or someone else tried to signup for an\naccount using email address:"
+        "\n\n%(email)s\n\nHowever, an account using that email address already exists.  In case you have\nforgotten about"
+        " this, please use the password forgotten procedure to recover\nyour account:\n\n%(password_reset_url)s"
     ),
     gettext_noop("You are already logged in as %(user_display)s."),
     gettext_noop("You cannot add more than %d email addresses."),

@@ -1,13 +1,18 @@
 """The reader's language and time zone: chosen, remembered, and never broken by what a browser sends."""
 
 import re
+from io import BytesIO
+from pathlib import Path
 
+import allauth
 import pytest
-from django.utils import timezone
+from babel.messages.pofile import read_po
+from django.utils import timezone, translation
 
 from accounts.models import User
 
 pytestmark = pytest.mark.django_db
+GERMAN = "de/LC_MESSAGES/django.po"
 
 
 def test_the_browser_chooses_until_the_person_does(client):
@@ -85,3 +90,16 @@ def test_pages_of_allauth_address_people_as_ours_do(client, django_user_model):
         found += client.get(f"/accounts/{address}/", headers=german).text
     assert "Sie" in found
     assert re.findall(r"\b(?:du|dein\w*|dir|dich)\b.{40}", found, re.IGNORECASE) == []
+
+
+def test_no_page_and_mail_of_accounts_says_du():
+    """Also those that need a situation of their own, as the mail to somebody who has an account already."""
+    catalogue = read_po(BytesIO(Path(allauth.__file__).with_name("locale").joinpath(GERMAN).read_bytes()))
+    used = re.compile(r"templates/account/(?!.*(phone|verified_email_required))|\baccount/(adapter|forms|views)\.py")
+    texts = [one.id for one in catalogue if isinstance(one.id, str) and any(used.search(at) for at, _ in one.locations)]
+    assert len(texts) > 50
+    with translation.override("de"):
+        said = [translation.gettext(text) for text in texts]
+    assert [
+        text for text in said if re.search(r"\b(?:du|dein\w*|dir|dich|bestätige|wähle|gib)\b", text, re.IGNORECASE)
+    ] == []

@@ -44,8 +44,8 @@ TEXTS = (
     ),
     gettext_noop(
         "You are receiving this email because you or someone else tried to signup for an\naccount using email address:"
-        "\n\n%(email)s\n\nHowever, an account using that email address already exists.  In case you have\nforgotten about"
-        " this, please use the password forgotten procedure to recover\nyour account:\n\n%(password_reset_url)s"
+        "\n\n%(email)s\n\nHowever, an account using that email address already exists.  In case you have\nforgotten"
+        " about this, please use the password forgotten procedure to recover\nyour account:\n\n%(password_reset_url)s"
     ),
     gettext_noop("You are already logged in as %(user_display)s."),
     gettext_noop("You cannot add more than %d email addresses."),

@@ -56,7 +56,7 @@ export class WayBack {
   whyNot(near: number): string {
     const here = this.here(),
       { from } = this;
-    if (!from) return gettext("There is nothing to go back to: no move has ended in this turn.");
+    if (!from) return gettext("There is nothing to go back to: no move to a position has ended in this turn.");
     if (from.every((q, i) => Math.abs(q - (here[i] ?? Infinity)) <= near))
       return gettext("The robot is where it was before its last move.");
     return "";

@@ -67,6 +67,19 @@ def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     expect(page).to_have_title(re.compile("^● Driving"))
 
 
+def test_the_page_ends_above_the_bar_that_the_server_had_drawn_as_high(portal, cast):
+    ada = cast("ada", viewport={"width": 1440, "height": 400})
+    portal.drive(ada.user, "mercury")
+    page, bar = ada.page, ada.page.locator(BAR)
+    page.goto("/log/")
+    expect(bar.get_by_role("timer")).to_be_visible()
+    settle(page)
+    page.mouse.wheel(0, 9999)
+    settle(page)
+    end = page.locator(".site-foot").bounding_box()
+    assert end["y"] + end["height"] <= bar.bounding_box()["y"] + 1, "the bar covers nothing"
+
+
 @pytest.mark.timed
 def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     ada, bob = cast("ada"), cast("bob")

@@ -84,10 +84,8 @@ class TurnBar {
     this.bar.toggleAttribute("data-here", !this.leaving && first !== undefined && first.robot === this.own && !first.idles);
     this.bar.hidden = !first && !this.leaving && !this.said.textContent;
     const state = this.leaving ? "leaving" : first && first.idles ? "idle" : (first?.state ?? "");
-    if (this.bar.dataset["state"] !== state) {
-      this.bar.dataset["state"] = state;
-      this.measure();
-    }
+    const other = this.bar.dataset["state"] !== state;
+    this.bar.dataset["state"] = state;
     drawParts(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now, this.own) : []);
     drawParts(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     const also = rest.map((p) => short(p, now));
@@ -98,6 +96,7 @@ class TurnBar {
           : gettext("Press Sound to hear when it is your turn."),
       );
     say(this.also, this.leaving ? "" : also.join(" "));
+    if (other) this.measure(); // with all its parts drawn: the observer is silent where the new ones are as high as the old
   }
 
   /** Dismiss an ended turn that the page itself tells, so that other pages do not say it again. */

@@ -115,7 +115,7 @@ def report(turn: Turn, user: Any, filled_in: Report, now: datetime) -> Find:
     with transaction.atomic():
         Turn.objects.select_for_update().get(pk=turn.pk)
         earlier = Find.objects.filter(turn=turn)
-        same = earlier.filter(name=name).first()
+        same = earlier.filter(name=name, frame=frame, x=x, y=y).first()
         if same is not None:
             return same  # a double press
         if earlier.count() >= MOST_OF_A_TURN:

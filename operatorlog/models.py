@@ -276,7 +276,6 @@ class Find(models.Model):
     class Meta:
         ordering = ("seen_at", "id")
         constraints = [
-            models.UniqueConstraint(fields=["turn", "name"], name="one_report_a_name_and_turn"),
             models.CheckConstraint(
                 condition=Q(piece__isnull=True) | Q(state="confirmed"), name="a_piece_of_a_confirmed_find"
             ),

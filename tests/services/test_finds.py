@@ -46,11 +46,21 @@ def test_the_log_form_reports_a_find_at_the_place_of_its_picture(bed, roles):
     assert find.seen_at == find.frame.taken_at
     page = client.get(turn.get_absolute_url()).content.decode()
     assert "a spoon: waits for a moderator" in page
-    client.post(turn.get_absolute_url(), {"find": "a spoon", "find_x": "12", "find_y": "41,5"})
-    assert Find.objects.count() == 1, "a second press"
     client.post(turn.get_absolute_url(), {"find": "another", "find_x": "12", "find_y": "41,5"})
     other = Find.objects.get(name="another")
     assert (other.x, other.y, other.frame, other.seen_at) == (0.12, 0.415, None, ended().ended_at)
+
+
+def test_a_second_press_reports_nothing_and_a_second_place_of_the_same_name_is_another_find(bed, roles):
+    turn, client = ended(), as_role(roles, "operator")
+    told = {"find": "a shard", "find_x": "12", "find_y": "40", "frame": ""}
+    for _ in range(2):
+        client.post(turn.get_absolute_url(), told)
+    assert Find.objects.count() == 1, "a second press"
+    client.post(turn.get_absolute_url(), told | {"find_y": "41,5"})
+    assert {(one.x, one.y) for one in Find.objects.all()} == {(0.12, 0.4), (0.12, 0.415)}
+    client.post(turn.get_absolute_url(), told | {"frame": str(turn.grant.frames.get().pk)})
+    assert Find.objects.count() == 3, "another picture"
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,11 @@ import { share } from "./share.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 
 const FAILED = gettext("The recording could not be read. Check your connection, and choose a time again.");
+const UNREAD = gettext("The recording could not be read. This page tries again every few seconds.");
 const GONE = gettext("The file of this recording is gone, so it cannot be replayed.");
 const LOADING = gettext("Loading…"),
-  LONG_MS = 500;
+  LONG_MS = 500,
+  AGAIN_MS = 3000;
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
 
@@ -55,6 +57,7 @@ function draw(): void {
 
 /** Say that it loads, if that takes long. */
 function tellWaiting(waiting: boolean): void {
+  if (waiting && said.textContent === FAILED) say(said, ""); // a moment is asked for again
   if (waiting && !loading) loading = window.setTimeout(() => say(said, LOADING), LONG_MS);
   if (waiting || !loading) return;
   clearTimeout(loading);
@@ -93,15 +96,26 @@ function seekToAddress(): void {
   if (found) void player?.seek(Number(found[1]) * 1000);
 }
 
-async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
-  const answer = await request(about.index, {}, FILE_MS);
-  if (answer.status === 404) {
-    say(said, GONE);
-    return;
+/** Return the index of the recording, asked for until it comes; null if the file is gone. */
+async function readIndex(): Promise<Index | null> {
+  for (;;) {
+    try {
+      const answer = await request(about.index, {}, FILE_MS);
+      if (answer.status === 404) return null;
+      if (answer.ok) return (await answer.json()) as Index;
+    } catch {
+      // there is no connection: as after an answer that is an error
+    }
+    say(said, UNREAD);
+    await new Promise((resolve) => setTimeout(resolve, AGAIN_MS));
   }
-  if (!answer.ok) throw new Error(`index: ${answer.status}`);
-  const index = (await answer.json()) as Index,
-    story = new Story(index, about);
+}
+
+async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
+  const index = await readIndex();
+  say(said, index ? "" : GONE);
+  if (!index) return;
+  const story = new Story(index, about);
   player = new Player(index, about.slices, story, draw, () => say(said, FAILED));
   opened(player);
   range.max = String(Math.ceil(player.length / STEP_MS) * STEP_MS); // the last step is the end itself

@@ -53,16 +53,16 @@ test("a command that went down with its socket ends, unless the server has it af
   const sent = { ...command("sending", 0), over: 1, at_ms: 1000 };
   list.update(sent);
   list.lost(1, 60_000);
-  assert.ok(list.busy(3, new Set()), "the socket into which it went is still there");
+  assert.ok(list.motion(3, new Set()), "the socket into which it went is still there");
   list.lost(2, 2000);
-  assert.ok(list.busy(3, new Set()), "the server may still be at it");
+  assert.ok(list.motion(3, new Set()), "the server may still be at it");
   list.lost(2, 5000);
-  assert.ok(!list.busy(3, new Set()));
+  assert.ok(!list.motion(3, new Set()));
   assert.ok(list.ended(3, 1));
   list.update(command("acknowledged"));
-  assert.ok(list.busy(3, new Set()), "it had arrived");
+  assert.ok(list.motion(3, new Set()), "it had arrived");
   list.lost(2, 60_000);
-  assert.ok(list.busy(3, new Set()), "what the server has is not lost");
+  assert.ok(list.motion(3, new Set()), "what the server has is not lost");
 });
 
 test("what the server never had stands where it was given, and not above everything later", () => {

@@ -82,9 +82,9 @@ export class CommandList {
     this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
   }
 
-  /** Whether a motion of this grant runs or waits; the kinds in `beside` run beside a motion and do not count. */
-  busy(grant: number, beside: ReadonlySet<string>): boolean {
-    return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state) && !beside.has(c.kind));
+  /** Return the motion of this grant that runs or waits, also one that was only just sent; those `beside` a motion do not count. */
+  motion(grant: number, beside: ReadonlySet<string>): CommandInfo | undefined {
+    return [...this.rows.values()].find((c) => c.grant === grant && !FINAL.has(c.state) && !beside.has(c.kind));
   }
 
   /** Call `then` once, when that command of this grant has ended. */

@@ -33,7 +33,7 @@ export class Commands {
 
   /** Whether a motion of this grant runs, waits or is held. */
   get busy(): boolean {
-    return this.heldMotion.held || (this.grant !== 0 && this.list.busy(this.grant, configKinds));
+    return this.heldMotion.held || (this.grant !== 0 && this.list.motion(this.grant, configKinds) !== undefined);
   }
 
   /** Put the next command into the list and send it. Returns its number; `seen`: when the picture on the page was taken (ms). */

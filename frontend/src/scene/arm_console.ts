@@ -8,7 +8,7 @@ import type { CameraView } from "../media/camera_view.ts";
 import type { ArmFacts } from "../motion/facts.ts";
 import type { Console } from "../page/console.ts";
 import { blocked, type Facts } from "../page/controls.ts";
-import { facts } from "../page/facts.ts";
+import { configKinds, facts } from "../page/facts.ts";
 import { sayWord } from "../page/plain_words.ts";
 import type { RobotPage } from "../page/robot_page.ts";
 import type { Judgement } from "./judge.ts";
@@ -369,7 +369,7 @@ export class ArmConsole implements Console, Judge {
     const general = blocked(f);
     if (general || (kind === "gripper" && this.scene?.follows)) return general;
     if (kind === "go" && f.busy && this.goesThere) return gettext("The arm is on its way there already.");
-    const running = this.page.snapshot?.commands.find((c) => !FINAL.has(c.state));
+    const running = this.page.ladder.motion(this.page.grant, configKinds);
     if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind)))
       return gettext("One command at a time: the arm is still busy.");
     if (this.pick && PICKING.has(kind)) return this.pick.whyNot(kind, this.plan);

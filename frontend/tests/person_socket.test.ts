@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test, type TestContext } from "node:test";
 import type { PersonSocket as Line, QueuePlace } from "../src/queue/person_socket.ts";
-import { queuePlace, stub } from "./helpers.ts";
+import { queuePlace, settled, stub } from "./helpers.ts";
 
 class Socket {
   static CONNECTING = 0;
@@ -60,6 +60,42 @@ test("without an answer in four seconds the request is repeated without the sock
   const asked = line.ask("accept", place("mercury"));
   t.mock.timers.tick(4001);
   assert.equal(await asked, "by request");
+});
+
+/** Have requests without the socket fail, as without a connection. */
+function unreachable(t: TestContext): void {
+  t.mock.method(globalThis, "fetch", async () => Promise.reject(new TypeError("Failed to fetch")));
+}
+
+/** Return what was answered by now; undefined: nothing yet. */
+async function byNow(asked: Promise<string>): Promise<string | undefined> {
+  await settled();
+  return Promise.race([asked, Promise.resolve(undefined)]);
+}
+
+test("what the socket has taken may arrive later than a request in its place fails, and is not called unsent", async (t) => {
+  unreachable(t);
+  const { line, socket } = connected(t);
+  const accepted = line.ask("accept", place("mercury")),
+    dismissed = line.ask("dismiss", place("pa10"));
+  t.mock.timers.tick(4001);
+  assert.equal(await byNow(accepted), undefined);
+  socket.says(answer("accept", "mercury", ""));
+  socket.says(answer("dismiss", "pa10", "late, too"));
+  assert.deepEqual([await accepted, await dismissed], ["", "late, too"]);
+});
+
+test("what a socket had taken that is no more is told as not known", async (t) => {
+  unreachable(t);
+  const { line, socket } = connected(t);
+  const early = line.ask("accept", place("mercury"));
+  t.mock.timers.tick(4001);
+  assert.equal(await byNow(early), undefined);
+  socket.close();
+  const late = line.ask("leave", place("mercury")); // there is no socket
+  t.mock.timers.tick(1000);
+  assert.match(String(await byNow(early)), /whether that was done is not known/);
+  assert.equal(await late, UNSENT);
 });
 
 test("an answer that comes late is not the next request's", async (t) => {

@@ -12,7 +12,9 @@ from robots.kit.clock import SYSTEM
 from tests.conftest import at_length, wait_for
 from tests.e2e.bare import portal as portal
 from tests.e2e.drawn import IDLE, settle
-from tests.e2e.told_line import stopped_clock
+from tests.e2e.frames import read
+from tests.e2e.told_line import OWN_LINE, stopped_clock
+from tests.waiting import CEILING_S
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR = "#turnbar"
@@ -78,6 +80,30 @@ def test_the_page_ends_above_the_bar_that_the_server_had_drawn_as_high(portal, c
     settle(page)
     end = page.locator(".site-foot").bounding_box()
     assert end["y"] + end["height"] <= bar.bounding_box()["y"] + 1, "the bar covers nothing"
+
+
+def test_a_press_that_arrives_after_the_line_was_gone_for_a_while_leads_to_the_robot(portal, cast):
+    ada, held, failed = cast("ada"), [], []
+    ada.allowed = ("ERR_",)
+
+    def hold(socket):
+        """Keep what the bar asks for, as a socket does without a connection."""
+        server = socket.connect_to_server()
+        socket.on_message(lambda text: held.append((server, text)) if read(text)["t"] == "do" else server.send(text))
+
+    ada.page.route_web_socket(OWN_LINE, hold)
+    ada.page.route("**/me/places/", lambda route: (route.abort(), failed.append(route.request.method)))
+    page = elsewhere(ada)
+    take = page.get_by_role("button", name="Take control")
+    take.click()
+    wait_for(lambda: page.wait_for_timeout(20) or "POST" in failed, CEILING_S, "the request in place of the socket's")
+    page.evaluate(IDLE)
+    take.click(force=True)
+    expect(page.locator(BAR)).to_contain_text("Your last press is on its way.")
+    for server, text in held:
+        server.send(text)
+    page.wait_for_url("**/robots/mercury/")
+    assert Turn.objects.get().ended_at is None
 
 
 @pytest.mark.timed

@@ -33,6 +33,7 @@ interface Places {
 interface PendingRequest {
   what: PlaceAction;
   robot: string;
+  repeated: boolean; // without the socket, in vain
   answered(text: string): void;
 }
 type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
@@ -43,6 +44,7 @@ const LOOK_MS = 5000; // or if it does not answer when it is asked: the device m
 const POLL_MS = 10_000;
 const ANSWER_MS = 4000;
 export const UNSENT = gettext("That could not be sent: there is no connection. Try again when it is back.");
+const UNANSWERED = gettext("There was no answer, so whether that was done is not known. This page shows it when the connection is back.");
 
 const WARN_MS = 20_500; // the server tells again 20 s before
 
@@ -80,7 +82,7 @@ export class PersonSocket {
   private heard = 0;
   private looked = 0; // when the server was asked for the places and has not answered yet; 0: not asked
   private asked = 0;
-  private waiting: PendingRequest | null = null;
+  private waiting = new Set<PendingRequest>();
   private token: string;
   private changed: () => void;
 
@@ -99,17 +101,35 @@ export class PersonSocket {
     return Date.now() + this.offset;
   }
 
-  /** Send the request. Resolves to what went wrong as a sentence, or to an empty text. */
-  async ask(what: PlaceAction, place: QueuePlace): Promise<string> {
-    if (this.socket?.readyState === WebSocket.OPEN) {
-      const answer = new Promise<string>((answered) => (this.waiting = { what, robot: place.robot, answered }));
-      const late = new Promise<null>((resolve) => setTimeout(() => resolve(null), ANSWER_MS));
-      this.socket.send(JSON.stringify({ t: "do", what, robot: place.robot, ticket: place.ticket }));
-      const text = await Promise.race([answer, late]);
-      this.waiting = null;
-      if (text !== null) return text;
-    }
-    return this.post(what, place);
+  /**
+   * Send the request. Resolves to what went wrong as a sentence, or to an empty text. What a socket has taken may arrive
+   * as long as it is open, so it is not called unsent.
+   */
+  ask(what: PlaceAction, place: QueuePlace): Promise<string> {
+    const { socket } = this;
+    if (socket?.readyState !== WebSocket.OPEN) return this.post(what, place);
+    return new Promise((resolve) => {
+      const answered = (text: string): void => {
+        this.waiting.delete(request);
+        resolve(text);
+      };
+      const request: PendingRequest = { what, robot: place.robot, repeated: false, answered };
+      this.waiting.add(request);
+      socket.send(JSON.stringify({ t: "do", what, robot: place.robot, ticket: place.ticket }));
+      setTimeout(() => this.waiting.has(request) && void this.repeat(request, place, socket), ANSWER_MS);
+    });
+  }
+
+  private async repeat(request: PendingRequest, place: QueuePlace, socket: WebSocket): Promise<void> {
+    const text = await this.post(request.what, place);
+    if (text !== UNSENT) request.answered(text);
+    else if (this.socket !== socket) request.answered(UNANSWERED);
+    request.repeated = true;
+  }
+
+  /** Give up what a socket had taken that is no more; what has not been repeated yet will be. */
+  private giveUp(): void {
+    for (const request of this.waiting) if (request.repeated) request.answered(UNANSWERED);
   }
 
   /** Ask the server for the places again. */
@@ -124,6 +144,7 @@ export class PersonSocket {
   private open(): void {
     const socket = openSocket("/ws/me/");
     this.socket = socket;
+    this.giveUp();
     this.heard = performance.now();
     this.looked = 0;
     socket.onmessage = (event) => this.take(JSON.parse(event.data as string) as Heard);
@@ -145,8 +166,8 @@ export class PersonSocket {
     this.tries = 0;
     if (m.t === "answer") {
       // an answer that comes too late belongs to no request; a request that the server could not read is answered as "do"
-      const meant = this.waiting && (m.to === "do" || (m.to === this.waiting.what && m.robot === this.waiting.robot));
-      if (meant) this.waiting?.answered(m.text);
+      const meant = [...this.waiting].find(({ what, robot }) => m.to === "do" || (m.to === what && m.robot === robot));
+      meant?.answered(m.text);
       return;
     }
     this.offset = m.now_ms - Date.now();
@@ -163,6 +184,7 @@ export class PersonSocket {
 
   private end(): void {
     this.over = true;
+    this.giveUp();
     this.show([]);
   }
 

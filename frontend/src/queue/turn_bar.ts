@@ -144,7 +144,11 @@ class TurnBar {
 
   private async carryOut(wanted: PlaceAction): Promise<void> {
     const place = this.place;
-    if (!place || this.busy) return;
+    if (!place) return;
+    if (this.busy) {
+      this.tell(BUSY);
+      return;
+    }
     this.busy = true;
     this.tell("");
     const wrong = await this.line.ask(wanted, place);

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from operatorlog.models import Entry
 from queueing import services as queue
+from robots import services
 from robots.kit.clock import SYSTEM
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
@@ -164,3 +165,23 @@ def test_maintenance_leads_to_the_console_and_has_its_end_there(portal, staff):
     expect(page.locator("#place")).not_to_contain_text("Maintenance turn")
     assert not Grant.objects.filter(robot=portal.robot, kind=GrantKind.STAFF, ended_at=None).exists()
     assert Robot.objects.get(pk=portal.robot.pk).cycle == Cycle.LOCKED_OUT
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        (services.end_maintenance, "The maintenance turn is over. The robot stays locked out."),
+        (services.lift_lock_out, "Your turn is over."),
+    ],
+)
+def test_who_maintains_a_robot_is_told_that_somebody_else_ended_it(portal, staff, ends, said):
+    page = staff(**LIGHT).page
+    page.goto("/admin/")
+    card(page).get_by_text("Lock out or maintain").click()
+    card(page).get_by_role("textbox").fill("a new belt")
+    card(page).get_by_role("button", name="Lock out and drive it").click()
+    expect(page.locator("#place")).to_contain_text("Maintenance turn")
+    expect(page.locator(".messages")).to_contain_text("You drive now")
+    ends(portal.robot, portal.person("lou", is_staff=True, is_superuser=True))
+    expect(page.locator("#notice")).to_contain_text(said)
+    expect(page.locator(".messages")).to_have_count(0)

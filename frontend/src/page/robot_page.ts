@@ -303,6 +303,7 @@ export class RobotPage {
 
   private gotSnapshot(s: Snapshot): void {
     const wasOperating = this.operating,
+      maintained = wasOperating && this.snapshot?.turn?.staff === true,
       hadStill = this.snapshot?.still?.id;
     if (!s.replay) s.commands = latestStages(s.commands, this.snapshot?.commands);
     this.snapshot = s;
@@ -317,11 +318,19 @@ export class RobotPage {
     this.turnPanel.changed(s);
     if (s.still?.id !== hadStill) this.media.still();
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
-    const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
+    const end = wasOperating && !maintained && !s.me.can.drive ? s.me.last_end : null;
     if (end) this.notice(gettext("Your turn is over. {why}", { why: translate(end.why) }), end.own ? "info" : "warning");
+    if (maintained && !s.me.can.drive) this.maintenanceEnded(s);
     if (!wasOperating && s.me.can.drive) focusStage();
     drawLog(byId("log"), s.log, this.live.now());
     this.stop.press.update(s); // last, because the result of a Stop matters most
+  }
+
+  /** Say that the maintenance turn is over, whoever ended it, and take away what was said as it began. */
+  private maintenanceEnded({ robot }: Snapshot): void {
+    document.querySelector(".messages:not(:has(form))")?.remove();
+    const shut = gettext("The maintenance turn is over. The robot stays locked out.");
+    this.notice(robot.state === "locked_out" ? shut : gettext("Your turn is over. {why}", { why: translate(robot.why) }), "warning");
   }
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {

@@ -59,6 +59,43 @@ def test_stop_is_one_press_and_the_page_stays(portal, staff):
     assert not Robot.objects.get(pk=portal.robot.pk).stop_latched
 
 
+def test_the_answer_to_a_second_press_leaves_what_the_first_one_said(portal, staff):
+    """One of two answers has both messages, and the other has none."""
+
+    def answer_without_messages(route):
+        answer = route.fetch()
+        text = answer.text().replace('class="messagelist"', 'class="taken"').replace("nobody waits", "a second answer")
+        route.fulfill(response=answer, body=text)
+
+    page = staff(**LIGHT).page
+    page.goto("/admin/")
+    stop = card(page).get_by_role("button", name="Stop Mercury")
+    stop.click()
+    expect(page.locator(".messagelist")).to_contain_text("Stop was sent.")
+    page.route("**/admin/live/", lambda route: None)  # no look replaces the second answer
+    page.route("**/do/stop/", answer_without_messages)
+    stop.click()
+    expect(card(page)).to_contain_text("a second answer")
+    expect(page.locator(".messagelist")).to_contain_text("Stop was sent.")
+
+
+def test_a_lost_answer_leaves_open_whether_it_was_done(portal, staff):
+    def lose_answer(route):
+        route.fetch()
+        route.abort()
+
+    Robot.objects.filter(pk=portal.robot.pk).update(stop_latched=True, stopped_at=SYSTEM.now())
+    one = staff(**LIGHT)
+    one.allowed = ("Failed to load", "net::ERR")
+    page = one.page
+    page.goto("/admin/")
+    page.route("**/do/release/", lose_answer)
+    card(page).get_by_role("checkbox").check()
+    card(page).get_by_role("button", name="Release the stop").click()
+    expect(page.get_by_role("alert")).to_contain_text("it is not known whether that was done")
+    assert not Robot.objects.get(pk=portal.robot.pk).stop_latched
+
+
 def test_a_card_follows_its_robot_without_a_reload(portal, staff):
     page = staff(**DARK).page
     page.goto("/admin/")
@@ -99,7 +136,7 @@ def test_the_page_says_when_the_portal_is_not_reached(portal, staff):
     page.goto("/admin/")
     page.route("**/admin/**", lambda route: route.abort())
     card(page).get_by_role("button", name="Stop Mercury").click()
-    expect(page.get_by_role("alert")).to_contain_text("nothing was done")
+    expect(page.get_by_role("alert")).to_contain_text("The portal has not answered")
     assert not Robot.objects.get(pk=portal.robot.pk).stop_latched
     page.unroute("**/admin/**")
     expect(page.get_by_role("alert")).to_be_hidden(timeout=30_000)
@@ -155,6 +192,7 @@ def test_maintenance_leads_to_the_console_and_has_its_end_there(portal, staff):
     page.wait_for_url(f"**{portal.robot.get_absolute_url()}")
     expect(page.locator("#place")).to_contain_text("Maintenance turn")
     assert Robot.objects.get(pk=portal.robot.pk).lockout_note == "a new belt"
+    expect(page.locator("main")).to_contain_text("press “End maintenance”")
     end = page.locator("#place [data-do=leave]")
     expect(end).to_have_text("End maintenance")
     end.click()

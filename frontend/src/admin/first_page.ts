@@ -9,8 +9,10 @@ import { LiveCard, offerPause } from "../page/live_card.ts";
 
 const SELDOM_MS = 10_000; // for what no robot tells: incidents, entries, programs
 const SOON_MS = 1000, // the least time between two looks
-  READ_MS = 8000; // how long it is said that nothing was done, at least
-const UNSENT = gettext("The portal was not reached, and nothing was done. Press again; in an emergency use the stop at the robot.");
+  READ_MS = 8000; // how long it is said that no answer came, at least
+const UNANSWERED = gettext(
+  "The portal has not answered, so it is not known whether that was done. Press again; in an emergency use the stop at the robot.",
+);
 const OLD = gettext("This page is not live: the portal is not reached. It goes on by itself.");
 
 const live = byId("live"),
@@ -83,16 +85,16 @@ async function send(form: HTMLFormElement): Promise<void> {
     const answer = await request(address, { method: "POST", body: new FormData(form) });
     const page = await parsed(answer);
     if (!answer.ok || !page.getElementById("live")) throw new Error(String(answer.status));
-    document.querySelector(".messagelist")?.remove();
-    const said = page.querySelector(".messagelist");
+    const said = page.querySelector(".messagelist"); // of two presses at once, one answer may have the messages of both
     if (said) {
+      document.querySelector(".messagelist")?.remove();
       said.setAttribute("role", "status");
       byId("content").before(said);
     }
     show(page);
     line.hidden = true;
   } catch {
-    fail(UNSENT, READ_MS);
+    fail(UNANSWERED, READ_MS);
   }
 }
 

@@ -87,7 +87,7 @@ class ReviewAdmin(GuardedAdmin):
         except services.LogError as error:
             return self._show(request, decision.entry, translate(error), HTTPStatus.FORBIDDEN)
         said = gettext("It is undone: the entry is as it was before your decision.")
-        messages.success(request, said if done else gettext("It was undone before."))
+        messages.success(request, said if done else gettext("It is undone."))
         address = reverse("admin:operatorlog_entry_change", args=[decision.entry_id])
         return HttpResponseRedirect(f"{address}?{urlencode({'after': _after(request)})}")
 

@@ -29,6 +29,7 @@ from robots.once import once
 from robots.sentences import translate
 from robots.services import probes, programs
 from robots.services.permissions import NotStaff
+from robots.states import GrantKind
 
 SETTINGS, CONNECTION = gettext_lazy("Settings"), gettext_lazy("Connection")  # groups of fields
 
@@ -219,7 +220,9 @@ class RobotAdmin(FormFieldsAdmin):
         self.log_change(
             request, robot, f"{verb} {request.POST.get('kind') or request.POST.get('note', '')}".strip()[:200]
         )
-        return redirect(robot) if verb == "maintenance" else back_to(request, "admin:robots_robot_change", robot.pk)
+        grant = services.open_grant(robot) if verb == "maintenance" else None
+        drives = grant is not None and grant.kind == GrantKind.STAFF  # else the robot comes to rest first
+        return redirect(robot) if drives else back_to(request, "admin:robots_robot_change", robot.pk)
 
     def change_view(
         self, request: HttpRequest, object_id: str, form_url: str = "", extra_context: dict[str, Any] | None = None

@@ -9,7 +9,7 @@ from django.utils.translation import gettext, gettext_lazy
 from robots import services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract import procedures
-from robots.kit.contract.errors import BadRequest
+from robots.kit.contract.errors import BadRequest, RobotError
 from robots.kit.contract.find import spec_or_none
 from robots.kit.contract.spec import STAFF, TURN, CommandKind, Spec
 from robots.kit.plain import NUMERAL
@@ -23,6 +23,8 @@ Verb = Callable[[Robot, HttpRequest], str]
 Load = Callable[[Robot], str]
 AFTER_ADDING: list[Load] = []
 STOPPED = gettext_lazy("The robot is stopped: look at the newest picture, then release the stop.")
+
+LOCKED = gettext_lazy("Locked out. People keep their places.")
 
 
 def _stays_stopped(robot: Robot) -> str:
@@ -82,7 +84,7 @@ def release(robot: Robot, request: HttpRequest) -> str:
 def lock_out(robot: Robot, request: HttpRequest) -> str:
     """Close the robot to drivers; the note says why. The open turn ends, places stay."""
     services.lock_out(robot, request.user, request.POST.get("note", ""))
-    return gettext("Locked out. People keep their places.")
+    return str(LOCKED)
 
 
 @staff_only
@@ -98,11 +100,17 @@ def lift(robot: Robot, request: HttpRequest) -> str:
 @staff_only
 def maintenance(robot: Robot, request: HttpRequest) -> str:
     """Give the member of staff a turn of 30 minutes at a robot; with a note, lock it out before."""
-    if robot.cycle != Cycle.LOCKED_OUT and request.POST.get("note", "").strip():
+    locks = robot.cycle != Cycle.LOCKED_OUT and bool(request.POST.get("note", "").strip())
+    if locks:
         services.need_worker(robot, SYSTEM.now())  # else nobody could drive it, and it would be closed for nothing
         services.lock_out(robot, request.user, request.POST["note"])
-    services.start_maintenance(robot, request.user)
-    return gettext("You drive now, for 30 minutes. Release the stop first. End is beside the picture.")
+    try:
+        services.start_maintenance(robot, request.user)
+    except RobotError as error:
+        if not locks:
+            raise
+        return f"{LOCKED} {translate(error)}"
+    return gettext("You drive now, for 30 minutes. Release the stop first. When you are done, press “End maintenance”.")
 
 
 @staff_only

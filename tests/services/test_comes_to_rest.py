@@ -3,6 +3,7 @@
 from datetime import timedelta
 
 import pytest
+from django.contrib.admin.models import LogEntry
 
 from portal.live.snapshot import status_of
 from queueing import services as queue
@@ -10,12 +11,14 @@ from queueing.models import QueueRobot
 from queueing.offers import why_not_ready
 from queueing.services import ask, cancel
 from robots import services
+from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Grant, Lease, Robot
 from robots.services.commands import put
 from robots.services.configuring import configure
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from tests.packaged import installed_from, of_spec
+from tests.services.browsers import signed_in
 from tests.services.test_jobs import GUEST, OTHER
 from workers.commands import rows
 
@@ -136,3 +139,14 @@ def test_a_lock_out_leaves_it_open(rover, running, clock, people):
     services.lock_out(rover, people["kim"], "something lies in the hall")
     assert services.open_grant(rover).kind == GrantKind.REST
     assert Grant.objects.get(kind=GrantKind.JOB).end_code == GrantEnd.LOCKED_OUT
+
+
+def test_staff_who_lock_it_out_to_drive_it_read_that_it_is_locked_out(rover, running, people):
+    running()
+    Lease.objects.update(expires_at=SYSTEM.now() + timedelta(days=9))  # pages have the true time
+    form = {"from": "first", "note": "something lies in the hall"}
+    page = signed_in(people["kim"]).post(f"/admin/robots/robot/{rover.pk}/do/maintenance/", form, follow=True)
+    assert page.redirect_chain[-1][0] == "/admin/"
+    assert "Locked out. People keep their places. The robot comes to rest after" in page.content.decode()
+    assert Robot.objects.get(pk=rover.pk).lockout_note == form["note"]
+    assert form["note"] in LogEntry.objects.get().change_message

@@ -153,6 +153,7 @@ def test_undo_brings_back_what_was_before(entry, people, mod, wanted):
     answers = [mod.post(REVIEW, {"undo": key}) for _ in range(2)]
     assert [one.status_code for one in answers] == [302, 302], "a second press is no error"
     assert answers[0]["Location"].startswith(page_of(entry))
+    assert "It is undone." in mod.get(answers[1]["Location"]).content.decode(), "whichever answer is shown"
     assert state(entry) == before
     assert Appeal.objects.get().answer is None, "it is open again"
     assert [text for _, text in noted(entry, mod)].count(f"Undone: {wanted.label}") == 1

@@ -92,7 +92,7 @@ def test_a_lost_answer_leaves_open_whether_it_was_done(portal, staff):
     page.route("**/do/release/", lose_answer)
     card(page).get_by_role("checkbox").check()
     card(page).get_by_role("button", name="Release the stop").click()
-    expect(page.get_by_role("alert")).to_contain_text("it is not known whether that was done")
+    expect(page.get_by_role("alert")).to_contain_text("it is not known whether it was done")
     assert not Robot.objects.get(pk=portal.robot.pk).stop_latched
 
 
@@ -136,7 +136,7 @@ def test_the_page_says_when_the_portal_is_not_reached(portal, staff):
     page.goto("/admin/")
     page.route("**/admin/**", lambda route: route.abort())
     card(page).get_by_role("button", name="Stop Mercury").click()
-    expect(page.get_by_role("alert")).to_contain_text("The portal has not answered")
+    expect(page.get_by_role("alert")).to_contain_text("The portal has not confirmed that")
     assert not Robot.objects.get(pk=portal.robot.pk).stop_latched
     page.unroute("**/admin/**")
     expect(page.get_by_role("alert")).to_be_hidden(timeout=30_000)

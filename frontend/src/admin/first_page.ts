@@ -9,9 +9,9 @@ import { LiveCard, offerPause } from "../page/live_card.ts";
 
 const SELDOM_MS = 10_000; // for what no robot tells: incidents, entries, programs
 const SOON_MS = 1000, // the least time between two looks
-  READ_MS = 8000; // how long it is said that no answer came, at least
+  READ_MS = 8000; // how long it is said that nothing was confirmed, at least
 const UNANSWERED = gettext(
-  "The portal has not answered, so it is not known whether that was done. Press again; in an emergency use the stop at the robot.",
+  "The portal has not confirmed that, so it is not known whether it was done. Press again; in an emergency use the stop at the robot.",
 );
 const OLD = gettext("This page is not live: the portal is not reached. It goes on by itself.");
 

@@ -74,7 +74,7 @@ test("a request that may have arrived is sent again as the same press", async ()
   const jobs = new Jobs("irat", "", () => undefined);
   const lost = jobs.ask("goal", {});
   asked[0]!.fail();
-  assert.match(await lost, /did not arrive/);
+  assert.match(await lost, /has not confirmed/);
   void jobs.ask("goal", {});
   assert.equal(asked[1]!.press, asked[0]!.press);
 });

@@ -16,7 +16,7 @@ export interface OwnJob {
   asked_ms: number;
 }
 
-const NOT_ARRIVED = gettext("The request did not arrive. Check your connection and try again.");
+const UNCONFIRMED = gettext("The portal has not confirmed the request. Check your connection and try again.");
 
 /** Return a token that nobody can guess; `crypto.randomUUID` would need HTTPS. */
 const token = (): string => Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
@@ -113,7 +113,7 @@ export class Jobs {
       this.changed();
       return "";
     } catch {
-      return NOT_ARRIVED;
+      return UNCONFIRMED;
     }
   }
 }

@@ -1,5 +1,6 @@
 """The button beside Web Push by which a person chooses an e-mail, too, when it is their turn."""
 
+import pytest
 from allauth.account.models import EmailAddress
 from playwright.sync_api import expect
 
@@ -8,6 +9,7 @@ from accounts.turn_mails import mail_choice
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from tests.e2e.bare import portal as portal
+from tests.e2e.drawn import settle
 
 BAR = "#turnbar"
 
@@ -47,6 +49,23 @@ def test_one_press_has_the_turn_told_by_e_mail_and_another_ends_it(portal, visit
     expect(button).to_have_attribute("aria-pressed", "false")
     expect(ada.page.locator(BAR)).to_contain_text("No e-mail tells you of it.")
     assert mail_choice(ada.user) is False
+
+
+@pytest.mark.parametrize("width", [320, 390])
+def test_a_choice_that_is_made_moves_no_button(portal, visitor, width):
+    ada, _ = waits(visitor, confirmed=True, viewport={"width": width, "height": 844})
+    ada.context.add_cookies([{"name": "django_language", "value": "de", "url": portal.url}])
+    ada.page.add_init_script("window.Notification = class { static permission = 'default'; };")
+    ada.page.reload()
+    button, others = ada.page.get_by_role("button", name="Auch per E-Mail"), ada.page.locator(".turnbar-do .button")
+    expect(others).to_have_count(3)
+    settle(ada.page)
+    before = [one.bounding_box() for one in others.all()]
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "true")
+    expect(ada.page.locator(BAR)).to_contain_text("Auch eine E-Mail sagt Ihnen")
+    settle(ada.page)
+    assert [one.bounding_box() for one in others.all()] == before
 
 
 def test_without_a_confirmed_address_there_is_no_button(portal, visitor):

@@ -256,6 +256,13 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
         return _hints(wrong)
 
 
+def hints_of(attempt: Attempt) -> list[Hint]:
+    """Return the paragraphs to read again after a failed attempt; none of one that is open or passed."""
+    if attempt.passed is not False:
+        return []
+    return _hints(_wrong(attempt, {int(question): choice for question, choice in attempt.answers.items()}))
+
+
 def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> list[Hint]:
     if attempt.user_id != getattr(user, "pk", None):
         raise NotNow(gettext("That test belongs to another person."))

@@ -48,7 +48,7 @@ def orientation_picture(request: HttpRequest, slug: str, look: str) -> HttpRespo
 @never_cache
 @login_required
 def clearance(request: HttpRequest, slug: str) -> HttpResponse:
-    """Show the drawn questions, or grade them."""
+    """Show the drawn questions, or grade them; `attempt` in the address: what was wrong in a failed one."""
     robot = get_object_or_404(Robot, slug=slug, practice_for=None)
     if services.cleared(request.user, robot):
         messages.success(request, gettext("You are cleared for %(robot)s.") % {"robot": robot.full_name})
@@ -58,6 +58,9 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
         return redirect(f"/robots/{slug}/orientation/")
     if request.method == "POST":
         return _grade(request, robot)
+    failed = Attempt.objects.filter(pk=whole(request.GET.get("attempt", "")) or 0, user=request.user, robot=robot).first()
+    if failed is not None and (hints := services.hints_of(failed)):
+        return _show_failed(request, robot, hints)
     try:
         attempt = services.begin(request.user, robot, SYSTEM.now())
     except services.NotNow as error:
@@ -89,6 +92,11 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
             request.session[services.TAKE] = robot.slug
         messages.success(request, gettext("Passed. You are cleared for %(robot)s.") % {"robot": robot.full_name})
         return redirect(robot)
+    return redirect(f"{request.path}?attempt={attempt.pk}")  # a page to which one can go back
+
+
+def _show_failed(request: HttpRequest, robot: Robot, hints: list[services.Hint]) -> HttpResponse:
+    """Show what to read again after a failed test."""
     pause_s = services.pause_left(request.user, robot, SYSTEM.now())
     language = get_language() or ENGLISH
     places = [

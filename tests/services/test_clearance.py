@@ -253,12 +253,33 @@ def test_the_page_of_a_first_failure_offers_the_next_try_at_once(bank, people, c
     client.get("/robots/mercury/clearance/")
     attempt = Attempt.objects.get()
     data = {"attempt": attempt.pk} | {f"q{q}": c for q, c in wrongly(attempt, 2).items()}
-    html = client.post("/robots/mercury/clearance/", data).content.decode()
+    html = client.post("/robots/mercury/clearance/", data, follow=True).content.decode()
     assert "try again at once" in html
     assert "data-pause" not in html
     asked = [Question.objects.get(pk=q.id) for q in services.questions(attempt)[:2]]
     assert len(re.findall(r"orientation/#", html)) == len({(q.section, q.paragraph) for q in asked})
     assert client.get("/robots/mercury/clearance/").status_code == 200
+
+
+def test_the_result_of_a_failed_test_is_a_page_of_its_own_to_which_one_can_go_back(bank, people, client, clock):
+    attempt = begin(people["eve"], bank, clock)
+    client.force_login(people["eve"])
+    data = {"attempt": attempt.pk} | {f"q{q}": c for q, c in wrongly(attempt).items()}
+    answer = client.post("/robots/mercury/clearance/", data)
+    assert answer.status_code == 302
+    for _ in range(2):
+        assert client.get(answer["Location"]).context["hints"]
+    services.mark_read(people["mod"], bank, clock.now())
+    client.force_login(people["mod"])
+    assert "hints" not in client.get(answer["Location"]).context, "another person's"
+
+
+@pytest.mark.parametrize("wrong", ["", "x", "-1", "9" * 30])
+def test_an_address_that_names_no_failed_attempt_shows_the_questions(bank, people, client, clock, wrong):
+    attempt = begin(people["eve"], bank, clock)
+    client.force_login(people["eve"])
+    for pk in (wrong, attempt.pk):
+        assert client.get(f"/robots/mercury/clearance/?attempt={pk}").context["questions"]
 
 
 def test_somebody_elses_attempt_does_not_exist(bank, people, client, clock):
@@ -276,7 +297,7 @@ def test_a_failed_test_shows_paragraphs_and_neither_answers_nor_a_score(bank, pe
     client.get("/robots/mercury/clearance/")
     attempt = Attempt.objects.get(finished_at=None)
     data = {"attempt": attempt.pk} | {f"q{q}": c for q, c in wrongly(attempt).items()}
-    html = unescape(client.post("/robots/mercury/clearance/", data).content.decode())
+    html = unescape(client.post("/robots/mercury/clearance/", data, follow=True).content.decode())
     first = Question.objects.get(pk=services.questions(attempt)[0].id)
     assert f"{first.section}, paragraph {first.paragraph}" in html
     assert first.explanation not in html
@@ -290,7 +311,7 @@ def test_a_failed_test_shows_paragraphs_and_neither_answers_nor_a_score(bank, pe
     assert again.status_code == 409
     assert b"you can try again in" in again.content
     assert "You can try again in 30 seconds" in html
-    reloaded = client.post("/robots/mercury/clearance/", data)
+    reloaded = client.post("/robots/mercury/clearance/", data, follow=True)
     assert (reloaded.status_code, reloaded.context["hints"][0]["section"]) == (200, first.section), "the same answer"
     others = data | {f"q{q.id}": q.choices[0][0] for q in services.questions(attempt)}
     others[f"q{first.pk}"] = next(c for c, _ in services.questions(attempt)[0].choices if c != data[f"q{first.pk}"])

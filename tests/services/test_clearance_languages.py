@@ -71,7 +71,7 @@ def test_a_failed_test_leads_to_the_paragraph_of_the_translated_text(table, peop
     attempt = Attempt.objects.get()
     wrong = Choice.objects.filter(question__in=[q for q, _ in attempt.drawn], correct=False)
     data = {"attempt": attempt.pk} | {f"q{one.question_id}": one.pk for one in wrong}
-    page = unescape(client.post(TEST, data, headers=GERMAN).text)
+    page = unescape(client.post(TEST, data, headers=GERMAN, follow=True).text)
     link = re.search(rf'href="{ORIENTATION}#([^"]+)">([^<]+)</a>', page)
     assert link[2].startswith("Der Drehtisch, ")
     assert f'id="{link[1]}"' in client.get(ORIENTATION, headers=GERMAN).text

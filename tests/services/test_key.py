@@ -59,7 +59,7 @@ def everything(client: Client, robot, person, answers: dict[str, int] | None) ->
     """Return everything that the server answers to `person`, who may send the test first."""
     said = {}
     if answers:
-        sent = client.post(TEST, answers)
+        sent = client.post(TEST, answers, follow=True)
         said["sent"] = plain(f"{sent.status_code} {sent.content.decode()}")
     said |= crawl(client)
     shown = snapshot(robot.slug, person or AnonymousUser(), SYSTEM.now(), True)

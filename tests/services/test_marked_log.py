@@ -65,7 +65,7 @@ def test_no_text_of_a_failed_test_is_left_in_english(robot, people):
         attempt = Attempt.objects.get(finished_at=None)
         wrong = Choice.objects.filter(question__in=[q for q, _ in attempt.drawn], correct=False)
         data = {"attempt": attempt.pk} | {f"q{one.question_id}": one.pk for one in wrong}
-        failed = browser.post("/robots/mercury/clearance/", data)
+        failed = browser.post("/robots/mercury/clearance/", data, follow=True)
         sections = [hint["section"] for hint in failed.context["hints"]]  # of the orientation, not in this language
         assert [text for text in left(failed) if not any(section in text for section in sections)] == []
     pause = browser.get("/robots/mercury/clearance/")

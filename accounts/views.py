@@ -58,7 +58,9 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
         return redirect(f"/robots/{slug}/orientation/")
     if request.method == "POST":
         return _grade(request, robot)
-    failed = Attempt.objects.filter(pk=whole(request.GET.get("attempt", "")) or 0, user=request.user, robot=robot).first()
+    failed = Attempt.objects.filter(
+        pk=whole(request.GET.get("attempt", "")) or 0, user=request.user.pk, robot=robot
+    ).first()
     if failed is not None and (hints := services.hints_of(failed)):
         return _show_failed(request, robot, hints)
     try:

@@ -1,13 +1,17 @@
 """Confirming an address: the link of a mail leads on from any browser, and the mail can be sent again."""
 
+from datetime import timedelta
 from typing import Any
 
+from allauth.account import app_settings
 from allauth.account.internal.constants import LoginStageKey
 from allauth.account.internal.flows.email_verification import send_verification_email_at_login
 from allauth.account.internal.stagekit import get_pending_stage
+from allauth.account.models import EmailAddress, EmailConfirmationHMAC
 from allauth.account.utils import get_next_redirect_url, has_verified_email
 from allauth.account.views import ConfirmEmailView
 from django.contrib import messages
+from django.core import signing
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import redirect
 from django.urls import reverse
@@ -19,7 +23,17 @@ NEXT = "next"
 
 
 class ConfirmEmail(ConfirmEmailView):  # type: ignore[misc]
-    """The page of a mail's link."""
+    """The page of a mail's link; one by which the address was confirmed before says so, and leads on."""
+
+    def dispatch(self, request: HttpRequest, *args: Any, **kwargs: Any) -> HttpResponse:
+        """Lead on at once if the address is confirmed: allauth would call the link invalid."""
+        address = _confirmed_by(kwargs["key"])
+        if address is None:
+            answer: HttpResponse = super().dispatch(request, *args, **kwargs)
+            return answer
+        _tell_confirmed(request, address.email)
+        self.object = EmailConfirmationHMAC(address)
+        return redirect(self.get_redirect_url())
 
     def get_redirect_url(self) -> str:
         """Return the page that the link names; where nobody is signed in, by way of signing in."""
@@ -34,8 +48,11 @@ def send_again(request: HttpRequest) -> HttpResponse:
     """Send the mail again to whoever signed up in this browser; a known address gets its mail again, too."""
     login = waiting_login(request)
     if login is None:
+        if not request.user.is_authenticated:
+            messages.info(request, gettext("Sign in first."))
         return redirect("account_login")
     if _is_confirmed(login):
+        _tell_confirmed(request, login.email)
         return redirect(_with_next("account_login", login.redirect_url or "/"))
     if not send_verification_email_at_login(request, login):
         messages.warning(
@@ -74,6 +91,22 @@ def with_wanted(request: HttpRequest, link: str, account: Any) -> str:
 def _is_confirmed(login: Any) -> bool:
     """Return whether the address has been confirmed meanwhile, in another browser."""
     return login.user is not None and bool(has_verified_email(login.user, login.email))
+
+
+def _confirmed_by(key: str) -> EmailAddress | None:
+    """Return the confirmed address for which a link was sent; None for one that is open, too old or wrong."""
+    try:
+        pk = signing.loads(
+            key, max_age=timedelta(days=app_settings.EMAIL_CONFIRMATION_EXPIRE_DAYS), salt=app_settings.SALT
+        )
+    except signing.BadSignature:
+        return None
+    found: EmailAddress | None = EmailAddress.objects.filter(pk=pk, verified=True).first()
+    return found
+
+
+def _tell_confirmed(request: HttpRequest, email: str) -> None:
+    messages.success(request, gettext("You have confirmed %(email)s.") % {"email": email})
 
 
 def _with_next(page: str, wanted: str) -> str:

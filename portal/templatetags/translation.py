@@ -22,6 +22,12 @@ register.filter("shown_name", shown_name)
 
 
 @register.filter
+def lower_first(text: str) -> str:
+    """Return a text with a small first letter; the others stay, as German nouns need."""
+    return f"{text[:1].lower()}{text[1:]}"
+
+
+@register.filter
 def driver(person: Any, viewer: Any) -> str:
     """Return who drives or has driven, as the viewer may read it."""
     return shown_name(driver_name(person, viewer))

@@ -46,6 +46,8 @@ def test_the_log_form_reports_a_find_at_the_place_of_its_picture(bed, roles):
     assert find.seen_at == find.frame.taken_at
     page = client.get(turn.get_absolute_url()).content.decode()
     assert "a spoon: waits for a moderator" in page
+    german = client.get(turn.get_absolute_url(), headers={"accept-language": "de"}).content.decode()
+    assert "a spoon: wartet auf die Moderation" in german
     client.post(turn.get_absolute_url(), {"find": "another", "find_x": "12", "find_y": "41,5"})
     other = Find.objects.get(name="another")
     assert (other.x, other.y, other.frame, other.seen_at) == (0.12, 0.415, None, ended().ended_at)

@@ -214,3 +214,27 @@ def test_who_confirmed_in_another_browser_signs_in_here(robot, client):
     type(client)().post(signed_up(client))
     assert client.post("/accounts/send-again/")["Location"].startswith("/accounts/login/?next="), "no mail is needed"
     assert client.get(DRIVE)["Location"].startswith("/accounts/login/?next=")
+
+
+@pytest.mark.parametrize("how", ["get", "post"])
+def test_a_link_that_was_used_says_that_the_address_is_confirmed_and_leads_on(robot, client, how):
+    link = signed_up(client)
+    key, _, query = link.partition("?")
+    client.post(link)
+    page = getattr(client, how)(link, follow=True)
+    assert "You have confirmed new@example.org." in page.content.decode()
+    assert page.redirect_chain[0][0] == DRIVE
+    other = type(client)()
+    page = getattr(other, how)(link, follow=True)
+    assert "You have confirmed new@example.org." in page.content.decode()
+    assert page.redirect_chain[-1][0] == f"/accounts/login/?{query}"
+    assert not page.context["user"].is_authenticated, "a used link signs nobody in"
+    changed = f"{key[:-3]}x/"
+    assert "expired or is invalid" in client.get(changed).content.decode()
+
+
+def test_who_asks_for_the_mail_again_is_told_why_they_come_to_sign_in(robot, client):
+    stranger = type(client)()
+    assert "Sign in first." in stranger.post("/accounts/send-again/", follow=True).content.decode()
+    type(client)().post(signed_up(client))
+    assert "You have confirmed" in client.post("/accounts/send-again/", follow=True).content.decode()

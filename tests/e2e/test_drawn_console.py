@@ -47,7 +47,9 @@ def test_after_a_motion_one_goes_back_to_the_values_of_before(driver, joints):
     one, portal = driver
     page = one.page
     back, angle = page.locator("[data-command=go-back]"), page.locator("#turn-angle")
-    expect(back).to_have_attribute("data-why", "There is nothing to go back to: no move to a position has ended in this turn.")
+    expect(back).to_have_attribute(
+        "data-why", "There is nothing to go back to: no move to a position has ended in this turn."
+    )
     angle.fill(str(MOVED))
     angle.press("Enter")
     assert given(page).args == {"angle": MOVED}

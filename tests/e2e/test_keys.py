@@ -103,7 +103,9 @@ def test_after_a_move_one_goes_back_and_chooses_its_place_again(driving, portal,
     one = driving("mercury")
     page = one.page
     back, recent = page.locator("[data-command=go-back]"), page.locator("#recent button")
-    expect(back).to_have_attribute("data-why", "There is nothing to go back to: no move to a position has ended in this turn.")
+    expect(back).to_have_attribute(
+        "data-why", "There is nothing to go back to: no move to a position has ended in this turn."
+    )
     x, y = page.locator("#place-form input").all()
     x.fill("-100")
     y.fill("350")

@@ -102,7 +102,7 @@ TURNS = replace(GO, policies=Policies(on_grant_end=Bound(1.0, turn=0.5)))
         ({"commands": (GO, replace(PACE, arguments=(replace(PACE.arguments[0], text=True),), shown={"pace": "charge"}))},
          "shows the text 'pace' and has no number for it, in its command"),
         ({"commands": (replace(GO, arguments=PACE.arguments, shown={"pace": "charge"}, held=True), PACE)},
-         "shows a value at the end of a held motion, which has none, in its command 'go'"),
+         "shows 'pace' at the end of a held motion, which has none, in its command 'go'"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
         ({"commands": (replace(GO, policies=by_setting("fast")), PACE)}, "is bounded by 'fast', which is no setting"),

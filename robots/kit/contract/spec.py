@@ -75,12 +75,11 @@ class CommandKind:
 
     `level` is the clearance that it needs. `asked_by` says who may ask for it: the person whose turn it is (`turn`),
     everybody with enough clearance, as a job that waits (`anyone`), staff (`staff`); where it names none, the portal
-    alone gives it. `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
-    `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and `default` holds the
-    arguments that handover restores after a turn. `shown` names, by argument, the joint, coordinate or channel
-    that shows its value at the end: so a setting is confirmed, and set again where the robot has forgotten it, and a
-    console that is drawn from the spec offers the way back of a motion. `says` tells what it does, for logs (see
-    `words.py`); without it they have its label and its arguments.
+    alone gives it. `limit_s` is its longest time (s). One command of the lane `motion` runs at a time; one of the lane
+    `config` runs beside it: it is not for jobs, and `default` holds the arguments that handover restores after a turn.
+    `shown` names, by argument, the joint, coordinate or channel that shows its value at the end: so a setting is
+    confirmed, and set again where the robot has forgotten it, and drawn consoles offer a motion's way back. `says`
+    tells what it does, for logs (see `words.py`), in place of its label.
     """
 
     kind: str
@@ -359,8 +358,7 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     texts = [a.name for a in command.arguments if a.text and not a.number]
     yield from (f"shows the text {name!r} and has no number for it," for name in command.shown if name in texts)
     yield from (f"shows a value as {c!r}, which no state tells," for c in command.shown.values() if c not in told)
-    if command.held and command.shown:
-        yield "shows a value at the end of a held motion, which has none,"
+    yield from (f"shows {n!r} at the end of a held motion, which has none," for n in command.shown if command.held)
 
 
 def _wrong_bounds(command: CommandKind, spec: "Spec", told: set[str]) -> Iterator[str]:

@@ -96,6 +96,7 @@ GET = {
     "robots/<slug:slug>/log.atom": ("/robots/mercury/log.atom", everybody(OK)),
     "robots/<slug:slug>/status.atom": ("/robots/mercury/status.atom", everybody(OK)),
     "robots/<slug:slug>/finds/": ("/robots/mercury/finds/", everybody(OK)),
+    "robots/<slug:slug>/dug.json": ("/robots/mercury/dug.json", everybody(OK)),
     "turns/<int:pk>/": ("/turns/{turn}/", everybody(OK)),
     "survey/results/": ("/survey/results/", only("log_moderator", "viewer", "superuser")),
     "survey/results.csv": ("/survey/results.csv", only("log_moderator", "viewer", "superuser")),

@@ -60,7 +60,7 @@ def test_a_place_is_chosen_by_where_it_lies_and_the_map_is_the_present_one(shown
     assert answer.status_code == 302
     assert Job.objects.get().args == {"map": 4, "x": 1.0, "y": 0.0, "experience": 7}
     told = guest.get(answer.url).context["asked"]
-    assert told == [("right of where its map began", "1 m"), ("up from where its map began", "0 m")]
+    assert told == [("", "1 m right of where its map began"), ("up from where its map began", "0 m")]
     assert APART_M > 0.05, "neighbours are one place"
 
 

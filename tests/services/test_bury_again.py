@@ -261,7 +261,8 @@ def test_no_place_of_a_new_bed_is_told_and_none_follows_from_what_is(bed, roles,
     for page in (*PAGES, *PUBLIC):
         told.append(client.get(ended().get_absolute_url() if page == "turn" else page, follow=True).content.decode())
     values = {value for at in places for part in at for value in (part, 100 * part, 1000 * part)}
-    for said in (*told, *known):
+    for text in (*told, *known):
+        said = re.sub(r":\d\d\.\d+", "", text)  # seconds of times are like a place by chance
         assert robot.rig_secret not in said
         assert not {f"{value:.4g}" for value in values} & set(re.findall(r"-?\d+\.\d+", said))
         assert not any(f"{value:.3f}" in said for value in values)

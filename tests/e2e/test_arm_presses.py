@@ -3,23 +3,12 @@
 import pytest
 from playwright.sync_api import expect
 
-from robots import bus
-from robots.models import Command
-from tests.e2e.bare import BarePortal
 from tests.e2e.conftest import session
+from tests.e2e.test_stage import portal as portal
 from tests.waiting import CEILING_S, wait_for
 
-ARMS = {"pa10": (0.0, 0.44, 1.31, 0.0, 1.4, 0.0, 0.05), "puma": (0.26, 0.96, 1.48, 0.0, 0.7, 0.0)}
 # both presses are before any answer, however fast the server is
 TWICE = "(button) => { button.click(); button.click(); }"
-
-
-@pytest.fixture
-def portal(transactional_db, redis_server, house):
-    bus.connection().flushall()
-    made = BarePortal(house.web_process(), ARMS)
-    yield made
-    made.stop()
 
 
 @pytest.mark.parametrize(("robot", "name"), [("pa10", "open"), ("pa10", "ready"), ("puma", "ready")])
@@ -37,4 +26,4 @@ def test_a_double_press_sends_one_command(portal, visitor, robot, name):
     expect(page.locator("#ladder li")).to_have_count(1)
     wait_for(lambda: page.wait_for_timeout(20) or portal.perform(), CEILING_S, "the command")
     expect(page.locator("#ladder li")).to_have_attribute("data-state", "completed")
-    assert Command.objects.count() == 1
+    assert portal.robots[robot].commands.count() == 1

@@ -8,10 +8,11 @@ const document = browse();
 const { TurnPanel } = await import("../src/queue/turn_panel.ts");
 let box = document.createElement("section");
 let sent: string[] = [];
+let silent = false; // nothing has come since the last press
 
 function panel(wanted = false): InstanceType<typeof TurnPanel> {
   box = document.createElement("section");
-  const live = { send: (message: object) => sent.push((message as { t: string }).t) > 0 };
+  const live = { send: (message: object) => sent.push((message as { t: string }).t) > 0, heardSince: (at: number) => !silent || at < 0 };
   return new TurnPanel(box, { live, refuse: () => undefined }, wanted);
 }
 
@@ -29,7 +30,10 @@ function press(action: string): void {
   button.remove();
 }
 
-beforeEach(() => (sent = []));
+beforeEach(() => {
+  sent = [];
+  silent = false;
+});
 
 test("one press takes control of a free robot, once", () => {
   const one = panel();
@@ -64,6 +68,20 @@ test("the wish of the page before is carried out at once, or not at all", () => 
   other.changed(told(false));
   other.changed(told(true));
   assert.deepEqual(sent, ["join", "accept"], "somebody else was faster");
+});
+
+test("a press before the line was lost may have arrived, and its repeat is not called unsent", () => {
+  const one = panel();
+  silent = true;
+  one.draw(told(false, "waiting"), 0, false);
+  assert.match(box.innerHTML, /could not be sent/);
+  press("leave");
+  one.draw(told(false, "waiting"), 0, false);
+  assert.match(box.innerHTML, /whether that was done is not known/);
+  assert.doesNotMatch(box.innerHTML, /could not be sent/);
+  silent = false;
+  one.draw(told(false, "waiting"), 0, false);
+  assert.match(box.innerHTML, /could not be sent/, "the portal was heard after that press, and then lost");
 });
 
 const WAITS: [state: string, wait: [number, number] | null, said: RegExp][] = [

@@ -51,7 +51,7 @@ def test_one_press_has_the_turn_told_by_e_mail_and_another_ends_it(portal, visit
     assert mail_choice(ada.user) is False
 
 
-@pytest.mark.parametrize("width", [320, 390])
+@pytest.mark.parametrize("width", [320, 390, 1440])
 def test_a_choice_that_is_made_moves_no_button(portal, visitor, width):
     ada, _ = waits(visitor, confirmed=True, viewport={"width": width, "height": 844})
     ada.context.add_cookies([{"name": "django_language", "value": "de", "url": portal.url}])

@@ -5,6 +5,11 @@ export const FILE_MS = 120_000;
 /** For a socket until it is open (ms). */
 export const OPEN_MS = 10_000;
 
+/** Return whether a request failed because its answer did not come in time: it may have been carried out. */
+export function isLate(error: unknown): boolean {
+  return error instanceof DOMException && error.name === "TimeoutError";
+}
+
 /** As `fetch`, for at most `longestMs` until the whole answer has come. Rejects as `fetch` does, or with a TimeoutError. */
 export function request(address: string, options: RequestInit = {}, longestMs = LONGEST_MS): Promise<Response> {
   return fetch(address, { ...options, signal: AbortSignal.timeout(longestMs) });

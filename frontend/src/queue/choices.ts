@@ -1,7 +1,9 @@
 /** Choices of the person that the portal stores: whether this browser, or an e-mail, tells them of their turn. */
-import { request } from "../kit/request.ts";
+import { isLate, request } from "../kit/request.ts";
 import { gettext, translate } from "../kit/text.ts";
 import { UNSENT } from "./person_socket.ts";
+
+const UNANSWERED = gettext("There was no answer, so whether that was stored is not known. Press again when the connection is back.");
 
 export interface Answer {
   ok: boolean;
@@ -16,8 +18,8 @@ export async function send(address: string, token: string, fields: Record<string
     if (answer.type === "opaqueredirect") return { ok: false, text: gettext("You are signed out. Sign in again.") };
     const { ok, text } = (await answer.json()) as Answer;
     return { ok, text: translate(text) };
-  } catch {
-    return { ok: false, text: UNSENT };
+  } catch (error) {
+    return { ok: false, text: isLate(error) ? UNANSWERED : UNSENT };
   }
 }
 

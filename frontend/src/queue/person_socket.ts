@@ -1,5 +1,5 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
-import { openSocket, request } from "../kit/request.ts";
+import { isLate, openSocket, request } from "../kit/request.ts";
 import { gettext, translate } from "../kit/text.ts";
 import type { EndReason } from "../socket/messages.ts";
 
@@ -44,7 +44,9 @@ const LOOK_MS = 5000; // or if it does not answer when it is asked: the device m
 const POLL_MS = 10_000;
 const ANSWER_MS = 4000;
 export const UNSENT = gettext("That could not be sent: there is no connection. Try again when it is back.");
-const UNANSWERED = gettext("There was no answer, so whether that was done is not known. This page shows it when the connection is back.");
+export const UNANSWERED = gettext(
+  "There was no answer, so whether that was done is not known. This page shows it when the connection is back.",
+);
 
 const WARN_MS = 20_500; // the server tells again 20 s before
 
@@ -218,8 +220,8 @@ export class PersonSocket {
     try {
       const answer = await request("/me/places/", { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });
       return (await this.read(answer)) ?? UNSENT;
-    } catch {
-      return UNSENT;
+    } catch (error) {
+      return isLate(error) ? UNANSWERED : UNSENT;
     }
   }
 

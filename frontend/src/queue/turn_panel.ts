@@ -4,7 +4,7 @@ import { button, countdown, drawParts, heading, link, paragraph, type Part } fro
 import { clock, timeOfDay } from "../kit/times.ts";
 import { gettext, translate } from "../kit/text.ts";
 import type { Snapshot } from "../socket/messages.ts";
-import { UNSENT } from "./person_socket.ts";
+import { UNANSWERED, UNSENT } from "./person_socket.ts";
 import { before, joinWait, queueSentence, waitSentence } from "./waits.ts";
 
 const AGAIN = gettext("Press again to end it");
@@ -40,7 +40,7 @@ class Confirmation {
 
 /** The parts of the page that `TurnPanel` needs. */
 interface TurnPanelUse {
-  readonly live: { send(message: object): boolean };
+  readonly live: { send(message: object): boolean; heardSince(at: number): boolean };
   refuse(why: () => string): void;
 }
 
@@ -50,6 +50,7 @@ export class TurnPanel {
   private driving = false;
   private told = "";
   private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
+  private sent = -Infinity; // when the last press was sent
   private taking = -Infinity; // when control of the free robot was asked for
 
   private box: HTMLElement;
@@ -67,14 +68,20 @@ export class TurnPanel {
       else if (action === "practise") practise();
       else if (action) {
         this.taking = -Infinity;
-        use.live.send({ t: action });
+        this.send(action);
       }
     });
   }
 
   /** Join the queue of a robot for which nobody waits; its offer is accepted as soon as it comes. */
   private take(): void {
-    if (this.use.live.send({ t: "join" })) this.taking = performance.now();
+    if (this.send("join")) this.taking = performance.now();
+  }
+
+  private send(t: string): boolean {
+    const sent = this.use.live.send({ t });
+    if (sent) this.sent = performance.now();
+    return sent;
   }
 
   /** Show the question on the button at once, not at the next drawing. */
@@ -88,7 +95,8 @@ export class TurnPanel {
   draw(s: Snapshot, now: number, up: boolean): void {
     this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
-    drawParts(this.box, this.parts(s, now, up ? "" : UNSENT));
+    const why = this.use.live.heardSince(this.sent) ? UNSENT : UNANSWERED;
+    drawParts(this.box, this.parts(s, now, up ? "" : why));
   }
 
   /** Take control where it was asked for, and make the turn bar update, so that both show the same. */
@@ -97,7 +105,7 @@ export class TurnPanel {
     if (this.wanted && me.cleared && !me.ticket && (s.robot.free || s.robot.practice)) this.take();
     else if (me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS) {
       this.taking = -Infinity;
-      this.use.live.send({ t: "accept" });
+      this.send("accept");
     }
     this.wanted = false;
     const told = `${me.can.drive} ${me.ticket?.state}`;

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from django.conf import settings
 from django.contrib import messages
 from django.core.paginator import Paginator
 from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
@@ -132,7 +133,8 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     digs = excavation_of(turn.robot) is not None
     reporting = mine and ended and digs
     context = {
-        "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
+        "turn": turn, "site": settings.SITE_ADDRESS, "entry": entry, "mine": mine, "may_edit": may_edit,
+        "editing": editing, "problem": problem,
         "writing": writing, "frames": frames, "pictures_hidden": hidden,
         "others": [frame for frame in frames if frame.pk not in noted],
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,

@@ -20,6 +20,7 @@ def test_what_is_written_is_never_lost(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.end(portal.drive(ada, "mercury"))
     one = session(visitor(), ada)
+    one.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page = one.page
     page.goto(turn.get_absolute_url())
     # typed and left: it is there again
@@ -45,7 +46,14 @@ def test_what_is_written_is_never_lost(portal, visitor):
     page.click("main form.form button")
     expect(page.locator(".messages")).to_contain_text("your answers are kept")
     assert Entry.objects.get().text == "A watch."
+    assert Entry.objects.get().frame == turn.grant.frames.first(), "the last picture was chosen"
     assert SurveyAnswer.objects.count() == 2
+    # what came of it is shared from the page that says thanks
+    page.get_by_role("button", name="Copy a link to this turn").click()
+    expect(page.locator("#share-said")).to_have_text("The link was copied.")
+    other = visitor().page
+    other.goto(page.evaluate("navigator.clipboard.readText()"))
+    expect(other.locator(".entry")).to_contain_text("A watch.")
     page.wait_for_function("() => !Object.keys(localStorage).some((k) => k.startsWith('draft'))")  # its script has run
     page.fill("#find", "a watch")  # what one has found is reported later, too, and once
     page.fill("#find_x", "12")

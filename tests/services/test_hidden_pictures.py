@@ -1,5 +1,7 @@
 """Pictures of a turn whose entry is hidden: only its author, staff and the present operator see them."""
 
+import re
+
 import pytest
 from django.test import Client
 
@@ -88,6 +90,26 @@ def test_no_page_shows_or_names_a_hidden_picture(robot, roles, frames):
     assert anybody.get(classic).status_code == 404
     told = snapshot("mercury", roles["anonymous"], SYSTEM.now(), True)
     assert (told["still"], told["before"], told["log"]) == (None, None, [])
+
+
+def test_other_sites_show_a_robots_page_with_its_newest_picture_unless_that_is_hidden(robot, roles, frames, settings):
+    def card(role):
+        page = as_role(roles, role).get("/robots/mercury/", headers={"X-Forwarded-Host": "evil.example"}).text
+        return dict(re.findall(r'<meta property="(og:[\w:]+)" content="([^"]*)">', page))
+
+    settings.SITE_ADDRESS = "https://robots.example.org"
+    type(robot).objects.update(tagline='Digs for <b>"them"</b>')
+    told = card("anonymous")
+    assert (told["og:title"], told["og:url"]) == (robot.full_name, "https://robots.example.org/robots/mercury/")
+    assert told["og:image"] == f"https://robots.example.org{frames[1].url}"
+    assert robot.name in told["og:image:alt"]
+    assert told["og:description"] == "Digs for &lt;b&gt;&quot;them&quot;&lt;/b&gt;"
+    hide(roles)
+    for role in ("anonymous", "log_moderator"):  # whoever follows the link may see less than who shares it
+        assert "og:title" in card(role)
+        assert "og:image" not in card(role), role
+    type(robot).objects.update(enabled=False)
+    assert card("anonymous") == {}
 
 
 def test_who_drives_now_has_the_picture_to_click_in_and_the_one_before(robot, roles, frames, owned):

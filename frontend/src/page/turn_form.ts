@@ -1,5 +1,8 @@
-/** The page after a turn: a draft of the form is stored on this device until the server has it. */
+/** The page after a turn: a draft of the form is stored on this device until the server has it, and its link is copied. */
+import { copy } from "../kit/copy.ts";
+import { byId, say } from "../kit/dom.ts";
 import { withStorage } from "../kit/storage.ts";
+import { gettext } from "../kit/text.ts";
 
 const turn = document.querySelector<HTMLElement>("[data-drafts-of]")?.dataset["draftsOf"] ?? "";
 const form = document.querySelector<HTMLFormElement>("form[data-draft]");
@@ -60,6 +63,13 @@ if (form) {
   form.addEventListener("input", store);
   form.addEventListener("change", () => fillPlace(form));
   fillPlace(form);
+}
+const share = document.getElementById("share");
+if (share) {
+  share.hidden = false;
+  share.addEventListener("click", () => {
+    void copy(share.dataset["link"] ?? "", gettext("The link was copied."), (words) => say(byId("share-said"), words));
+  });
 }
 // the server has accepted what was in the forms before, whose drafts have other names
 withStorage((all) => {

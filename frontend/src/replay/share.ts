@@ -1,4 +1,5 @@
 /** Copies a link to the moment that is shown, and the code by which another page shows the recording in a frame. */
+import { copy } from "../kit/copy.ts";
 import { gettext } from "../kit/text.ts";
 
 /** Return a link to a second of a recording. */
@@ -10,15 +11,6 @@ export function linkTo(address: string, second: number): string {
 export function frameOf(address: string, title: string): string {
   const text = title.replaceAll("&", "&amp;").replaceAll('"', "&quot;").replaceAll("<", "&lt;");
   return `<iframe src="${address}" title="${text}" width="640" height="480" loading="lazy" allowfullscreen></iframe>`;
-}
-
-async function copy(text: string, done: string, tell: (words: string) => void): Promise<void> {
-  try {
-    await navigator.clipboard.writeText(text);
-    tell(done);
-  } catch {
-    tell(gettext("Your browser did not let the page copy it: {text}", { text }));
-  }
 }
 
 /** Let the two buttons copy; `second` is the moment that is shown. */

@@ -25,6 +25,7 @@ from portal.web.alerts.models import AlertChoice, may_be_told
 from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
 from portal.web.consoles.language import in_language
+from portal.web.pages.cards import card_of_robot
 from portal.web.pages.errors import software_missing
 from queueing.models import Turn
 from queueing.services import job_kinds, offers_turns, open_turn, waiting, waits_for_staff
@@ -79,6 +80,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "composites": robot.spec().all_of(Composite),
         "turns": offers_turns(robot),
         "twin": robot.twin,
+        "card": card_of_robot(robot),
         "take": TAKE in request.session and request.session.pop(TAKE) == robot.slug,
     }
     return render(request, "pages/robot.html", context)

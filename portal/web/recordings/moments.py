@@ -2,14 +2,12 @@
 
 from datetime import timedelta
 from math import isfinite
-from typing import Any
 
-from django.conf import settings
-from django.utils.html import format_html
 from django.utils.safestring import SafeString
 from django.utils.timezone import localtime
 from django.utils.translation import gettext, gettext_lazy
 
+from portal.web.pages.cards import tags
 from portal.web.recordings import access
 from robots.dates import date_words
 from robots.models import Recording
@@ -42,21 +40,14 @@ def picture_address(recording: Recording, second: int) -> str:
 
 
 def card_tags(recording: Recording, about: access.About | None, second: int) -> SafeString:
-    """Return the Open Graph tags of a recording that everybody may see; nothing for others.
-
-    All addresses are of the configured site: no header of a request decides them.
-    """
+    """Return the Open Graph tags of a recording that everybody may see; nothing for others."""
     if about is None or not about.public or not recording.replayable:
         return SafeString("")
-    site, here = settings.SITE_ADDRESS, recording.get_absolute_url()
     day = date_words(localtime(recording.began_at))
-    told: dict[str, Any] = {
-        "og:site_name": settings.SITE_NAME, "og:type": "website",
-        "og:title": gettext("{title} on {robot}").format(title=about.title, robot=recording.robot.full_name),
-        "og:description": gettext("A recording of {day}, to be looked at from this moment on.").format(day=day),
-        "og:url": f"{site}{here}" + (f"?t={second}" if second else ""),
-        "og:image": f"{site}{picture_address(recording, second)}",
-        "og:image:alt": gettext("What the camera of {robot} saw at that moment").format(robot=recording.robot.name),
-    }  # fmt: skip
-    tags = [format_html('<meta property="{}" content="{}">', name, content) for name, content in told.items()]
-    return SafeString("\n".join([*tags, '<meta name="twitter:card" content="summary_large_image">']))
+    return tags(
+        recording.get_absolute_url() + (f"?t={second}" if second else ""),
+        gettext("{title} on {robot}").format(title=about.title, robot=recording.robot.full_name),
+        gettext("A recording of {day}, to be looked at from this moment on.").format(day=day),
+        picture_address(recording, second),
+        gettext("What the camera of {robot} saw at that moment").format(robot=recording.robot.name),
+    )

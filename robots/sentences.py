@@ -27,6 +27,12 @@ def translate(text: Any) -> str:
     return str(text) if english else _sentences(language).translate(str(text))
 
 
+def declared(text: Any) -> str:
+    """Return a text of a robot's package in the reader's language; what staff wrote in its place stays."""
+    language = get_language() or settings.LANGUAGE_CODE
+    return str(text) if language == settings.LANGUAGE_CODE else _sentences(language).whole(str(text))
+
+
 def english(label: Any) -> str:
     """Return a label as it is stored and sent to many people: in English, whoever asks."""
     with override(settings.LANGUAGE_CODE):

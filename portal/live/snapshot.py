@@ -35,6 +35,7 @@ from robots.models import Command, Frame, Grant, Robot
 from robots.people import STAFF, driver_name, sees_names
 from robots.sentences import english
 from robots.services import StopShown, may_stop, newest_still, stop_shown
+from robots.services.lockout import note_said
 from robots.states import Cycle, GrantEnd, GrantKind
 
 RECENT, JOBS, ENTRIES = 8, 50, 5  # commands, open jobs and log entries that are listed
@@ -61,7 +62,8 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     if not robot.enabled:
         return "offline", "Switched off", "Staff have switched this robot off."
     if robot.cycle == Cycle.LOCKED_OUT:
-        return "locked_out", "Locked out", robot.lockout_note or "Staff are working on it."
+        note = robot.lockout_note
+        return "locked_out", "Locked out", note_said(note) if note else "Staff are working on it."
     if not owner_alive(lease_of(robot), now):
         return "offline", "Offline", "Its worker does not answer and is restarted automatically. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:

@@ -14,10 +14,11 @@ from django.utils.translation import get_language
 from portal.web.translation.views import version_of
 from robots.dates import date_words
 from robots.people import driver_name, shown_name
-from robots.sentences import translate
+from robots.sentences import declared, translate
 
 register = template.Library()
 register.filter("translate", translate)
+register.filter("declared", declared)
 register.filter("shown_name", shown_name)
 
 

@@ -34,7 +34,12 @@ OF_DEVICE = WORDS | {
     errno.ENOENT: ABSENT, errno.ENOTTY: NO_TTY, errno.EINVAL: NO_TTY, errno.EISDIR: NO_TTY,
     errno.ENXIO: BROKEN, errno.ENODEV: BROKEN, errno.EIO: BROKEN,
 }  # fmt: skip
-OF_CONNECTION = WORDS | {errno.EIO: LOST, errno.EINVAL: WRONG, errno.EAGAIN: SILENT}  # as FFmpeg raises them
+OF_CONNECTION = WORDS | {
+    errno.ENOENT: REFUSED,
+    errno.EIO: LOST,
+    errno.EINVAL: WRONG,
+    errno.EAGAIN: SILENT,
+}  # as FFmpeg raises them
 
 
 def why_not(error: BaseException, path: str = "", late: bool = False) -> str:

@@ -13,7 +13,8 @@ from functools import lru_cache
 PLACE = re.compile(r"\{(\w+)\}")
 ENDS = (re.compile(r"(?<=[.!?]) "), re.compile(r"(?<=[:;,]) "))  # the parts of a text for which there is no entry
 SENTENCES = re.compile(r"[.!?] .*[^.!?]$", re.DOTALL)  # a whole sentence and a part of another
-# Names of placeholders: "number…" fits numbers only; what "written…" stands for is code or a person's, and stays.
+# Names of placeholders: "number…" fits numbers only; what "written…" stands for is code or a person's, and stays; so
+# does what "quoted…" stands for, which has quotation marks around it and may be whole sentences.
 NUMERAL = re.compile(r"[-+]?[0-9][0-9.e+-]*")
 DECIMAL = re.compile(r"^([-+]?[0-9]+)\.([0-9]+)(?=$| |°|%)")  # a measured number, with its unit or without
 NUMBER, LETTER, WORD = re.compile(r"[-+]?[0-9]"), re.compile("[A-Za-z]"), re.compile(r"[^\W\d_]")
@@ -39,6 +40,10 @@ class Sentences:
         for word, own in self._by_word.items():
             self._by_word[word] = sorted((*own, *self._any), key=_most_words_first)
         self.translate = lru_cache(maxsize=4096)(self._translate)
+
+    def whole(self, text: str) -> str:
+        """Return the translation of an entry without placeholders; any other text as it is."""
+        return self._whole.get(text, text)
 
     def _translate(self, text: str, depth: int = 0) -> str:
         """Return the text in this language; in English where the catalogue has nothing that fits."""
@@ -89,7 +94,7 @@ class Sentences:
         return None
 
     def _value(self, name: str, value: str, depth: int) -> str:
-        if name.startswith("written"):
+        if name.startswith(("written", "quoted")):
             return value
         return self._translate(DECIMAL.sub(self._decimal, value), depth + 1)
 
@@ -97,7 +102,11 @@ class Sentences:
         """Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one."""
         if name.startswith("number"):
             return bool(NUMERAL.fullmatch(value))
-        return not SENTENCES.search(value) or (depth < DEEPEST and self._either(value, depth + 1) is not None)
+        return (
+            name.startswith("quoted")
+            or not SENTENCES.search(value)
+            or (depth < DEEPEST and self._either(value, depth + 1) is not None)
+        )
 
     def _candidates(self, text: str) -> list[_Entry]:
         return self._by_word.get(text.split(" ", 1)[0], self._any)
@@ -117,6 +126,10 @@ def fit(words: list[str], text: str) -> list[str] | None:
         values.append(text[at:found])
         at = found + len(word)
     values.append(text[at:end])
+    if (
+        WORD.search(last) and last in values[-1]
+    ):  # the text has the sentence twice, as "the lamp is off, the arm is off"
+        return None
     return values if at < end and (not numbers or all(map(NUMBER.match, values))) else None
 
 

@@ -20,17 +20,24 @@ from robots.services.stopping import stop
 from robots.states import Cycle, GrantEnd, GrantKind
 
 OFF = "Switched off by staff."
+LONGEST_NOTE = 280  # characters; its sentence fits the reason of a robot
+
+
+def note_said(quoted: str) -> str:
+    """Return the sentence in which people read what staff wrote; its translation leaves that as it is."""
+    return f"Staff write: “{quoted}”"
 
 
 def lock_out(robot: Robot, user: Any, note: str) -> None:
     """Stop the robot and close it to the public; people keep their places. Raises NotStaff, BadRequest."""
     need_staff(user)
-    if not note.strip():
+    note = note.strip()[:LONGEST_NOTE]
+    if not note:
         raise BadRequest("Write a note that says why the robot is locked out.")
     stop(robot, user)
     with transaction.atomic(), _without_grant(robot, GrantEnd.LOCKED_OUT, "robot locked out by staff"):
         Robot.objects.filter(pk=robot.pk).update(
-            cycle=Cycle.LOCKED_OUT, lockout_note=note.strip()[:300], locked_by=user, reason=note.strip()[:300]
+            cycle=Cycle.LOCKED_OUT, lockout_note=note, locked_by=user, reason=note_said(note)
         )
         bus.publish_on_commit(robot.slug, Changed("robot"))
 

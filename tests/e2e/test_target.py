@@ -30,9 +30,9 @@ END = (0.8, 0.5, 1.2, 0.1, 1.3, 0.0)
 def pages(portal, visitor):
     """Give the pages of who drives a robot and of a stranger who watches."""
 
-    def make(robot, size=(1440, 900)):
+    def make(robot, size=(1440, 900), **look):
         viewport = dict(zip(("width", "height"), size, strict=True))
-        driver, watcher = visitor(viewport=viewport), visitor(viewport=viewport)
+        driver, watcher = visitor(viewport=viewport, **look), visitor(viewport=viewport, **look)
         user = portal.person("ada", robot)
         portal.drive(user, robot)
         session(driver, user)
@@ -81,6 +81,41 @@ def test_who_watches_an_arm_over_sand_sees_where_it_goes_and_the_view_stays(port
     expect(ring).to_have_attribute("cy", HIDDEN)
     settle(watcher.page)
     assert view.bounding_box() == place
+
+
+# what lies under the sentence, or beside it: ages of pictures, what the gripper holds, the buttons of the views
+COVERED = """() => {
+  const said = document.getElementById("target").getBoundingClientRect();
+  return [...document.querySelectorAll(".badges span, #stage-view button, #model-said, #model-legend")].filter((e) => {
+    const box = e.getBoundingClientRect();
+    return e.checkVisibility() && box.width && e.textContent && box.left < said.right - 1 && box.right > said.left + 1
+      && box.top < said.bottom - 1 && box.bottom > said.top + 1;
+  }).map((e) => e.textContent);
+}"""
+
+
+@SIZES
+def test_a_long_sentence_of_where_it_goes_covers_no_other_words_and_little_of_the_view(portal, pages, size):
+    robot = "pa10"
+    _, watcher = pages(robot, size, locale="de-DE")
+    expect(watcher.page.locator("#model canvas")).to_be_visible(timeout=30_000)
+    row = portal.robots[robot]
+    args = dict(zip(row.spec().joints, END, strict=False))
+    grant = row.grants.get(ended_at=None)
+    Command.objects.create(
+        robot=row, grant=grant, client_seq=1, issued_by=grant.holder, kind="joints", args=args, epoch=1,
+        created_at=SYSTEM.now(), deadline=SYSTEM.now(),
+    )  # fmt: skip
+    begun(portal, robot, None)
+    said = watcher.page.locator("#target")
+    expect(said).to_contain_text("Gelenke")
+    settle(watcher.page)
+    if size[0] < 640:
+        assert said.bounding_box()["y"] > watcher.page.locator("#screen").bounding_box()["y"] + 60, "below the picture"
+    assert watcher.page.evaluate(COVERED) == []
+    view, box = watcher.page.locator("#stage-view").bounding_box(), said.bounding_box()
+    assert box["width"] * box["height"] < 0.12 * view["width"] * view["height"]
+    assert box["height"] <= 60
 
 
 def test_who_watches_an_arm_in_three_dimensions_sees_where_it_goes(portal, pages):

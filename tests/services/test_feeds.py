@@ -211,7 +211,7 @@ def test_a_time_out_of_service_is_one_item_that_is_updated_at_its_end(served, cl
     (one,) = entries("/robots/mercury/status.atom")
     first = of(one, "id", "published", "updated")
     assert of(one, "title") == ["Mercury (simulated): Locked out"]
-    assert of(one, "summary") == ["<p>Locked out since 2026-01-01 00:18 UTC. Kim exchanges a belt.</p>"]
+    assert of(one, "summary") == ["<p>Locked out since 2026-01-01 00:18 UTC. Staff write: “Kim exchanges a belt.”</p>"]
     assert link(one, "alternate").get("href") == f"{SITE}/robots/mercury/"
     assert "Kim exchanges a belt." in Client().get("/status/").content.decode()
     Robot.objects.update(lockout_note="Kim waits for a belt.")

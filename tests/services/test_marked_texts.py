@@ -2,18 +2,21 @@
 
 import asyncio
 import re
+from html import unescape
 
 import pytest
 from django.http import Http404
 from django.test import Client, RequestFactory
 from django.utils.translation import get_language
 
+from operatorlog.models import Round
 from portal.edge.requests import Bounded
 from portal.web.pages import errors
 from queueing import services as queue
 from queueing.models import Ticket
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
+from robots.services.lockout import lock_out
 from tests.services.browsers import signed_in
 from tests.services.marked import PSEUDO, TURNED, WORD, Texts
 
@@ -99,9 +102,27 @@ def test_what_other_software_reads_is_english(used, monkeypatch):
     assert "Seitenaufrufe" in Client(headers=german).get("/statistics/").text
 
 
-def test_the_note_of_staff_is_shown_as_they_wrote_it(robot, client):
-    Robot.objects.filter(pk=robot.pk).update(cycle="locked_out", lockout_note="Free now. See 3 right")
-    assert "Free now. See 3 right" in client.get("/status/", headers={"accept-language": PSEUDO}).text
+WRITTEN = ("A new belt", "Free now. See 3 right")  # both fit texts of the portal with placeholders
+
+
+@pytest.mark.parametrize("note", WRITTEN)
+def test_the_note_of_staff_is_shown_as_they_wrote_it(robot, people, client, note):
+    lock_out(robot, people["kim"], note)
+    for path in ("/status/", "/robots/mercury/", "/embed/robots/mercury/", "/classic/mercury/"):
+        page = unescape(client.get(path, follow=True, headers={"accept-language": "de"}).text)
+        assert f"Das Personal schreibt: „{note}“" in page, path
+    client.force_login(people["kim"])
+    for path in ("/admin/", f"/admin/robots/robot/{robot.pk}/change/"):
+        page = unescape(client.get(path, headers={"accept-language": "de"}).text)
+        assert f"Das Personal schreibt: „{note}“" in page, path
+
+
+@pytest.mark.parametrize("words", WRITTEN)
+def test_so_are_a_puzzle_and_a_tagline_that_staff_wrote(robot, client, words):
+    Robot.objects.filter(pk=robot.pk).update(tagline=words)
+    Round.objects.create(robot=robot, number=1, began_at=SYSTEM.now(), puzzle=words)
+    for path in ("/", "/robots/mercury/", "/robots/mercury/finds/", "/story/"):
+        assert words in unescape(client.get(path, headers={"accept-language": "de"}).text), path
 
 
 def test_hours_of_statistics_are_those_of_the_reader(shuttle, client):

@@ -12,6 +12,7 @@ from accounts.models import Choice
 from queueing import services as queue
 from robots.kit.clock import SYSTEM
 from robots.models import Lease, Robot
+from robots.services.lockout import lock_out, start_maintenance
 from robots.states import Cycle
 from tests.services.turns import drive
 
@@ -93,6 +94,14 @@ def test_who_has_driven_the_robot_and_strangers_see_no_way_on_its_page(eve, robo
     assert 'class="way"' not in client.get(PAGE).content.decode()
     drive(robot, people["ada"], SYSTEM.now())
     client.force_login(people["ada"])
+    assert 'class="way"' not in client.get(PAGE).content.decode()
+
+
+def test_staff_who_drive_in_a_maintenance_turn_see_no_way(eve, robot, people, client, owned):
+    lock_out(robot, people["kim"], "a new belt")
+    client.force_login(people["kim"])
+    assert 'class="way"' in client.get(PAGE).content.decode()
+    start_maintenance(robot, people["kim"])
     assert 'class="way"' not in client.get(PAGE).content.decode()
 
 

@@ -14,12 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.kit import opening
-from robots.kit.contract.errors import CameraFault, LineBusy, LineGone
+from robots.kit.contract.errors import PLAIN, CameraFault, LineBusy, LineGone, why
 from robots.kit.drivers.mercury import protocol
 from robots.kit.drivers.pa10.line import ArmLine
 from robots.kit.drivers.rosbridge_client import Bridge
 from robots.kit.drivers.serial_line import SerialLine
 from robots.kit.opening import is_in_use, why_not
+from robots.sentences import _sentences
 from tests.waiting import CEILING_S, wait_for
 from workers.media import microphone, source
 from workers.media.microphone import Microphone, MicrophoneFault
@@ -201,3 +202,18 @@ def test_every_sentence_says_what_to_do():
         assert any(word in text for word in ("Plug", "Add ", "Give ", "End ", "Correct", "Start ", "Look ", "Pull ")), (
             text
         )
+
+
+@pytest.mark.parametrize("number", sorted(PLAIN))
+def test_what_the_system_says_of_a_usual_fault_is_in_plain_words(number):
+    error = OSError(number, os.strerror(number), "/secret/path")
+    assert why(error) == PLAIN[number]
+    german = _sentences("de").translate(f"The connection to the rover broke: {why(error)}.")
+    assert german.startswith("Die Verbindung")
+    assert PLAIN[number] not in german
+
+
+def test_a_socket_that_is_not_there_is_told_in_plain_words(tmp_path):
+    with socket.socket(socket.AF_UNIX) as line, pytest.raises(FileNotFoundError) as failed:
+        line.connect(str(tmp_path / "nothing"))
+    assert why_not(failed.value) == opening.REFUSED

@@ -37,6 +37,8 @@ CATALOGUE = {
     "say what? Write it": "was sagen? Schreiben Sie es",
     "nothing answers. Look.": "nichts antwortet. Schauen Sie.",
     "Line {number}, {written}: {why}.": "Zeile {number}, {written}: {why}.",
+    "the {name} sees nothing": "{name} sieht nichts",
+    "Staff write: “{quoted}”": "Das Personal schreibt: „{quoted}“",
     "open": "offen",
     "{where}: {why}. The arm was held.": "{where}: {why}. Der Arm wurde angehalten.",
 }
@@ -53,6 +55,8 @@ TEXTS = (
     "The arm cannot go there: nothing answers. Look.", "Line 2, open: nothing was there.", "open: Stop",
     "Line 2, open: nothing was there. The arm was held.",
     "joint 3 would be at 200.5°, outside -90.25° to 90°", "1.5 m from the wall", "turn 1.5.2", "Line 1.5, 0.5: nothing was there.",
+    "The arm: the eye sees nothing, the ear sees nothing.", "Staff write: “The arm is off. Stop”", "Staff write: “Stop”",
+    "Locked. Staff write: “The lamp is off.”",
     "ähnlich", "The arm is off. The lamp", "The arm is off, the red block. Stop",
 )  # fmt: skip
 WORD = st.text(st.sampled_from("ab ."), min_size=1, max_size=4)

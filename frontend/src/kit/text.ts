@@ -148,13 +148,13 @@ export class Sentences {
   }
 
   #value(name: string, value: string, depth: number): string {
-    return name.startsWith("written") ? value : this.translate(value.replace(DECIMAL, this.#decimal), depth + 1);
+    return /^(written|quoted)/.test(name) ? value : this.translate(value.replace(DECIMAL, this.#decimal), depth + 1);
   }
 
   /** Tell whether the placeholder may stand for the value: a number; no sentence and a part of the next one. */
   #mayBe(name: string, value: string, depth: number): boolean {
     if (name.startsWith("number")) return NUMERAL.test(value);
-    return !SENTENCES.test(value) || (depth < DEEPEST && this.#either(value, depth + 1) !== undefined);
+    return name.startsWith("quoted") || !SENTENCES.test(value) || (depth < DEEPEST && this.#either(value, depth + 1) !== undefined);
   }
 
   #candidates(text: string): Entry[] {
@@ -178,6 +178,7 @@ export function fit(words: readonly string[], text: string): string[] | undefine
     at = found + word.length;
   }
   values.push(text.slice(at, end));
+  if (last.match(WORD) && values.at(-1)?.includes(last)) return undefined; // the text has the sentence twice
   return at < end && (!numbers || values.every((value) => NUMBER.test(value))) ? values : undefined;
 }
 

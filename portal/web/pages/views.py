@@ -40,13 +40,11 @@ from robots.kit.contract.procedures import offered_procedures
 from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.people import driver_name, is_person
-from robots.sentences import translate
 from robots.services.permissions import reaches
 
 
 def _shown(robot: Robot) -> dict[str, Any]:
     state, label, why = status_of(robot, SYSTEM.now())
-    why = why if why == robot.lockout_note else translate(why)  # staff wrote the note
     return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
 
 

@@ -4,7 +4,16 @@
 rules'.
 """
 
+import errno
+
 from robots.kit.addresses import redacted
+
+ENDED, NO_WAY, FULL = "the other side ended it", "no way leads there any more", "the disk is full"
+PLAIN = {
+    errno.ECONNRESET: ENDED, errno.ECONNABORTED: ENDED, errno.EPIPE: ENDED, errno.EHOSTUNREACH: NO_WAY,
+    errno.ENETUNREACH: NO_WAY, errno.ENETDOWN: NO_WAY, errno.ETIMEDOUT: "nothing answered for too long",
+    errno.ENOSPC: FULL, errno.EDQUOT: FULL,
+}  # fmt: skip
 
 
 class RobotError(Exception):
@@ -136,6 +145,8 @@ class CameraFault(HardwareFault):
 
 def why(error: BaseException) -> str:
     """Return in a few words what the system or a library said, without the path of a file: people read this."""
+    if isinstance(error, OSError) and error.errno in PLAIN:
+        return PLAIN[error.errno]
     try:
         told = str(getattr(error, "strerror", None) or error).strip().splitlines()
     except Exception:  # noqa: BLE001 - of the error's own text

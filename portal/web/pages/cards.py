@@ -8,7 +8,7 @@ from django.utils.translation import gettext
 
 from portal.live.snapshot import shown_still
 from robots.models import Robot
-from robots.sentences import translate
+from robots.sentences import declared
 
 
 def tags(path: str, title: str, description: str, picture: str = "", alt: str = "") -> SafeString:
@@ -30,4 +30,4 @@ def card_of_robot(robot: Robot) -> SafeString:
     still = shown_still(robot, AnonymousUser())
     picture = still.url if still is not None else ""
     alt = gettext("The newest picture of the camera of {robot}").format(robot=robot.name)
-    return tags(robot.get_absolute_url(), robot.full_name, translate(robot.tagline), picture, alt)
+    return tags(robot.get_absolute_url(), robot.full_name, declared(robot.tagline), picture, alt)

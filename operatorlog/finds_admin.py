@@ -10,6 +10,7 @@ from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect
 from django.template.response import TemplateResponse
 from django.urls import URLPattern, path, reverse
+from django.utils.formats import number_format
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 from django.utils.translation import gettext, gettext_lazy, pgettext_lazy
@@ -26,6 +27,10 @@ from robots.once import once
 from robots.sentences import english, translate
 
 
+def _cm(length: float) -> str:
+    return number_format(round(length, 1), 1)
+
+
 class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
     """Pieces with how far each is from the place of the find."""
 
@@ -34,9 +39,9 @@ class PieceChoice(forms.ModelChoiceField):  # type: ignore[type-arg]
     def label_from_instance(self, obj: Piece) -> str:
         """Return the name, and the distance where the place is known."""
         if self.find is None or obj.x is None or obj.y is None:
-            return obj.name
+            return str(obj)
         away = 100 * hypot(obj.x - self.find.x, obj.y - self.find.y)
-        return gettext("{piece}, {distance} cm away").format(piece=obj.name, distance=f"{away:.1f}")
+        return gettext("{piece}, {distance} cm away").format(piece=obj, distance=_cm(away))
 
 
 class DecisionForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -104,7 +109,7 @@ class FindAdmin(GuardedAdmin):
     @admin.display(description=pgettext_lazy("find", "Place"))
     def place(self, find: Find) -> str:
         """Return the reported place."""
-        return f"x {100 * find.x:.1f} cm, y {100 * find.y:.1f} cm"
+        return f"x {_cm(100 * find.x)} cm, y {_cm(100 * find.y)} cm"
 
     @admin.display(description=gettext_lazy("Picture"))
     def picture(self, find: Find) -> SafeString | str:

@@ -3,7 +3,7 @@
 from django.conf import settings
 from django.db import models
 from django.db.models import Q
-from django.utils.translation import gettext, gettext_lazy, gettext_noop
+from django.utils.translation import gettext, gettext_lazy, gettext_noop, pgettext
 
 from queueing.models import Turn
 from robots.people import handle_of, shown_name
@@ -244,7 +244,7 @@ class Piece(models.Model):
         constraints = [models.UniqueConstraint(fields=["round", "name"], name="one_name_a_piece")]
 
     def __str__(self) -> str:
-        return self.name
+        return pgettext("piece", self.name)
 
 
 class Find(models.Model):

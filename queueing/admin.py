@@ -17,6 +17,7 @@ from queueing.services import (
     Asker,
     cancel,
     end_by_staff,
+    label_of,
     open_turn,
     remove_by_staff,
     resume,
@@ -35,7 +36,7 @@ from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.people import shown_name
-from robots.sentences import translate
+from robots.sentences import in_digits, translate
 
 NAMED, LISTED = 5, 100  # people of a queue in its row of the list, and on its page
 
@@ -69,7 +70,7 @@ def _moved_by(robot: Robot) -> str:
 class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
     """Pause a queue, choose its robots; see who drives them and who waits."""
 
-    list_display = ("name", "drive", "wait", "paused", "guest_weight")
+    list_display = ("named", "drive", "wait", "paused", "guest_weight")
     list_editable = ("paused",)
     list_filter = ("robot_links__robot",)
     inlines = (LinkInline,)
@@ -87,6 +88,11 @@ class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
     @staticmethod
     def _sees_places(request: HttpRequest) -> bool:
         return request.user.has_perm("queueing.view_ticket") or request.user.has_perm("queueing.change_ticket")
+
+    @admin.display(description=gettext_lazy("Name"), ordering="name")
+    def named(self, queue: Queue) -> str:
+        """Return its name; that of a queue to which staff have given none is in the reader's language."""
+        return str(queue)
 
     @admin.display(description=gettext_lazy("Who drives"))
     def drive(self, queue: Queue) -> str:
@@ -186,6 +192,7 @@ class JobAdmin(ReadOnlyAdmin):
 
     list_display = ("id", "robot", "kind", "user", "state", "reason", "start_tag", "asked_at", "ended_at", "charged")
     sentences = ("reason",)
+    words = {"kind": lambda job: translate(label_of(job.robot, job.kind))}
     list_filter = ("robot", "state")
     actions = ("cancel",)
 
@@ -206,9 +213,15 @@ class JobAdmin(ReadOnlyAdmin):
 class AccountAdmin(FormFieldsAdmin):
     """The use of people and guests, and their weight."""
 
-    list_display = ("__str__", "queue", "network", "finish_tag", "weight")
-    readonly_fields = ("user", "network", "queue", "finish_tag")
+    list_display = ("__str__", "queue", "network", "used", "weight")
+    fields = ("queue", "user", "network", "used", "weight")
+    readonly_fields = ("user", "network", "queue", "used")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
         """Return False: an account begins with the first place or job."""
         return False
+
+    @admin.display(description=Account._meta.get_field("finish_tag").verbose_name, ordering="finish_tag")
+    def used(self, account: Account) -> str:
+        """Return the finish tag."""
+        return in_digits(account.finish_tag)

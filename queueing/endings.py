@@ -7,7 +7,8 @@ from django.conf import settings
 
 from queueing.models import PlaceEnd, Ticket, TicketState, Turn
 from queueing.turns import idle_s
-from queueing.words import OWN_WISH, PLACE_ENDS, TURN_ENDS, End, length_words
+from queueing.words import OWN_WISH, PLACE_ENDS, TURN_ENDS, End
+from robots.dates import length_words
 from robots.models import Robot
 from robots.states import GrantEnd
 

@@ -21,7 +21,7 @@ from queueing.rows import link_of, queue_of
 from queueing.tick import tick
 from queueing.tickets import join, leave, open_ticket, remove, remove_by_staff
 from queueing.turns import end_by_staff, end_turn, idle_at, note_act, open_turn, others_wait_since, stay, turn_of
-from queueing.words import CLOSED, End, join_said, length_words, wait_said
+from queueing.words import CLOSED, End, join_said, wait_said
 
 __all__ = (  # noqa: RUF022 - by subject
     # verbs of the queue of a robot, tickets and offers
@@ -40,7 +40,7 @@ __all__ = (  # noqa: RUF022 - by subject
     "open_ticket", "open_turn", "turn_of", "last_turn", "others_wait_since", "idle_at",
     "Standing", "standings", "place_and_wait", "wait_if_joined", "waiting", "waiting_people", "last_report_elsewhere",
     # ends and waits in words
-    "End", "end_of_turn", "is_news", "wait_said", "join_said", "length_words", "CLOSED",
+    "End", "end_of_turn", "is_news", "wait_said", "join_said", "CLOSED",
     # jobs
     "job_kinds", "kinds_for", "label_of", "link_of", "offers_turns", "waits_for_staff", "job_of_form", "own_jobs",
     "unseen_jobs", "may_cancel", "may_answer", "Forecast", "forecast", "in_order", "FAULTS",

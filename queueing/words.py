@@ -44,12 +44,6 @@ def _rounded(seconds: int) -> str:
     return f"{ceil(seconds / 60)} min" if seconds < 5400 else f"{ceil(seconds / 3600)} h"
 
 
-def length_words(seconds: float) -> str:
-    """Return a length of time in words, such as "2 min 5 s"."""
-    minutes, rest = divmod(round(max(0.0, seconds)), 60)
-    return f"{minutes} min {rest} s" if minutes and rest else f"{minutes} min" if minutes else f"{rest} s"
-
-
 @dataclass(frozen=True)
 class End:
     """The words of one kind of end; `{used}`, `{idle}` and others stand for lengths of time."""

@@ -1,13 +1,16 @@
 """Sentences of workers, stored and sent in English, in the language of the person who reads."""
 
+from decimal import Decimal
 from functools import cache
+from math import isfinite
 from typing import Any
 
 from django.conf import settings
-from django.utils.formats import get_format
+from django.utils.formats import get_format, number_format
 from django.utils.translation import get_language, override
 from django.utils.translation.trans_real import DjangoTranslation
 
+from robots.kit.contract.ranges import readable
 from robots.kit.sentences import Sentences
 
 DOMAIN = "djangojs"  # the page's scripts have the same catalogue
@@ -31,6 +34,11 @@ def declared(text: Any) -> str:
     """Return a text of a robot's package in the reader's language; what staff wrote in its place stays."""
     language = get_language() or settings.LANGUAGE_CODE
     return str(text) if language == settings.LANGUAGE_CODE else _sentences(language).whole(str(text))
+
+
+def in_digits(number: float) -> str:
+    """Return a measured or given number as people read it, with the decimal mark of the reader's language."""
+    return number_format(Decimal(readable(number))) if isfinite(number) else readable(number)
 
 
 def english(label: Any) -> str:

@@ -4,8 +4,9 @@ from django import template
 
 from queueing.models import Job
 from queueing.services import label_of, waits_for_staff
-from robots.kit.contract.ranges import plain, readable
+from robots.kit.contract.ranges import plain
 from robots.models import Robot
+from robots.sentences import in_digits as digits
 
 register = template.Library()
 register.filter("bound", plain)
@@ -14,7 +15,7 @@ register.filter("bound", plain)
 @register.filter
 def in_digits(value: object) -> object:
     """Return a number as people read it; anything else as it is."""
-    return readable(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+    return digits(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
 @register.filter

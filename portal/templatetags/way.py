@@ -15,6 +15,7 @@ from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.people import is_person
+from robots.services.status import status_of
 
 register = template.Library()
 
@@ -23,7 +24,7 @@ register = template.Library()
 def is_free(robot: Robot) -> bool:
     """Return whether somebody who joins now drives at once."""
     now = SYSTEM.now()
-    state, label, _ = snapshot.status_of(robot, now)
+    state, label, _ = status_of(robot, now)
     return offers_turns(robot) and snapshot.is_free(state, label, waiting(robot), wait_if_joined(robot, now))
 
 

@@ -6,7 +6,7 @@ from accounts.services import cleared
 from queueing.rows import link_of
 from robots.kit.contract.find import spec_or_none
 from robots.kit.contract.spec import ANYONE, CommandKind
-from robots.models import Robot
+from robots.models import Robot, words
 from robots.services.commands import LIMIT_S
 
 
@@ -47,8 +47,7 @@ def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
 
 def label_of(robot: Robot, kind: str) -> str:
     """Return the robot's label of this kind of command; the kind's name if the robot no longer has it."""
-    found = _kind_of(robot, kind)
-    return found.label if found else kind.capitalize()
+    return words.label_of(robot.driver, kind)
 
 
 def limit_of(robot: Robot, kind: str) -> float:

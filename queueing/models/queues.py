@@ -57,7 +57,8 @@ class Queue(models.Model):
     greatest_finish = models.FloatField(default=0.0, editable=False)
 
     def __str__(self) -> str:
-        return self.name
+        robot = self.name.removeprefix("Queue of ")  # the name that a new robot's queue has
+        return self.name if robot == self.name else gettext("Queue of {robot}").format(robot=robot)
 
 
 class QueueRobot(models.Model):

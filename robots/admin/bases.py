@@ -1,6 +1,6 @@
 """Base classes of admin pages: guarded actions, read-only records, tables with accessible names, partial saving."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from http import HTTPStatus
 from typing import Any
@@ -9,6 +9,7 @@ from django import forms
 from django.contrib import admin, messages
 from django.contrib.admin.utils import model_ngettext
 from django.core.exceptions import PermissionDenied
+from django.db import models
 from django.db.models import QuerySet
 from django.forms.models import BaseInlineFormSet, BaseModelFormSet
 from django.http import HttpRequest, HttpResponse
@@ -20,7 +21,7 @@ from django.utils.translation import gettext
 
 from robots.kit.contract.errors import RobotError
 from robots.models import Frame
-from robots.sentences import english, translate
+from robots.sentences import english, in_digits, translate
 
 
 def comes_from_first(request: HttpRequest) -> bool:
@@ -99,24 +100,28 @@ class ReadOnlyAdmin(GuardedAdmin):
     """A record that the admin only shows."""
 
     sentences: tuple[str, ...] = ()  # fields with sentences of the portal, which are stored in English
+    words: Mapping[str, Callable[[Any], str]] = {}  # fields with codes, and what says a row's code in words
 
     def get_list_display(self, request: HttpRequest) -> Any:
-        """Return the columns; sentences are in the reader's language."""
+        """Return the columns; sentences and numbers are in the reader's language."""
         return [self._in_words(name) for name in super().get_list_display(request)]
 
     def get_fields(self, request: HttpRequest, obj: Any = None) -> Any:
-        """Return the fields of the page; sentences are in the reader's language."""
+        """Return the fields of the page; sentences and numbers are in the reader's language."""
         return [self._in_words(name) for name in super().get_fields(request, obj)]
 
     def _in_words(self, name: Any) -> Any:
-        if name not in self.sentences:
+        field: Any = next((one for one in self.opts.concrete_fields if one.name == name), None)
+        is_number = isinstance(field, models.FloatField)
+        if name not in (*self.sentences, *self.words) and not is_number:
             return name
-
-        field: Any = self.opts.get_field(name)
 
         @admin.display(description=field.verbose_name, ordering=name)
         def shown(row: Any) -> str:
-            return translate(getattr(row, name)) or "-"
+            value = getattr(row, name)
+            if is_number:
+                return "-" if value is None else in_digits(value)
+            return (self.words[name](row) if name in self.words else translate(value)) or "-"
 
         shown.__name__ = name  # it is in the column's class
         return shown
@@ -195,8 +200,16 @@ class NamedValues(admin.AllValuesFieldListFilter):
 
     def choices(self, changelist: Any) -> Any:
         """Return the choices with their words."""
-        found = super().choices(changelist)
-        return [{**one, "display": translate(one["display"] or "") or gettext("(none)")} for one in found]
+        every, *values = super().choices(changelist)
+        yield every
+        for one in values:
+            shown = str(one["display"])
+            value, *count = shown.rpartition(" (") if changelist.add_facets else (shown,)
+            yield {**one, "display": "".join((self.named(value) or gettext("(none)"), *count))}
+
+    def named(self, value: str) -> str:
+        """Return the words of a value, which may be empty."""
+        return translate(value)
 
 
 def clock_time(at: datetime) -> str:

@@ -26,9 +26,10 @@ from robots.kit.packets import Changed
 from robots.kit.plain import whole
 from robots.models import Command, Incident, Robot
 from robots.once import once
-from robots.sentences import translate
+from robots.sentences import in_digits, translate
 from robots.services import probes, programs
 from robots.services.permissions import NotStaff
+from robots.services.status import status_of
 from robots.states import GrantKind
 
 SETTINGS, CONNECTION = gettext_lazy("Settings"), gettext_lazy("Connection")  # groups of fields
@@ -42,7 +43,7 @@ class RobotAdmin(FormFieldsAdmin):
     search_fields = ("name", "slug")
     list_display = ("name", "state", "address", "simulated", "switched", "stop", "calibrated_at")
     prepopulated_fields = {"slug": ("name",)}
-    readonly_fields = ("cycle", "reason", "switched", "lockout_note")
+    readonly_fields = ("state", "reason", "switched", "lockout_note")
     actions = ("load_brought", "add_twins")
     also_saved = ("settings",)
     change_form_template = "admin/robots/robot/change_form.html"
@@ -52,7 +53,7 @@ class RobotAdmin(FormFieldsAdmin):
         (CONNECTION, {"fields": ("driver", "address", "camera", "microphone")}),
         (SETTINGS, {"fields": TURNS}),
         (gettext_lazy("Recording"), {"fields": RECORDING}),
-        (gettext_lazy("State"), {"fields": ("switched", "cycle", "reason", "lockout_note")}),
+        (gettext_lazy("State"), {"fields": ("switched", "state", "reason", "lockout_note")}),
     )
 
     @admin.display(description=gettext_lazy("Simulated"), boolean=True)
@@ -62,11 +63,8 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description=gettext_lazy("State"))
     def state(self, robot: Robot) -> str:
-        """Return the robot's state as text, or that its worker does not answer."""
-        alive = grants.owner_alive(grants.lease_of(robot), SYSTEM.now())
-        if alive or not robot.enabled:
-            return robot.get_cycle_display()
-        return gettext("{state} (worker silent)").format(state=robot.get_cycle_display())
+        """Return the robot's state in the words of its card."""
+        return translate(status_of(robot, SYSTEM.now())[1])
 
     @admin.display(description=gettext_lazy("Switched"), ordering="enabled")
     def switched(self, robot: Robot) -> str:
@@ -75,8 +73,8 @@ class RobotAdmin(FormFieldsAdmin):
 
     @admin.display(description=gettext_lazy("Stop"), ordering="stop_latched")
     def stop(self, robot: Robot) -> SafeString | str:
-        """Return that a stop is latched, in red, because the robot does not move until it is released."""
-        return format_html('<b class="farhand-bad">{}</b>', gettext("Stop latched")) if robot.stop_latched else "-"
+        """Return that the robot is stopped, in red, because the robot does not move until it is released."""
+        return format_html('<b class="farhand-bad">{}</b>', gettext("Stopped")) if robot.stop_latched else "-"
 
     def get_urls(self) -> list[URLPattern]:
         """Add the status part and the verbs."""
@@ -97,9 +95,10 @@ class RobotAdmin(FormFieldsAdmin):
     def _status(self, robot: Robot, user: Any) -> dict[str, Any]:
         lease = grants.lease_of(robot)
         incidents = Incident.objects.filter(robot=robot, closed_at=None)
-        commands = Command.objects.filter(robot=robot).select_related("issued_by")
+        commands = Command.objects.filter(robot=robot).select_related("robot")
         return {
-            "robot": robot, "lease": lease, "alive": grants.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
+            "robot": robot, "label": status_of(robot, SYSTEM.now())[1],
+            "lease": lease, "alive": grants.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
             "grant": grants.open_grant(robot), "frame": services.newest_still(robot), "now": SYSTEM.now(),
             "stop": services.stop_shown(robot, SYSTEM.now()),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
@@ -189,7 +188,8 @@ class RobotAdmin(FormFieldsAdmin):
     def settings_shown(self, robot: Robot) -> str:
         """Return the settings as text, for staff who may only look."""
         told = [(translate(s.label), robot.settings.get(s.name), s.unit) for s in settings_of(robot.driver)]
-        return "; ".join(f"{label}: {value} {unit}".strip() for label, value, unit in told if value is not None) or "-"
+        known = [(label, in_digits(value), unit) for label, value, unit in told if value is not None]
+        return "; ".join(f"{label}: {value} {unit}".strip() for label, value, unit in known) or "-"
 
     @admin.display(description=gettext_lazy("Camera"))
     def camera_shown(self, robot: Robot) -> str:

@@ -14,8 +14,10 @@ from django.utils.translation import gettext, gettext_lazy
 
 from robots import services
 from robots.admin.bases import FormFieldsAdmin, GuardedAdmin, NamedValues, OneChoice, ReadOnlyAdmin, thumbnail
+from robots.admin.words import NamedIncidents, NamedKinds, end_words, incident_words
 from robots.models import Command, Frame, Grant, Incident, Movie, Program, Recording
 from robots.models.recordings import OfTheDay
+from robots.sentences import in_digits
 from robots.services import programs
 
 SAID = {
@@ -74,7 +76,8 @@ class CommandAdmin(ReadOnlyAdmin):
 
     list_display = ("id", "robot", "kind", "state", "reason", "clamped", "issued_by", "created_at", "ended_at")
     sentences = ("reason",)
-    list_filter = ("robot", "state", "kind")
+    words = {"kind": lambda command: command.words}
+    list_filter = ("robot", "state", ("kind", NamedKinds))
     date_hierarchy = "created_at"
     readonly_fields = ("clamped", "lag")
 
@@ -86,7 +89,7 @@ class CommandAdmin(ReadOnlyAdmin):
     @admin.display(description=gettext_lazy("Age of the picture seen"))
     def lag(self, command: Command) -> str:
         """Return how much older the picture was that the sender saw than the robot's newest one."""
-        return "-" if command.picture_lag_s is None else f"{command.picture_lag_s:.3f} s"
+        return "-" if command.picture_lag_s is None else f"{in_digits(command.picture_lag_s)} s"
 
 
 @admin.register(Grant)
@@ -94,7 +97,7 @@ class GrantAdmin(ReadOnlyAdmin):
     """The history of grants."""
 
     list_display = ("robot", "kind", "holder", "opened_at", "ended_at", "end_reason")
-    sentences = ("end_reason",)
+    words = {"end_reason": end_words}
     list_filter = ("robot", "kind")
 
 
@@ -102,9 +105,10 @@ class GrantAdmin(ReadOnlyAdmin):
 class IncidentAdmin(ReadOnlyAdmin):
     """The incidents of robots."""
 
-    list_display = ("at", "robot", "code", "text", "remedy", "closed_at")
+    list_display = ("at", "robot", "text", "remedy", "closed_at")
     sentences = ("text", "remedy")
-    list_filter = ("robot", "code")
+    words = {"code": lambda incident: incident_words(incident.code)}
+    list_filter = ("robot", ("code", NamedIncidents))
     actions = ("close",)
 
     @admin.action(description=gettext_lazy("Mark as dealt with"), permissions=["act"])

@@ -14,12 +14,12 @@ from django.utils.translation import gettext, gettext_lazy
 
 from robots.kit import description
 from robots.kit.contract.find import spec_of, spec_or_none
-from robots.kit.contract.ranges import readable
 from robots.kit.contract.session import RobotState
 from robots.kit.contract.spec import Spec
 from robots.kit.contract.tidying import Tidy
 from robots.models.recordings import Records
-from robots.sentences import translate
+from robots.models.words import label_of, sentence_of
+from robots.sentences import in_digits, translate
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
 from robots.validators import a_turn, camera_addresses, microphone_address, robot_address
 
@@ -341,7 +341,12 @@ class Command(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"{self.kind} #{self.pk}"
+        return f"{translate(label_of(self.robot.driver, self.kind))} #{self.pk}"
+
+    @property
+    def words(self) -> str:
+        """Return what it does in a sentence, in the reader's language."""
+        return translate(sentence_of(self.robot.driver, self.kind, self.args))
 
     @property
     def reached_at(self) -> datetime:
@@ -361,7 +366,7 @@ class Command(models.Model):
 
         It is in the reader's language.
         """
-        told = ((translate(name), readable(asked), readable(sent)) for name, (asked, sent) in self.clamping.items())
+        told = ((translate(name), in_digits(asked), in_digits(sent)) for name, (asked, sent) in self.clamping.items())
         said = gettext("{name} {sent} instead of {asked}")
         return ", ".join(said.format(name=name, sent=sent, asked=asked) for name, asked, sent in told)
 

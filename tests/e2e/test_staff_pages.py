@@ -65,8 +65,8 @@ def test_lists_of_the_admin_show_red_only_what_is_bad_and_pictures_with_words(po
             c.inner_text(): c.evaluate("e => getComputedStyle(e.firstElementChild || e).color")
             for c in one.page.locator(".field-stop").all()
         }
-        assert set(cells) == {"Stop latched", "-"}
-        assert cells["Stop latched"] != cells["-"]
+        assert set(cells) == {"Stopped", "-"}
+        assert cells["Stopped"] != cells["-"]
         one.axe("robots")
         one.page.goto("/admin/accounts/user/")
         assert (

@@ -37,7 +37,7 @@ def driven(robot, person, now, minutes=3):
     """Return an ended turn with a command, two stored pictures and a recording."""
     turn = drive(robot, person, now)
     command = Command.objects.create(
-        robot=robot, grant=turn.grant, client_seq=1, issued_by=person, kind="move_to", args={"x": 0.1}, epoch=1,
+        robot=robot, grant=turn.grant, client_seq=1, issued_by=person, kind="move", args={"x": 0.1}, epoch=1,
         state=CommandState.COMPLETED, created_at=now, accepted_at=now, ended_at=now, deadline=now,
     )  # fmt: skip
     for n in range(2):
@@ -96,7 +96,9 @@ def in_use(mercury, people, now):
         Lease.objects.create(robot=robot, epoch=1, expires_at=now + timedelta(days=9), state={"values": DRIVEN})
         queue.queue_of(robot)
         load_bank(robot)
-        Incident.objects.create(robot=robot, at=now, code="fault", text="It was silent.", remedy="Opened again.")
+        Incident.objects.create(
+            robot=robot, at=now, code="hardware_fault", text="It was silent.", remedy="Opened again."
+        )
         Usage.objects.create(robot=robot, at=now - timedelta(hours=n), online_s=300, watching=3, sent_bytes=10**6)
     Robot.objects.filter(pk=mercury.pk).update(records=Records.WORK, settings={"speed": 0.1})
     asked = questions()

@@ -11,11 +11,12 @@ from django.contrib.admin.models import LogEntry
 from django.urls import reverse
 from django.utils import translation
 
-from portal.live.snapshot import snapshot, status_of
+from portal.live.snapshot import snapshot
 from robots.kit.clock import SYSTEM
 from robots.kit.installed import drivers
 from robots.models import Incident, Robot
 from robots.sentences import english, translate
+from robots.services.status import status_of
 from robots.states import Cycle
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.browsers import signed_in

@@ -5,7 +5,6 @@ from datetime import timedelta
 import pytest
 from django.contrib.admin.models import LogEntry
 
-from portal.live.snapshot import status_of
 from queueing import services as queue
 from queueing.models import QueueRobot
 from queueing.offers import why_not_ready
@@ -16,6 +15,7 @@ from robots.kit.contract.errors import NotPermitted
 from robots.models import Command, Grant, Lease, Robot
 from robots.services.commands import put
 from robots.services.configuring import configure
+from robots.services.status import status_of
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from tests.packaged import installed_from, of_spec
 from tests.services.browsers import signed_in

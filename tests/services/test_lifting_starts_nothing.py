@@ -9,13 +9,13 @@ from django.test import Client
 
 from portal.live.actions import act
 from portal.live.messages import Release
-from portal.live.snapshot import status_of
 from portal.web.classic.pictures import has_classic_console
 from queueing.services import resume
 from robots import services
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
 from robots.services.incidents import incident
+from robots.services.status import status_of
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.lifted import World
 from workers.robot import handover

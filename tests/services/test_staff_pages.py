@@ -87,9 +87,9 @@ def test_a_maintenance_turn_is_said_to_drive(robot, people):
 
 
 def test_a_stop_is_told_only_where_one_is_latched(robot, people):
-    assert "Stop latched" not in shown(people["kim"], "/admin/robots/robot/")
+    assert 'farhand-bad">Stopped' not in shown(people["kim"], "/admin/robots/robot/")
     Robot.objects.update(stop_latched=True)
-    assert "Stop latched" in shown(people["kim"], "/admin/robots/robot/")
+    assert 'farhand-bad">Stopped' in shown(people["kim"], "/admin/robots/robot/")
 
 
 def test_times_of_lists_have_seconds(robot, people):

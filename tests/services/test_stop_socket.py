@@ -8,11 +8,11 @@ import pytest
 from portal.live import robot_socket, snapshot_sender
 from portal.live.loop import LoopState
 from portal.live.messages import Stop
-from portal.live.snapshot import status_of
 from robots import bus, services
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.errors import NotPermitted
 from robots.models import Robot
+from robots.services.status import status_of
 from robots.states import Cycle, GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

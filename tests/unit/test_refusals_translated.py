@@ -11,7 +11,8 @@ from math import radians
 import pytest
 from babel.messages import Message
 
-from queueing.words import PLACE_ENDS, TURN_ENDS, join_said, length_words, wait_said
+from queueing.words import PLACE_ENDS, TURN_ENDS, join_said, wait_said
+from robots.dates import length_words
 from robots.kit.arms.objects import TABLE
 from robots.kit.arms.plates import PLATE
 from robots.kit.arms.tasks.parsing import ALLOWED

@@ -7,7 +7,8 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from queueing.words import join_said, length_words, wait_said, wait_words
+from queueing.words import join_said, wait_said, wait_words
+from robots.dates import length_words
 
 VECTORS = json.loads((Path(__file__).parents[1] / "vectors/waits.json").read_text())
 JOINS = json.loads((Path(__file__).parents[1] / "vectors/joins.json").read_text())

@@ -13,7 +13,7 @@ from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
 from portal.edge.pages import leave_room
-from portal.live.snapshot import newest_entries, shown_still, status_of
+from portal.live.snapshot import newest_entries, shown_still
 from portal.web.classic.models import fresh_token, spend_token
 from portal.web.classic.pictures import has_classic_console, name_of
 from portal.web.consoles.console import classic
@@ -31,6 +31,7 @@ from robots.models import Command, Frame, Robot
 from robots.people import is_person
 from robots.sentences import translate
 from robots.services import newest_still, stop_shown
+from robots.services.status import status_of
 
 WAIT_S = 20.0
 POLL_S = 0.1

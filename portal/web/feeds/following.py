@@ -9,10 +9,10 @@ from datetime import datetime, timedelta
 from django.db import IntegrityError, transaction
 from django.db.models import Q, QuerySet
 
-from portal.live.snapshot import status_of
 from portal.web.feeds.models import Downtime
 from queueing.services import CLOSED
 from robots.models import Robot
+from robots.services.status import status_of
 from robots.wall_clock import FIRST
 
 LASTS = timedelta(minutes=2)  # a shorter one is told to nobody

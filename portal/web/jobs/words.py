@@ -3,21 +3,17 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from decimal import Decimal
-from math import isfinite
 from typing import Any
 
-from django.utils.formats import number_format
 from django.utils.translation import gettext
 
 from queueing.models import Job
 from robots.grants import INTERRUPTED
 from robots.kit.contract.capabilities import JobChoices
-from robots.kit.contract.ranges import readable
 from robots.kit.contract.spec import Argument, Spec
 from robots.kit.contract.words import way
 from robots.models import Command
-from robots.sentences import translate
+from robots.sentences import in_digits, translate
 from robots.states import CommandState
 
 UNDER_WAY = "Under way"
@@ -144,8 +140,7 @@ def _ways(job: Job) -> dict[str, str]:
 def _valued(values: Mapping[str, Any], units: Mapping[str, str], texts: bool) -> Iterator[tuple[str, str]]:
     for name, value in values.items():
         if isinstance(value, int | float):
-            number = number_format(Decimal(readable(value))) if isfinite(value) else readable(value)
-            yield name, f"{number} {units.get(name, '')}".strip()
+            yield name, f"{in_digits(value)} {units.get(name, '')}".strip()
         elif texts or not isinstance(value, str):
             yield name, str(value)
 

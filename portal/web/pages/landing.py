@@ -12,7 +12,7 @@ from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from operatorlog.register import newest_find, place_said
 from operatorlog.services import hidden_of
-from portal.live.snapshot import is_free, moves, operator_name, shown_still, status_of
+from portal.live.snapshot import is_free, moves, operator_name, shown_still
 from portal.live.watchers import watching_now
 from queueing.models import OPEN_TICKET, Turn
 from queueing.services import CLOSED, join_said, offers_turns, open_turn, standings, wait_if_joined, waiting
@@ -20,6 +20,7 @@ from robots.grants import open_grant
 from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Frame, Robot
+from robots.services.status import status_of
 
 ENTRIES = 3
 LOOP = 24  # pictures of the last turn that are shown one after another

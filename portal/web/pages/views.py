@@ -20,7 +20,7 @@ from accounts.push import subscriptions_of
 from accounts.services import TAKE
 from operatorlog.register import register_of
 from operatorlog.services import excavation_of, hidden_with, may_see_picture
-from portal.live.snapshot import newest_entries, shown_still, status_of
+from portal.live.snapshot import newest_entries, shown_still
 from portal.web.alerts.models import AlertChoice, may_be_told
 from portal.web.classic.pictures import has_classic_console
 from portal.web.consoles.console import console_of
@@ -41,6 +41,7 @@ from robots.kit.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.people import driver_name, is_person
 from robots.services.permissions import reaches
+from robots.services.status import status_of
 
 
 def _shown(robot: Robot) -> dict[str, Any]:

@@ -15,7 +15,6 @@ from django.template.loader import render_to_string
 from django.views.decorators.clickjacking import xframe_options_exempt
 from django.views.decorators.http import require_safe
 
-from portal.live.snapshot import status_of
 from portal.web.pages.serving import limit_rate
 from portal.web.recordings import access, moments
 from portal.web.recordings.views import busy, index_of, readable
@@ -23,6 +22,7 @@ from robots.kit import description
 from robots.kit.clock import SYSTEM
 from robots.models import Robot
 from robots.recordings import keeping
+from robots.services.status import status_of
 
 NO_PICTURE = "There is no picture at that time."
 

@@ -8,13 +8,14 @@ from django.db.models import F, QuerySet
 from django.utils.timezone import localtime
 from django.utils.translation import gettext
 
-from portal.live.snapshot import operator_name, shown_still, status_of
+from portal.live.snapshot import operator_name, shown_still
 from portal.web.staff.pending import Halt, halts, list_of, pending, sees_robots
 from queueing.models import Job, Turn
 from queueing.services import link_of, open_turn, waiting, waiting_people
 from robots.grants import open_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Incident, Robot
+from robots.services.status import status_of
 from robots.states import Cycle, GrantKind
 
 LIVE = 16  # cards with live pictures; each has a socket, and a person may have 20

@@ -1,5 +1,6 @@
 """The landing page tells what happens while it is open."""
 
+import pytest
 from playwright.sync_api import expect
 
 from queueing.rows import announce
@@ -68,3 +69,15 @@ def test_who_prefers_reduced_motion_sees_one_picture(portal, visitor):
     expect(shown[0]).to_have_attribute("src", first[0])
     expect(calm.locator("#pause")).to_be_hidden()
     expect(other.locator("#pause")).to_be_visible()
+
+
+@pytest.mark.parametrize("locale", ["de-DE", "en-US"])
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (720, 450), (1280, 720)], ids=lambda size: f"{size[0]}x{size[1]}")
+def test_the_robot_and_the_way_to_driving_are_in_the_first_view(portal, visitor, size, locale):
+    ada = portal.person("ada", "mercury")
+    portal.end(portal.drive(ada, "mercury"))
+    page = visitor(locale=locale, viewport={"width": size[0], "height": size[1]}).page
+    page.goto("/")
+    for part in (".lead .thumb", ".lead .name", ".lead .pill", ".actions .primary"):
+        box = page.locator(part).first.bounding_box()
+        assert box["y"] + box["height"] <= size[1], (part, box)

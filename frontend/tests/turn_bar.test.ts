@@ -43,7 +43,7 @@ stub({
 test("an offer past its end is not shown any more, nor is a turn on its own page", () => {
   assert.deepEqual(currentPlaces([offer, missed], NOW), [offer, missed]);
   assert.deepEqual(currentPlaces([offer, missed], NOW + 10_000), [missed]);
-  assert.deepEqual(barPlaces([turn, missed], "irat"), [missed]);
+  assert.deepEqual(barPlaces([turn, offer], "irat"), [offer]);
   assert.deepEqual(barPlaces([turn, missed], "pa10"), [turn, missed]);
 });
 
@@ -57,7 +57,14 @@ test("the robot's own page hides how a turn there ended, which it tells itself, 
   assert.deepEqual(barPlaces([over, missed], "pa10"), [missed]);
   assert.deepEqual(barPlaces([{ ...over, turn: null }], "pa10").length, 1, "a lost place is told there too");
   const idle = { ...turn, idles: true };
-  assert.deepEqual(barPlaces([missed, idle], "irat"), [idle, missed], "first what is urgent");
+  assert.deepEqual(barPlaces([offer, idle], "irat"), [idle, offer], "first what is urgent");
+});
+
+test("while somebody drives, what can wait is not shown beside it", () => {
+  for (const place of [missed, over, { ...offer, state: "waiting" } as QueuePlace]) {
+    assert.deepEqual(barPlaces([place, turn], "irat"), []);
+    assert.deepEqual(barPlaces([place], "irat"), [place], "but before and after it");
+  }
 });
 
 test("a button is for the place that the bar shows, also when an offer before it has run out", async () => {

@@ -72,7 +72,9 @@ def test_who_prefers_reduced_motion_sees_one_picture(portal, visitor):
 
 
 @pytest.mark.parametrize("locale", ["de-DE", "en-US"])
-@pytest.mark.parametrize("size", [(390, 844), (844, 390), (720, 450), (1280, 720)], ids=lambda size: f"{size[0]}x{size[1]}")
+@pytest.mark.parametrize(
+    "size", [(390, 844), (844, 390), (720, 450), (1280, 720)], ids=lambda size: f"{size[0]}x{size[1]}"
+)
 def test_the_robot_and_the_way_to_driving_are_in_the_first_view(portal, visitor, size, locale):
     ada = portal.person("ada", "mercury")
     portal.end(portal.drive(ada, "mercury"))

@@ -5,11 +5,15 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from queueing import services as queue
+from queueing.models import Account, Job, JobState
 from robots import bus
+from robots.kit.clock import SYSTEM
 from tests.e2e.bare import JOINTS, BarePortal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET, settle, size
 from tests.e2e.stage import SIZES, assert_in_view
+from tests.e2e.test_turn_bar import miss
 from tests.packaged import TURNTABLE, installed_from, without_console
 from tests.rig import Web
 from tests.waiting import CEILING_S, wait_for
@@ -110,6 +114,29 @@ def test_the_release_is_in_view_and_covers_neither_the_picture_nor_the_bar(porta
     page.click("[data-command=stop]")
     expect(page.locator("#release")).to_be_visible()
     assert_in_view(page, ["#screen", *BAR, "#checked", "[data-command=release]"])
+
+
+def test_what_ended_elsewhere_takes_no_room_while_one_drives_and_is_told_after_it(portal, visitor):
+    ada = portal.person("ada", "mercury", "pa10")
+    queue.join(portal.robots["pa10"], ada, SYSTEM.now())
+    portal.serve()
+    miss()
+    explores, now = portal.robots["irat"], SYSTEM.now()
+    account = Account.objects.create(queue=explores.queue_link.queue, user=ada)
+    Job.objects.create(queue=account.queue, robot=explores, account=account, user=ada, kind="explore", state=JobState.DONE,
+                       asked_at=now, ended_at=now)  # fmt: skip
+    turn = portal.drive(ada, "mercury")
+    one = session(visitor(), ada)
+    page, bar, ended = one.page, one.page.locator("#turnbar"), one.page.locator(".ended-jobs")
+    page.goto(portal.robot.get_absolute_url())
+    page.wait_for_selector(".operating")
+    expect(bar).to_be_hidden()
+    expect(ended).to_be_hidden()
+    page.evaluate(QUIET)
+    assert_in_view(page, ["#screen", "#schematic", *BAR], [(390, 844), (844, 390)])
+    portal.end(turn)
+    expect(bar).to_contain_text("You missed your turn on Museum arm")
+    expect(ended).to_contain_text("Your job on iRat")
 
 
 def test_the_bar_of_a_phone_says_what_became_of_the_last_command(portal, visitor):

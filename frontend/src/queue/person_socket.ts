@@ -65,11 +65,15 @@ export function currentPlaces(places: readonly QueuePlace[], now: number): Queue
 
 /**
  * Return the places for the turn bar, the most urgent first. The page of the robot `own` shows a turn there itself, and how it
- * ended, but not that it ends soon because nothing is done.
+ * ended, but not that it ends soon because nothing is done. While somebody drives there, what can wait is not shown: the bar
+ * would take room from the pictures and controls.
  */
 export function barPlaces(places: readonly QueuePlace[], own: string): QueuePlace[] {
+  const drives = places.some((p) => p.robot === own && p.state === "operating");
   const hidden = (p: QueuePlace): boolean =>
-    p.robot === own && ((p.state === "operating" && !p.idles) || (p.state === "ended" && p.turn !== null));
+    p.robot === own
+      ? (p.state === "operating" && !p.idles) || (p.state === "ended" && p.turn !== null)
+      : drives && !["offered", "operating"].includes(p.state);
   return places.filter((p) => !hidden(p)).sort((a, b) => Number(b.idles ?? false) - Number(a.idles ?? false));
 }
 

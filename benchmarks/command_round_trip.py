@@ -14,7 +14,8 @@ from benchmarks.stage import again, cast, database, median, percentile, set_up, 
 ROOT = Path(__file__).resolve().parent.parent
 RUNS = 300
 MEDIAN, MOST = 2.5, 7.0  # times the bare task: the median, and 99 %
-WANTED = f"median <= {MEDIAN:g}, 99 % <= {MOST:g}"
+MOST_MS = 200  # of 99 %: what people take for an answer at once
+WANTED = f"median <= {MEDIAN:g}, 99 % <= {MOST:g} and {MOST_MS} ms"
 WARM = 30
 
 
@@ -53,7 +54,7 @@ def main() -> None:
         ratio,
         f"times a bare Celery task, median, {wanted}",
         WANTED,
-        ratio <= MEDIAN and ratio99 <= MOST,
+        ratio <= MEDIAN and ratio99 <= MOST and percentile(ours, 0.99) <= MOST_MS,
         beside,
     )
 

@@ -118,6 +118,19 @@ def test_pages_for_everybody(portal, job, recording, visitor, looks):
     looked_at(one, [*known(PUBLIC, **rows).values(), gone.get_absolute_url()], looks)
 
 
+def test_two_targets_of_less_than_24_px_side_by_side_are_found(portal, visitor):
+    one = visitor()
+    one.page.goto("/story/")
+    one.axe()
+    one.page.evaluate("""() => document.querySelector("main").append(...["a", "b"].map((text) => {
+      const made = Object.assign(document.createElement("button"), { textContent: text });
+      made.style.cssText = "all: unset; display: inline-block; width: 20px; height: 20px; color: black; background: white";
+      return made;
+    }))""")
+    with pytest.raises(AssertionError, match="target-size"):
+        one.axe()
+
+
 @EACH_LOOK
 def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, looks):
     """On the robot's page, and in the bar on another page."""

@@ -176,6 +176,19 @@ def test_image_and_controls_stay_together_on_a_small_phone(driving):
         assert button.bounding_box()["height"] >= 44
 
 
+@pytest.mark.parametrize(("robot", "tab"), [("mercury", ""), ("pa10", "#tab-position")])
+def test_what_a_finger_holds_is_at_least_44_px_large(driving, robot, tab):
+    page = driving(robot).page
+    size(page, 360, 640)
+    if tab:
+        page.click(tab)
+    found = page.locator("[data-jog]").locator("visible=true")
+    assert found.count() >= 4
+    for button in found.all():
+        box = button.bounding_box()
+        assert min(box["width"], box["height"]) >= 44, button.inner_text()
+
+
 def test_no_robot_page_scrolls_sideways(driving):
     pages = [driving("mercury").page, driving("pa10", "bob").page]
     for page in pages:

@@ -49,6 +49,10 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     screen.click(position={"x": box["width"] * 0.7, "y": box["height"] * 0.35})
     assert Command.objects.filter(kind="move").count() == 0
     expect(ada.page.locator(".ghost-arm")).not_to_have_attribute("points", "")
+    *_, x, y = ada.page.locator("#overlay .path").evaluate(
+        "(p) => ['x1', 'y1', 'x2', 'y2'].map((end) => +p.getAttribute(end))"
+    )
+    assert ada.page.get_attribute("#overlay .cross", "transform") == f"translate({x} {y})", "the path leads there"
     assert "Done" in ada.press("go")
     expect(watcher.page.locator("#ladder li").first).to_contain_text("Done")
     air = ada.page.locator("[data-command=air]")

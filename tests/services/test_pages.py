@@ -11,6 +11,7 @@ from accounts.services import load_bank
 from portal.keep.seeding import seed
 from portal.web.classic.models import ClassicToken
 from queueing import services as queue
+from robots import bus
 from robots.kit.arms.objects import objects_of
 from robots.kit.clock import SYSTEM
 from robots.kit.contract.tidying import LONGEST_S, Tidy
@@ -95,7 +96,8 @@ def test_staff_run_the_robot_from_its_page(robot, people, owned, client):
     assert not robot.enabled
 
 
-def test_an_admin_adds_a_robot_on_one_page(robot, people, client, admin_user):
+def test_an_admin_adds_a_robot_on_one_page(robot, people, client, admin_user, monkeypatch):
+    monkeypatch.setattr(bus, "wake_probes", lambda: True)
     client.force_login(admin_user)
     data = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "clearance_required": "on", "records": "off"}  # fmt: skip
     bad = client.post("/admin/robots/robot/add/", data | {"driver": "nothere"})
@@ -105,11 +107,28 @@ def test_an_admin_adds_a_robot_on_one_page(robot, people, client, admin_user):
     good = client.post("/admin/robots/robot/add/", data | {"_continue": "1"})
     assert good.status_code == 302
     page = client.get(good["Location"])
-    assert b"Test connection" in page.content
-    assert b"Switch on" in page.content
     assert b"questions for the clearance test came with its package" in page.content
     second = Robot.objects.get(slug="second")
     assert Question.objects.filter(robot=second).count() >= 15, "somebody can pass the test"
+
+    def press(words):
+        """Press a button of the page; return the page to which it leads."""
+        shown = client.get(good["Location"]).content.decode()
+        forms = re.findall(r'<form method="post" action="([^"]+)">(.*?)</form>', shown, re.DOTALL)
+        action, inside = next(one for one in forms if f">{words}</button>" in one[1])
+        answer = client.post(action, dict(re.findall(r'name="([^"]+)" value="([^"]*)"', inside)), follow=True)
+        assert answer.redirect_chain[-1][0] == good["Location"], "one page"
+        return answer.content.decode()
+
+    assert "The connection is being tested" in press("Test connection")
+    second.refresh_from_db()
+    assert second.probe_asked_at is not None
+    Robot.objects.filter(pk=second.pk).update(
+        probe_asked_at=None, probe={"connection": "ok", "picture": "ok", "file": "frames/second/probe.jpg"}
+    )
+    assert '<img src="/media/frames/second/probe.jpg" alt="First picture">' in press("Switch on")
+    second.refresh_from_db()
+    assert second.enabled
 
 
 def test_what_a_package_brings_is_loaded_once_and_nothing_is_said_of_what_it_lacks(robot, people, client, admin_user):

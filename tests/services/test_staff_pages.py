@@ -78,6 +78,16 @@ def test_names_of_people_who_wait_are_for_staff_who_may_see_places(robot, people
         assert "bob" not in shown(one, address)
 
 
+def test_a_queue_is_paused_in_the_list(robot, people, admin_client):
+    line = queue.queue_of(robot)
+    rows = {"form-TOTAL_FORMS": 1, "form-INITIAL_FORMS": 1, "form-0-id": line.pk, "_save": "1"}
+    for paused in (True, False):
+        admin_client.post("/admin/queueing/queue/", rows | ({"form-0-paused": "on"} if paused else {}))
+        line.refresh_from_db()
+        assert line.paused == paused
+        assert ("(paused)" in admin_client.get("/admin/").text) == paused
+
+
 def test_a_maintenance_turn_is_said_to_drive(robot, people):
     root = User.objects.create_superuser("root", "root@example.org", "correct horse 42")
     lockout.lock_out(robot, people["kim"], "a new belt")

@@ -11,11 +11,14 @@ from django.core.cache import cache
 
 from accounts import services
 from accounts.models import Attempt, Question
+from operatorlog.models import SurveyQuestion
+from portal.keep.seeding import SURVEY
 from robots.kit.clock import SYSTEM
 from robots.models import Lease, Robot
 from robots.states import Cycle
 from tests import keystrokes as model
 from tests.environment import ROOT
+from tests.services.test_log import ended, turn  # noqa: F401
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -43,6 +46,22 @@ def reader(request, client, robot):
     Robot.objects.update(cycle=Cycle.READY)
     Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": SYSTEM.now() + timedelta(days=1)})
     return robot, client
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_the_survey_after_a_turn_is_within_its_limit(ended, people, client, language):  # noqa: F811
+    for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
+        SurveyQuestion.objects.create(
+            prompt=prompt, kind=kind, options="\n".join(options), low_label=low, high_label=high, position=position
+        )
+    client.cookies["django_language"] = language
+    client.force_login(people["ada"])
+    html = client.get(ended.get_absolute_url()).content.decode()
+    read = "".join(re.findall(r'<fieldset><legend>.*?</fieldset>|<label for="s\d+">.*?</label>', html, re.DOTALL))
+    assert len(re.findall(r"<legend>|<label for", read)) == len(SURVEY)
+    texts = model.typing_s(model.ANSWER) * sum(kind == "text" for _, kind, *_ in SURVEY)
+    presses = len(SURVEY) + 1  # and *Send*
+    assert model.reading_s(text_of(".+", read)) + presses * model.PRESS_S + texts <= model.SURVEY_WITHIN_S
 
 
 def longest_test(robot, user):

@@ -126,7 +126,7 @@ def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transa
     page.fill("#program-name", "Wave")
     page.check("#program-shared")
     page.click("[data-program=save]")
-    expect(page.locator("#program-said")).to_contain_text("after staff have approved it")
+    expect(page.locator("#program-saved")).to_contain_text("after staff have approved it")
     kept = Program.objects.get(name="Wave")
     assert (kept.author.username, kept.shared, kept.approved) == ("ada", True, False)
     # and broken off by a stop: it does not go on after the release

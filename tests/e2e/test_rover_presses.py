@@ -53,10 +53,10 @@ def test_a_mission_is_saved_and_deleted_once(page):
     page.fill("#program-text", "read\nturn 90\n")
     page.fill("#program-name", "A tour")
     page.locator("[data-program=save]").dblclick()
-    expect(page.locator("#program-said")).to_have_text("Saved.")
+    expect(page.locator("#program-saved")).to_have_text("Saved.")
     assert asked == ["POST"]
     assert Program.objects.filter(name="A tour").count() == 1
     page.locator("[data-program=delete]").dblclick()
-    expect(page.locator("#program-said")).to_have_text("Deleted.")
+    expect(page.locator("#program-saved")).to_have_text("Deleted.")
     assert asked == ["POST", "DELETE"]
     assert not Program.objects.filter(name="A tour").exists()

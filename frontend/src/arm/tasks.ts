@@ -19,7 +19,7 @@ export class Tasks implements ArmMode {
   private desk: ProgramDesk<TaskStep>;
 
   constructor(
-    page: RobotPage,
+    private page: RobotPage,
     private arm: Arm,
     { objects = [], plate }: { objects?: readonly { name: string }[]; plate?: object },
   ) {
@@ -32,13 +32,16 @@ export class Tasks implements ArmMode {
     };
     this.desk = new ProgramDesk<TaskStep>(page, { parse: parseTask, print: printTask }, gettext("task"), use, "task");
     page.on("try-task", () => arm.ask());
-    page.on("run-task", () => {
-      if (page.command("task", { text: this.text() }, "run-task")) this.desk.tell(gettext("The task runs; its present line is shown."), "");
-    });
+    page.on("run-task", () => page.command("task", { text: this.text() }, "run-task"));
   }
 
   open(): void {
     void this.desk.open();
+  }
+
+  tellRun(): void {
+    const c = this.page.ladder.newest("task");
+    if (c?.grant === this.page.grant) this.desk.follow(c);
   }
 
   fresh(): void {

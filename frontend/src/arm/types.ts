@@ -38,6 +38,8 @@ export interface ArmMode {
   outside?(): string;
   open?(): void;
   state?(packet: StatePacket): void;
+  /** Tell what becomes of its command; called again and again. */
+  tellRun?(): void;
   checked?(answer: PlanAnswer): void;
   /** Judge the target in the page: return why it cannot be sent, empty if it can. Then the server is not asked before. */
   local?(): string;

@@ -87,6 +87,11 @@ export class CommandList {
     return [...this.rows.values()].find((c) => c.grant === grant && !FINAL.has(c.state) && !beside.has(c.kind));
   }
 
+  /** Return the newest command of that kind, also one that was only just sent; undefined if none is known. */
+  newest(kind: string): CommandInfo | undefined {
+    return this.inOrder().find((c) => c.kind === kind);
+  }
+
   /** Call `then` once, when that command of this grant has ended. */
   whenEnded(grant: number, seq: number, then: (c: CommandInfo) => void): void {
     this.waiting.set(keyOf({ grant, seq }), then);
@@ -98,9 +103,14 @@ export class CommandList {
     return known !== undefined && FINAL.has(known.state);
   }
 
-  private draw(): void {
+  /** Return all that are known, the newest first. */
+  private inOrder(): CommandInfo[] {
     const place = (c: CommandInfo): number => c.id || (this.sent.get(keyOf(c)) ?? 0);
-    const newest = [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq).slice(0, 8);
+    return [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq);
+  }
+
+  private draw(): void {
+    const newest = this.inOrder().slice(0, 8);
     for (const [key, c] of this.rows) if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
     drawParts(this.list, newest.map(row));
     if (this.last) drawLast(this.last, newest[0]);
@@ -114,7 +124,7 @@ interface Said {
   why: string;
 }
 
-function saidOf(c: CommandInfo): Said {
+export function saidOf(c: CommandInfo): Said {
   const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
   const mark = FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state;
   const why = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");

@@ -4,8 +4,10 @@ import { allow } from "../kit/refusal.ts";
 import { request } from "../kit/request.ts";
 import { storage } from "../kit/storage.ts";
 import { gettext, translate } from "../kit/text.ts";
+import { saidOf } from "../page/command_list.ts";
 import type { RobotPage } from "../page/robot_page.ts";
-import type { Judgement } from "../socket/messages.ts";
+import type { CommandInfo, Judgement } from "../socket/messages.ts";
+import { FINAL } from "../socket/stages.ts";
 
 /** A robot's language: `parse` throws a sentence that names the line. */
 export interface Language<Step> {
@@ -45,27 +47,33 @@ export class ProgramDesk<Step> {
   private opened = false;
   private loading = false;
   private asking = false;
+  private readonly page: RobotPage;
+  private readonly language: Language<Step>;
+  private readonly noun: string;
+  private readonly use: ProgramUse<Step>;
+  private readonly kind: string;
   private keeping = 0;
   private area: HTMLTextAreaElement;
   private list: HTMLSelectElement;
   private name: HTMLInputElement;
   private shared: HTMLInputElement;
+  /** What is said of saved ones: a line of its own, so that the answer to a check does not take its place. */
+  private saving: HTMLElement;
+  private runs = ""; // which one is under way, so that how it ends is told; empty: none
+  private told = ""; // what was last told of it
 
   /**
    * `noun`: what a program of this robot is called. Of a robot with several languages, `kind` is the command of this one,
    * and the elements of its desk have ids and data attributes that begin with it in place of `program`.
    */
-  constructor(
-    private page: RobotPage,
-    private language: Language<Step>,
-    private noun: string,
-    private use: ProgramUse<Step>,
-    private kind = "",
-  ) {
+  constructor(page: RobotPage, language: Language<Step>, noun: string, use: ProgramUse<Step>, kind = "") {
+    [this.page, this.language, this.noun, this.use, this.kind] = [page, language, noun, use, kind];
     this.area = byId<HTMLTextAreaElement>(this.id("text"));
     this.list = byId<HTMLSelectElement>(this.id("list"));
     this.name = byId<HTMLInputElement>(this.id("name"));
     this.shared = byId<HTMLInputElement>(this.id("shared"));
+    this.saving = make("p", { id: this.id("saved"), class: "program-said", role: "status" });
+    (this.button("save")?.closest("p") ?? byId(this.id("said"))).after(this.saving);
     this.area.addEventListener("input", () => this.typed());
     this.list.addEventListener("change", () => this.load(Number(this.list.value)));
     const act: Record<string, () => void> = { new: () => this.clear(), save: () => void this.save(), delete: () => void this.remove() };
@@ -82,7 +90,7 @@ export class ProgramDesk<Step> {
       await this.refresh();
     } catch {
       this.opened = false; // the next opening tries again
-      this.tell(gettext("The list of saved ones did not come. What you write here works all the same."), "warning");
+      this.tellSaved(gettext("The list of saved ones did not come. What you write here works all the same."), "warning");
       return;
     }
     if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
@@ -171,12 +179,26 @@ export class ProgramDesk<Step> {
     this.typed();
   }
 
-  /** Show a text under the program; `kind`: good, bad, warning, or empty. */
+  /** Show a text under the program; `kind`: good, bad, warning, or empty. That all is well with it gives way to what runs. */
   tell(words: string, kind: string): void {
-    const box = byId(this.id("said"));
-    if (box.textContent === words) return;
-    box.textContent = words;
-    box.className = `program-said ${kind}`;
+    if (kind !== "good" || !this.runs) write(byId(this.id("said")), words, kind);
+  }
+
+  private tellSaved(words: string, kind: string): void {
+    write(this.saving, words, kind);
+  }
+
+  /** Tell what becomes of the newest command of that kind, by its row in the list of commands; called again and again. */
+  follow(c: CommandInfo | undefined): void {
+    const which = c ? `${c.grant}/${c.seq}` : "",
+      ended = c === undefined || FINAL.has(c.state);
+    if (ended && this.runs !== which) return; // it had ended before the page knew of it
+    this.runs = ended ? "" : which;
+    if (!c) return;
+    const [words, kind] = becameOf(c);
+    if (words === this.told && byId(this.id("said")).textContent) return;
+    this.told = words;
+    write(byId(this.id("said")), words, kind);
   }
 
   /** Show the judgements of its steps in the element `program-judged`, if the page has one. */
@@ -240,6 +262,7 @@ export class ProgramDesk<Step> {
       return false;
     }
     this.tell("", "");
+    if (!this.asking) this.tellSaved("", "");
     this.judge([]);
     this.use.changed(this.steps);
     return true;
@@ -273,7 +296,7 @@ export class ProgramDesk<Step> {
     this.current = said as Saved;
     this.keep();
     const awaited = this.current.shared && !this.current.approved;
-    this.tell(awaited ? gettext("Saved. It appears in the gallery after staff have approved it.") : gettext("Saved."), "good");
+    this.tellSaved(awaited ? gettext("Saved. It appears in the gallery after staff have approved it.") : gettext("Saved."), "good");
     await this.refresh();
     byId<HTMLButtonElement>(this.id("delete")).hidden = false;
   }
@@ -283,13 +306,14 @@ export class ProgramDesk<Step> {
     this.current = null;
     await this.refresh();
     this.clear();
-    this.tell(gettext("Deleted."), "");
+    this.tellSaved(gettext("Deleted."), "");
   }
 
   /** Send a request. Resolves to the answer; null if it failed, which is shown, or while another request runs. */
   private async ask(method: string, what: object): Promise<object | null> {
     if (this.asking) return null;
     this.asking = true;
+    this.tellSaved(method === "DELETE" ? gettext("Deleting…") : gettext("Saving…"), "");
     const token = document.querySelector<HTMLInputElement>(`#${this.id("form")} [name=csrfmiddlewaretoken]`)?.value ?? "";
     try {
       const answer = await request(`/robots/${this.page.slug}/programs/`, {
@@ -299,9 +323,9 @@ export class ProgramDesk<Step> {
       });
       const said = (await answer.json()) as { error?: string };
       if (answer.ok) return said;
-      this.tell(said.error ? translate(said.error) : gettext("The {noun} was not saved.", { noun: this.noun }), "bad");
+      this.tellSaved(said.error ? translate(said.error) : gettext("The {noun} was not saved.", { noun: this.noun }), "bad");
     } catch {
-      this.tell(gettext("The server does not answer; your {noun} is still here. Try again in a moment.", { noun: this.noun }), "bad");
+      this.tellSaved(gettext("The server does not answer; your {noun} is still here. Try again in a moment.", { noun: this.noun }), "bad");
     } finally {
       this.asking = false;
     }
@@ -313,6 +337,24 @@ export class ProgramDesk<Step> {
 function nameOf({ name, by, mine }: Saved): string {
   if (!by) return translate(name);
   return mine ? name : `${name} (${by})`;
+}
+
+/** Show a text in one of a desk's lines. */
+function write(line: HTMLElement, words: string, kind: string): void {
+  if (line.textContent === words) return;
+  line.textContent = words;
+  line.className = `program-said ${kind}`;
+}
+
+/** Return what becomes of a command that was sent, and the style of that. */
+function becameOf(c: CommandInfo): [words: string, kind: string] {
+  if (FINAL.has(c.state)) {
+    const { mark, chip, why } = saidOf(c);
+    return [`${chip}. ${why}`.trim(), mark === "completed" ? "good" : mark];
+  }
+  const step = translate(c.progress?.text ?? "");
+  if (step) return [gettext("It runs: {step}.", { step }), ""];
+  return [c.state === "acknowledged" ? gettext("It runs.") : gettext("It is sent and has not begun yet."), ""];
 }
 
 function judgement(refuses: boolean, time: string, text: string): string {

@@ -23,7 +23,7 @@ page.begin(
         empty: gettext("The program has no step."),
         target: () => (programs.text() ? { kind: "program", args: { text: programs.text() } } : null),
         open: () => void programs.open(),
-        state: (packet) => programs.state(packet),
+        tellRun: () => programs.tellRun(),
         checked: (answer) => programs.checked(answer),
       },
       terminal: { asked: "jog", target: () => null },

@@ -1,6 +1,6 @@
 /** Program mode: steps as blocks and as text, tried on the ghost, run, saved, shared. */
 import { deg, type Judge } from "/static/farhand/v1/arm.js";
-import { type PlanAnswer, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
+import { type PlanAnswer, type RobotPage } from "/static/farhand/v1/console.js";
 import { ProgramDesk } from "/static/farhand/v1/programs.js";
 import { parse, print, type Step } from "./program_text.ts";
 import { gettext, translate } from "/static/farhand/v1/text.js";
@@ -12,7 +12,6 @@ interface Arm extends Judge {
 }
 
 export class Programs {
-  private ran = false;
   private desk: ProgramDesk<Step>;
 
   constructor(
@@ -28,10 +27,7 @@ export class Programs {
     const act: Record<string, () => void> = { here: () => this.addHere(), joints: () => this.addJoints() };
     for (const [name, run] of Object.entries(act)) document.querySelector(`[data-program="${name}"]`)?.addEventListener("click", run);
     page.on("try", () => arm.ask());
-    page.on("run", () => {
-      if (page.command("program", { text: this.text() }, "run"))
-        this.desk.tell(gettext("The program runs; the present step is shown."), "");
-    });
+    page.on("run", () => page.command("program", { text: this.text() }, "run"));
   }
 
   async open(): Promise<void> {
@@ -64,12 +60,9 @@ export class Programs {
     if (answer.ok) this.arm.play(answer);
   }
 
-  /** Show the step that runs, by the robot's state. */
-  state(packet: StatePacket): void {
-    const step = /^PROG EXEC: program \d+, step (\d+)/.exec(packet.mode)?.[1];
-    if (step) this.desk.tell(gettext("Step {step} runs.", { step }), "");
-    else if (this.ran) this.desk.tell(gettext("The program has ended."), "");
-    this.ran = step !== undefined;
+  tellRun(): void {
+    const c = this.page.ladder.newest("program");
+    if (c?.grant === this.page.grant) this.desk.follow(c);
   }
 }
 

@@ -1,10 +1,10 @@
 /** The mission card: steps as blocks, as text and by clicks on the map, judged at once, tried on a ghost, sent. */
-import { byId, FINAL, fill, type Judgement, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
+import { byId, fill, type Judgement, prefetch, type RobotPage, say } from "/static/farhand/v1/console.js";
 import { minutes, ProgramDesk } from "/static/farhand/v1/programs.js";
 import { ghostAt } from "./mission_ghost.ts";
 import { type Judged, judge, type Leg, type Pose } from "./mission_judge.ts";
 import { lineOf, parse, print, type Step } from "./mission_text.ts";
-import { gettext, ngettext, translate } from "/static/farhand/v1/text.js";
+import { gettext, ngettext } from "/static/farhand/v1/text.js";
 
 export const MISSION = "mission";
 const GHOST_TIMES = 8; // how much faster the ghost is than the rover
@@ -125,8 +125,6 @@ export class Missions {
   draw(): void {
     say(byId("mission-send"), this.page.operating ? gettext("Run it now") : gettext("Send it as a job"));
     this.desk.enable(this.page.live.lost ? gettext("The connection is lost; what you write stays here.") : "");
-    const running = this.page.snapshot?.commands.find(({ kind, state }) => kind === MISSION && !FINAL.has(state));
-    const told = running?.progress?.text;
-    if (told) this.desk.tell(gettext("It runs: {step}.", { step: translate(told) }), "");
+    this.desk.follow(this.page.ladder.newest(MISSION));
   }
 }

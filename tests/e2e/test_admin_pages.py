@@ -5,12 +5,14 @@ from types import SimpleNamespace
 import pytest
 from django.urls import reverse
 
-from operatorlog.models import Round
+from operatorlog.models import Find, Piece, Round
 from robots import bus
 from robots.kit.clock import SYSTEM
+from robots.models import Incident
+from robots.services.incidents import AS_IT_IS
 from tests.conftest import at_length
 from tests.e2e.conftest import session
-from tests.e2e.test_axe import ENGLISH, GERMAN, REST, looked_at, named, seen
+from tests.e2e.test_axe import ENGLISH, GERMAN, LIGHT, REST, looked_at, named, seen, spoken
 from tests.services.admin_pages import admin_pages, lists_that_delete
 from tests.services.in_use import in_use
 
@@ -60,3 +62,20 @@ def test_histories_and_what_asks_before_rows_are_deleted(portal, staff, looks):
         staff.page.locator("button[name=index]").first.click()
         staff.page.wait_for_selector("body.delete-selected-confirmation")
         seen(staff, looks, over=SIDEWAYS)
+
+
+@pytest.mark.parametrize("looks", [spoken("de-DE", LIGHT)], ids=named)
+def test_on_a_wide_screen_every_column_is_in_view_and_the_cells_of_a_row_end_together(portal, staff, looks):
+    Incident.objects.update(remedy=AS_IT_IS, closed_at=SYSTEM.now())
+    find = Find.objects.first()
+    piece, _ = Piece.objects.get_or_create(round=find.round, name="bag")
+    Find.objects.filter(pk=find.pk).update(state=Find.State.CONFIRMED, piece=piece)
+    for page in admin_pages(portal.root):
+        if page.count("/") == 4 and page != "/admin/operatorlog/entry/":  # entries keep a wide text, and scroll
+            staff.page.goto(page)
+            hidden = staff.page.locator(".results").evaluate("one => one.scrollWidth - one.clientWidth")
+            assert hidden == 0, f"{page}: {hidden} px of the table are out of sight"
+    staff.page.goto(f"/robots/{find.round.robot.slug}/finds/")
+    row = staff.page.locator(".finds tbody tr").first
+    ends = row.locator("> *").evaluate_all("all => [...new Set(all.map((one) => one.getBoundingClientRect().bottom))]")
+    assert len(ends) == 1

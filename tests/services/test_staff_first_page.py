@@ -316,3 +316,23 @@ def test_today_begins_at_midnight_of_the_reader(robot, people, zone):
     listed = client.get(today["url"]).content.decode()
     assert "of today" in listed
     assert "of yesterday" not in listed
+
+
+def test_above_the_cards_stands_what_waits(robot, people):
+    root = User.objects.create_superuser("root", "root@example.org", "correct horse 42")
+    for page in PAGES:
+        above = shown(root, page).split("<article")[0]
+        assert "Nothing waits." in above
+    for _ in range(2):
+        Incident.objects.create(robot=robot, at=SYSTEM.now(), code="outage", text="The arm was silent.")
+    for page in PAGES:
+        above = shown(root, page).split("<article")[0]
+        assert re.search(r'<a href="#pending">Waits for you:</a>\s*<span>Incidents <b>2</b></span>\s*</p>', above)
+    assert "#pending" not in shown(with_rights("vic", "view_entry")), "there are no cards above the list"
+
+
+def test_the_title_names_robots_to_those_who_see_them(robot, people):
+    assert "<h1>All robots</h1>" in shown(people["kim"], "/admin/")
+    text = shown(people["mod"], "/admin/")
+    assert "<h1>Overview</h1>" in text
+    assert "All robots" not in text

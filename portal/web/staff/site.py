@@ -6,7 +6,7 @@ from allauth.account.decorators import secure_admin_login
 from django.contrib import admin
 from django.http import HttpRequest, HttpResponse
 from django.urls import URLPattern, URLResolver, path
-from django.utils.translation import gettext_lazy
+from django.utils.translation import gettext, gettext_lazy
 
 from portal.web.staff.menu import in_groups
 from robots.once import once
@@ -38,7 +38,9 @@ class StaffSite(admin.AdminSite):
 
     def index(self, request: HttpRequest, extra_context: dict[str, Any] | None = None) -> Any:
         """Show all robots, what waits for staff, and the menu."""
-        return super().index(request, {**self._first_page(request), **(extra_context or {})})
+        shown = self._first_page(request)
+        title = self.index_title if shown["sees_robots"] else gettext("Overview")
+        return super().index(request, {**shown, "title": title, **(extra_context or {})})
 
     def live(self, request: HttpRequest) -> HttpResponse:
         """Return the live part of the first page alone."""

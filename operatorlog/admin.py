@@ -43,7 +43,7 @@ class WaitsForReview(OneChoice):
 class EntryAdmin(ReviewAdmin):
     """Publish, feature, or hide entries with a reason."""
 
-    list_display = ("written_at", "picture", "author", "robot", "text", "visibility", "why_hidden", "edited_at")
+    list_display = ("written_at", "picture", "author", "robot", "text", "visibility_said", "edited_at")
     list_select_related = ("author", "robot", "frame__robot")
     list_filter = (WaitsForReview, "visibility", EditedSince, "robot")
     search_fields = ("text", "author__username")
@@ -86,10 +86,10 @@ class EntryAdmin(ReviewAdmin):
         words = gettext("Picture from the turn of {author} on {robot}")
         return thumbnail(entry.frame, words.format(author=shown_name(entry.author_name), robot=entry.robot))
 
-    @admin.display(description=gettext_lazy("Hidden reason"))
-    def why_hidden(self, entry: Entry) -> str:
-        """Return why the entry is hidden."""
-        return entry.why_hidden or "-"
+    @admin.display(description=gettext_lazy("Visibility"), ordering="visibility")
+    def visibility_said(self, entry: Entry) -> str:
+        """Return who reads the entry, and why it is hidden if it is."""
+        return ": ".join(filter(None, (entry.get_visibility_display(), entry.why_hidden)))
 
 
 @admin.register(HidingReason)

@@ -121,11 +121,11 @@ def test_by_keyboard_and_by_touch_and_where_nothing_lies(transactional_db, porta
     expect(page.locator("#pick-said")).to_contain_text("The gripper is empty: nothing was there.")
     # what the arm cannot reach is refused before anything moves, and said in words
     page.touchscreen.tap(box["x"] + 0.02 * box["width"], box["y"] + 0.95 * box["height"])
-    expect(page.locator("#pick-said")).to_contain_text("That place is outside it. Choose another place.")
+    expect(page.locator("#pick-said")).to_contain_text("That place is out of reach. Choose another place.")
     expect(page.locator("[data-command=go-pick]")).to_have_attribute("aria-disabled", "true")
     # one of the cameras moves with the gripper: no place is known there
     page.click("[data-name=gripper]")
     page.locator("#screen").click()
-    expect(page.locator("#pick-said")).to_contain_text("Choose one of them")
+    expect(page.locator("#pick-said")).to_contain_text("Choose another camera: ")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     ada.axe("pick and put on a phone")

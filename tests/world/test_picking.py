@@ -109,8 +109,8 @@ def test_what_the_arm_cannot_name_is_left_where_it_is(portal):
 
 
 REFUSED = (
-    ("pick", (0.8, 0.0), "works on the part of the table from x 320 to 720 mm"),
-    ("pick", (-0.3, 0.0), "That place is outside it. Choose another place."),
+    ("pick", (0.8, 0.0), "The arm works from x 320 to 720 mm"),
+    ("pick", (-0.3, 0.0), "That place is out of reach. Choose another place."),
     ("pick", (0.56, 0.08), "the open gripper would touch yellow. Choose another place."),
     ("put", (0.5, 0.16), "The gripper holds nothing. Pick something up first."),
 )
@@ -133,7 +133,7 @@ def test_with_something_in_the_gripper_places_are_refused_before_anything_moves(
     begun = portal.rig.count("motion")
     for kind, at, why in (
         ("pick", FIRST["blue"], "The gripper holds red already. Put it down first."),
-        ("put", (0.9, 0.0), "That place is outside it."),
+        ("put", (0.9, 0.0), "That place is out of reach."),
         ("put", (0.56, 0.085), "yellow is there. Choose another place."),
     ):
         command = act(portal, kind, at)

@@ -10,10 +10,13 @@ type Shown = (typeof VIEWS)[number];
 /** What the button shows; its name says more, beginning with the same word. */
 const TEXTS: Record<Shown, string> = { both: gettext("Both"), beside: gettext("Enlarge"), picture: gettext("Picture") };
 
+let pointed: HTMLElement | null = null;
+
 /** Return why the control of the stage that has the focus, or that the pointer is on, is off; empty if it is not. */
 export function pointedRefusal(): string {
-  const control = document.querySelector<HTMLElement>('#stage [aria-disabled="true"]:is(:hover, :focus)');
-  return control ? refusal(control) : "";
+  // who reads the whole line points at the line itself
+  if (document.activeElement?.id !== "why") pointed = document.querySelector('#stage [aria-disabled="true"]:is(:hover, :focus)');
+  return pointed ? refusal(pointed) : "";
 }
 
 export class Stage {

@@ -393,7 +393,7 @@ export class ArmConsole implements Console, Judge {
     for (const [name, kind] of Object.entries(BUTTONS))
       for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`)) allow(button, this.whyNot(kind, f));
     this.back.draw();
-    for (const mode of Object.values(this.modes)) mode.tellRun?.();
+    for (const mode of [...Object.values(this.modes), this.pick]) mode?.tellRun?.();
     const why = this.whyNot("jog", f);
     for (const one of [this.joints, this.position, this.scene]) one?.enable(why);
   }

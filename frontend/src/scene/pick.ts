@@ -43,7 +43,8 @@ export class Pick implements ArmMode {
   private said = byId("pick-said");
   private badge = make("span", { id: "grip-said" }); // over the picture, beside what the arm does
   private note = ""; // how the last one ended, until a place is chosen
-  private way = ""; // what is known of the way there
+  private way = ""; // why there is none, or that it is not known yet
+  private lasts = ""; // how many seconds it takes; empty where there is none
   view: SceneView | null = null;
 
   /** Return it for a robot that declares it and has cameras for it; null for others. */
@@ -59,7 +60,7 @@ export class Pick implements ArmMode {
     private kinds: Record<Act, string>,
     private use: PickUse,
   ) {
-    this.said.hidden = false;
+    this.said.parentElement!.hidden = false;
     byId("mode").after(this.badge);
     const { cameras } = use;
     cameras.onPick = (name, at, aspect) => this.choose(name, at, aspect);
@@ -93,7 +94,6 @@ export class Pick implements ArmMode {
   clear(): void {
     if (!this.place) return;
     this.place = null;
-    this.way = "";
     this.mark();
     this.draw();
   }
@@ -102,7 +102,7 @@ export class Pick implements ArmMode {
     const camera = this.told.view?.find((one) => one.name === name);
     if (!camera) {
       const cameras = (this.told.view ?? []).map((one) => translate(one.name)).join(", ");
-      this.tell(gettext("Where things are is known in the pictures of these cameras: {cameras}. Choose one of them.", { cameras }));
+      this.tell(gettext("Choose another camera: {cameras}. In this one's picture no place is known.", { cameras }));
       return;
     }
     const { objects } = this.use;
@@ -136,6 +136,7 @@ export class Pick implements ArmMode {
   private changed(): void {
     this.page.settle();
     this.way = gettext("The way is being checked.");
+    this.lasts = "";
     this.mark();
     this.draw();
     this.use.changed();
@@ -160,7 +161,8 @@ export class Pick implements ArmMode {
 
   /** Take over what was answered about the way: it is shown, or there is none. */
   answered(ok: boolean, text: string, seconds: number): void {
-    if (this.place) this.way = ok ? gettext("{seconds} s. Press Go.", { seconds: seconds.toFixed(0) }) : text;
+    this.way = text;
+    this.lasts = ok ? seconds.toFixed(0) : "";
     this.draw();
   }
 
@@ -184,6 +186,17 @@ export class Pick implements ArmMode {
     this.draw();
   }
 
+  tellRun(): void {
+    this.draw();
+  }
+
+  /** Return what is done there, or why it is not; Go is named only while it works. */
+  private verdict(): string {
+    if (!this.lasts) return this.way;
+    const told = { act: this.act === "pick" ? gettext("Pick up here") : gettext("Put down here"), seconds: this.lasts };
+    return this.page.whyNot("go-pick") ? gettext("{act}: {seconds} s.", told) : gettext("{act}: {seconds} s. Press Go.", told);
+  }
+
   /** Show the place in the picture and in the view. */
   private mark(): void {
     const { cameras } = this.use,
@@ -196,16 +209,14 @@ export class Pick implements ArmMode {
     const { place, act } = this;
     for (const one of ["pick", "put"] as const)
       document.querySelector(`[data-command="${one}-here"]`)?.setAttribute("aria-pressed", String(place !== null && act === one));
-    const verb = act === "pick" ? gettext("Pick up here") : gettext("Put down here");
     const next = this.holds ? gettext("Click where to put it down.") : gettext("Click on what to pick up.");
     const grip = gripInWords(this.grip, this.held);
     say(this.badge, gripInShort(this.grip, this.held));
     const chosen = this.use.objects?.known.find(({ facts: { name } }) => name === place?.object),
       seen = chosen ? seenInWords(chosen, this.page.live.now()) : "";
-    say(
-      this.said,
-      place ? `${placeInWords(place)}${seen && `, ${seen}`}. ${verb}: ${this.way}` : [this.note || grip, next].filter(Boolean).join(" "),
-    );
+    const where = place && `${placeInWords(place)}${seen && `, ${seen}`}.`;
+    say(this.said, [...(where ? [this.verdict(), where] : [this.note || grip, next])].filter(Boolean).join(" "));
+    this.said.title = this.said.textContent;
     byId("screen").classList.toggle(
       "refused",
       place !== null && refusal(document.querySelector<HTMLElement>('[data-command="go-pick"]')!) !== "",

@@ -58,7 +58,7 @@ def _pick(arrangement: Arrangement, at: Pair, can_feel: bool) -> steps.Action:
     if name is not None:
         return steps.Grasp(name)
     if not can_feel:
-        raise OutOfWorkspace("Nothing is known to lie there, and this gripper cannot feel. Choose an object.")
+        raise OutOfWorkspace("Nothing is known to lie there. Choose an object. This gripper cannot feel.")
     _on_table(arrangement.table, at)
     return steps.Feel(_mm(at))
 
@@ -98,8 +98,8 @@ def _on_table(table: ObjectTable, at: Pair) -> None:
     if not table.is_free(*at):
         (x0, y0), (x1, y1) = ((round(1000 * x), round(1000 * y)) for x, y in table.area)
         raise OutOfWorkspace(
-            f"The arm works on the part of the table from x {x0} to {x1} mm and y {y0} to {y1} mm."
-            f" That place is outside it. {ELSEWHERE}"
+            f"That place is out of reach. {ELSEWHERE}"
+            f" The arm works from x {x0} to {x1} mm and y {y0} to {y1} mm."
         )
 
 

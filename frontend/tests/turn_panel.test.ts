@@ -104,3 +104,113 @@ test("who can drive at once reads of no wait", () => {
   one.draw({ ...told(true), join_wait_s: [0, 0] }, 0, true);
   assert.doesNotMatch(box.textContent, /wait:/);
 });
+
+/** Return what a person is told of a robot that moves by itself while nobody waits. */
+function roaming(ticket: string | null = null, ahead = 0): Snapshot {
+  const s = told(false, ticket);
+  const t = s.me.ticket && { ...s.me.ticket, ahead };
+  return { ...s, queue: ticket ? 1 : 0, robot: { ...s.robot, soon: !ticket }, me: { ...s.me, ticket: t }, join_wait_s: [0, 12] };
+}
+
+function buttons(): (string | null)[] {
+  return [...box.querySelectorAll("button")].map((one) => `${one.textContent} ${one.dataset["do"]} ${one.getAttribute("aria-disabled")}`);
+}
+
+/** Tell the panel, and draw it. */
+function tell(one: InstanceType<typeof TurnPanel>, s: Snapshot): void {
+  one.changed(s);
+  one.draw(s, 0, true);
+}
+
+test("a robot that moves by itself is taken by one press, and the page says when it begins", () => {
+  const one = panel();
+  tell(one, roaming());
+  assert.match(box.textContent, /Nobody waits: it is yours in some seconds\./);
+  assert.doesNotMatch(box.textContent, /wait:/);
+  press("take");
+  for (const state of ["waiting", "offered"]) tell(one, roaming(state));
+  assert.deepEqual(sent, ["join", "accept"]);
+});
+
+test("the page of before takes control of a robot that moves by itself", () => {
+  panel(true).changed(roaming());
+  assert.deepEqual(sent, ["join"]);
+});
+
+test("from the press until the turn the page says that it asks, and its button stays", () => {
+  const one = panel();
+  tell(one, roaming());
+  const [button] = box.querySelectorAll("button");
+  press("take");
+  const asks = ["Take control take true", "Cancel leave false"];
+  assert.deepEqual(buttons(), asks, "at once");
+  for (const state of [null, "waiting", "offered", "offered"]) {
+    tell(one, roaming(state));
+    assert.deepEqual(buttons(), asks);
+    assert.match(box.textContent, /Asking for control…/);
+    assert.doesNotMatch(box.textContent, /You are next|It is your turn/);
+    assert.equal(box.querySelector("button"), button);
+    assert.ok(box.hasAttribute("data-asking"));
+  }
+  const turn = { mine: true, until_ms: 60_000 };
+  const driving = roaming();
+  tell(one, { ...driving, turn, me: { ...driving.me, can: { drive: true } } } as unknown as Snapshot);
+  assert.match(box.textContent, /You drive/);
+  assert.ok(!box.hasAttribute("data-asking"));
+});
+
+test("what is asked for can be cancelled", () => {
+  const one = panel();
+  tell(one, roaming());
+  press("take");
+  tell(one, roaming("waiting"));
+  press("leave");
+  tell(one, roaming("offered"));
+  assert.deepEqual(sent, ["join", "leave"]);
+  assert.match(box.textContent, /It is your turn/);
+});
+
+const ENDS: [why: string, then: (one: InstanceType<typeof TurnPanel>) => Snapshot, said: RegExp][] = [
+  ["the portal refuses", (one) => (one.refused(), roaming()), /it is yours in some seconds\.Take control$/],
+  ["somebody else was faster", () => roaming("waiting", 1), /1 before you/],
+  ["the robot fails", () => ({ ...roaming("waiting"), robot: { ...roaming("waiting").robot, state: "fault" } }), /You are next/],
+  ["the place is gone", (one) => (one.changed(roaming("waiting")), roaming()), /Take control$/],
+];
+
+for (const [why, then, said] of ENDS)
+  test(`the page asks for control no more once ${why}`, () => {
+    const one = panel();
+    tell(one, roaming());
+    press("take");
+    tell(one, then(one));
+    assert.doesNotMatch(box.textContent, /Asking/);
+    assert.match(box.textContent, said);
+  });
+
+test("an offer that is accepted and a queue that is joined say so at once", () => {
+  const one = panel();
+  tell(one, roaming("offered"));
+  press("accept");
+  assert.match(box.textContent, /Asking for control….*Take control.*Not now/);
+  assert.deepEqual(buttons(), ["Take control accept true", "Not now leave false"]);
+  tell(one, roaming("waiting"));
+  assert.doesNotMatch(box.textContent, /Asking/, "it was taken back");
+  const other = panel();
+  tell(other, told(false));
+  press("join");
+  assert.match(box.textContent, /Asking for a place in the queue…/);
+  assert.deepEqual(buttons(), ["Join the queue join true"]);
+  tell(other, told(false, "waiting"));
+  assert.doesNotMatch(box.textContent, /Asking/);
+});
+
+test("who has read the orientation has one step to go, to the test", () => {
+  const one = panel(),
+    s = told(false);
+  const steps = (read: boolean): string => {
+    one.draw({ ...s, me: { ...s.me, cleared: false, read } }, 0, true);
+    return `${box.querySelector("h2")?.textContent} ${box.querySelector("a")?.getAttribute("href")}`;
+  };
+  assert.equal(steps(false), "Two steps to go /robots/arm/orientation/");
+  assert.equal(steps(true), "One step to go /robots/arm/clearance/");
+});

@@ -5,7 +5,7 @@ from typing import Any
 
 from django.db.models import QuerySet
 
-from accounts.services import cleared
+from accounts.services import cleared, has_read
 from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of, may_see_picture
 from portal.stores import trouble
@@ -32,11 +32,13 @@ from robots.grants import open_grant, rounded_without_texts, told_result, told_t
 from robots.kit.clock import ms_of
 from robots.models import Command, Frame, Grant, Robot
 from robots.people import STAFF, driver_name, sees_names
+from robots.sentences import english
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.services.status import BY_ITSELF, status_of
-from robots.states import GrantEnd, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 
 RECENT, JOBS, ENTRIES = 8, 50, 5  # commands, open jobs and log entries that are listed
+SOON_S = 15  # as long as a robot's page accepts an offer by itself after one press
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 
 
@@ -48,6 +50,16 @@ def moves(state: str, label: str) -> bool:
 def is_free(state: str, label: str, queued: int, wait: tuple[int, int] | None) -> bool:
     """Return whether somebody who joins now drives at once: the robot rests, and nobody waits in an open queue."""
     return state == "ready" and not moves(state, label) and not queued and wait is not None
+
+
+def is_soon(state: str, label: str, queued: int, wait: tuple[int, int] | None) -> bool:
+    """Return whether somebody who joins now drives within seconds: the robot is free, or soon leaves what it does."""
+    if is_free(state, label, queued, wait):
+        return True
+    leaves = (state, label) in {
+        BY_ITSELF[GrantKind.IDLE][:2], BY_ITSELF[GrantKind.REST][:2], ("handover", english(Cycle.HANDOVER.label)),
+    }  # fmt: skip
+    return leaves and not queued and wait is not None and wait[1] <= SOON_S
 
 
 def practice_info(robot: Robot) -> dict[str, Any] | None:
@@ -154,6 +166,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "practice": practice_info(robot),
             "moves": moves(state, label),
             "free": is_free(state, label, queued, wait),
+            "soon": is_soon(state, label, queued, wait),
         },
         "stopped": robot.stop_latched,
         "suspended": waits_for_staff(robot),
@@ -239,7 +252,7 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
         "stop": may_stop(robot, user),
     }  # fmt: skip
     if not user.is_authenticated:
-        return {"signed_in": False, "cleared": False, "ticket": None, "can": can}
+        return {"signed_in": False, "cleared": False, "read": False, "ticket": None, "can": can}
     ticket = open_ticket(robot, user)
     shown = None
     if ticket is not None:
@@ -248,11 +261,12 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
             "state": ticket.state, "ahead": ahead, "wait_s": wait,
             "offer_until_ms": ms_of(ticket.offer_until) if ticket.state == "offered" else None,
         }  # fmt: skip
-    last = last_turn(robot, user)
+    is_cleared, last = cleared(user, robot), last_turn(robot, user)
     written = last is not None and _written(robot, last)
     return {
-        "signed_in": True, "guest": user.guest, "name": user.username, "cleared": cleared(user, robot), "ticket": shown,
-        "can": can, "staff": user.has_perm("robots.change_robot"),
+        "signed_in": True, "guest": user.guest, "name": user.username, "cleared": is_cleared,
+        "read": is_cleared or has_read(user, robot), "ticket": shown, "can": can,
+        "staff": user.has_perm("robots.change_robot"),
         "last_turn": last.pk if last is not None and not written else None,
         "last_end": _end(robot, last) if last is not None and (is_news(last, now) or not written) else None,
     }  # fmt: skip

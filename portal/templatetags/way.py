@@ -21,11 +21,11 @@ register = template.Library()
 
 
 @register.filter
-def is_free(robot: Robot) -> bool:
-    """Return whether somebody who joins now drives at once."""
+def is_soon(robot: Robot) -> bool:
+    """Return whether somebody who joins now drives within seconds."""
     now = SYSTEM.now()
     state, label, _ = status_of(robot, now)
-    return offers_turns(robot) and snapshot.is_free(state, label, waiting(robot), wait_if_joined(robot, now))
+    return offers_turns(robot) and snapshot.is_soon(state, label, waiting(robot), wait_if_joined(robot, now))
 
 
 @register.simple_tag(takes_context=True)

@@ -6,6 +6,7 @@ from datetime import timedelta
 import pytest
 from django.contrib.auth.models import AnonymousUser
 
+from accounts import services
 from operatorlog.models import Entry, Find, Piece, Round
 from portal.live.snapshot import snapshot
 from queueing import services as queue
@@ -139,6 +140,38 @@ def test_a_robot_that_moves_by_itself_or_whose_queue_is_paused_is_not_called_fre
         assert not snapshot(one.slug, AnonymousUser(), SYSTEM.now(), True)["robot"]["free"]
 
 
+SOON = [
+    ({}, None, 0, True),
+    ({}, GrantKind.IDLE, 0, True),
+    ({}, GrantKind.IDLE, 4, False),
+    ({}, GrantKind.REST, 0, True),
+    ({}, GrantKind.JOB, 0, False),
+    ({}, GrantKind.UPKEEP, 0, False),
+    ({"cycle": Cycle.HANDOVER}, None, 0, True),
+    ({"cycle": Cycle.HANDOVER}, None, 4, False),
+    ({"cycle": Cycle.FAULT}, GrantKind.IDLE, 0, False),
+]
+
+
+@pytest.mark.parametrize(("state", "kind", "tidies_s", "soon"), SOON)
+def test_who_joins_drives_soon_where_nobody_waits_and_the_robot_leaves_what_it_does(
+    robots, people, monkeypatch, state, kind, tidies_s, soon
+):
+    robot = robots[0]
+    monkeypatch.setattr(Robot, "tidying_s", lambda _: tidies_s)
+    Robot.objects.update(**state)
+    if kind:
+        until = SYSTEM.now() + timedelta(minutes=1)
+        Grant.objects.create(robot=robot, kind=kind, epoch=1, opened_at=SYSTEM.now(), until=until)
+
+    def told():
+        return snapshot(robot.slug, AnonymousUser(), SYSTEM.now(), True)["robot"]["soon"]
+
+    assert told() is soon
+    queue.join(robot, people["ada"], SYSTEM.now())
+    assert not told(), "somebody waits"
+
+
 def test_more_robots_and_pictures_cost_few_queries(robots, people, client, django_assert_max_num_queries):
     ended(robots[0], people["ada"], pictures=30)
     client.get("/")
@@ -172,6 +205,8 @@ def test_the_button_leads_each_person_to_their_next_step(robots, people, client)
     assert client.get(address)["Location"] == "/accounts/signup/?next=%2Frobots%2Fmercury%2Fdrive%2F"
     client.force_login(people["eve"])
     assert client.get(address)["Location"] == "/robots/mercury/orientation/"
+    services.mark_read(people["eve"], robots[0], SYSTEM.now())
+    assert client.get(address)["Location"] == "/robots/mercury/clearance/"
     client.force_login(people["ada"])
     assert client.get(address)["Location"] == "/robots/mercury/"
     assert client.get("/robots/none/drive/").status_code == 404

@@ -9,11 +9,13 @@ from django.core.cache import cache
 
 from accounts import services
 from accounts.models import Choice
+from portal.live.snapshot import of_person, snapshot
 from queueing import services as queue
+from robots.grants import start_grant
 from robots.kit.clock import SYSTEM
 from robots.models import Lease, Robot
 from robots.services.lockout import lock_out, start_maintenance
-from robots.states import Cycle
+from robots.states import Cycle, GrantKind
 from tests.services.turns import drive
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -89,6 +91,23 @@ def test_the_robots_page_shows_the_way_to_who_has_not_driven_it(robot, people, c
     assert shown[-1][1:] == (PAGE, "Drive")
 
 
+def test_the_snapshot_and_the_classic_console_tell_whether_the_orientation_is_read(robot, people, client):
+    eve = people["eve"]
+    client.force_login(eve)
+
+    def told():
+        now = SYSTEM.now()
+        me = snapshot("mercury", eve, now, True)["me"]
+        assert of_person("mercury", eve, now)["read"] == me["read"]
+        html = client.get("/classic/mercury/", follow=True).content.decode()
+        return me["read"], re.search(r'<a class="button primary" href="(/robots/[^"]+)"', html)[1]
+
+    assert told() == (False, "/robots/mercury/orientation/")
+    services.mark_read(eve, robot, SYSTEM.now())
+    assert told() == (True, TEST)
+    assert snapshot("mercury", people["ada"], SYSTEM.now(), True)["me"]["read"], "cleared"
+
+
 def test_who_has_driven_the_robot_and_strangers_see_no_way_on_its_page(eve, robot, people, client):
     client.logout()
     assert 'class="way"' not in client.get(PAGE).content.decode()
@@ -110,6 +129,11 @@ def test_who_passes_and_asks_for_it_takes_control_of_a_free_robot_once(eve, robo
     passed(client, robot, eve, then="take")
     assert " data-take" in client.get(PAGE).content.decode()
     assert " data-take" not in client.get(PAGE).content.decode(), "the page that is opened next"
+
+
+def test_a_robot_that_moves_by_itself_is_taken_by_the_same_press(eve, robot, client):
+    start_grant(robot, GrantKind.IDLE, SYSTEM.now(), until=SYSTEM.now() + timedelta(minutes=1))
+    assert "Send the test and take control" in client.get(TEST).content.decode()
 
 
 def test_who_only_passes_or_opens_another_robots_page_takes_nothing(eve, robot, client):

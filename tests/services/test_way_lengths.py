@@ -13,9 +13,11 @@ from accounts import services
 from accounts.models import Attempt, Question
 from operatorlog.models import SurveyQuestion
 from portal.keep.seeding import SURVEY
+from robots.grants import start_grant
 from robots.kit.clock import SYSTEM
+from robots.kit.contract.capabilities import Idle
 from robots.models import Lease, Robot
-from robots.states import Cycle
+from robots.states import Cycle, GrantKind
 from tests import keystrokes as model
 from tests.environment import ROOT
 from tests.services.test_log import ended, turn  # noqa: F401
@@ -44,7 +46,11 @@ def reader(request, client, robot):
     )
     services.load_bank(robot)
     Robot.objects.update(cycle=Cycle.READY)
-    Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": SYSTEM.now() + timedelta(days=1)})
+    later = SYSTEM.now() + timedelta(days=1)
+    Lease.objects.update_or_create(robot=robot, defaults={"epoch": 1, "expires_at": later})
+    robot.refresh_from_db()
+    if robot.spec().all_of(Idle):  # it moves by itself while nobody waits
+        start_grant(robot, GrantKind.IDLE, SYSTEM.now(), until=later)
     return robot, client
 
 
@@ -62,6 +68,14 @@ def test_the_survey_after_a_turn_is_within_its_limit(ended, people, client, lang
     texts = model.typing_s(model.ANSWER) * sum(kind == "text" for _, kind, *_ in SURVEY)
     presses = len(SURVEY) + 1  # and *Send*
     assert model.reading_s(text_of(".+", read)) + presses * model.PRESS_S + texts <= model.SURVEY_WITHIN_S
+
+
+def presses_of(orientation, test):
+    """Return how many links, buttons and choices are pressed up to the first motion."""
+    answers = len(set(re.findall(r'type="radio" name="(q\d+)"', test)))
+    read = orientation.count('<form method="post"><input')
+    sends = 1 if 'name="then" value="take"' in test else 3  # else one joins, and then takes control
+    return len(("drive", "sign up")) + read + answers + sends + len(("the motion",))
 
 
 def longest_test(robot, user):
@@ -95,7 +109,11 @@ def test_the_first_motion_is_within_the_limit_on_each_robot(reader, people):
         "orientation": text_of(r"<article.*?</article>", orientation),
         "test": text_of(r'<form method="post" class="form">.*?</form>', test),
     }
+    presses = presses_of(orientation, test)
+    assert presses <= model.PRESSES
     words = {name: len(text.split()) for name, text in read.items()}
     assert all(words.values()), words
-    by_hand = model.ALL_PRESSES * model.PRESS_S + sum(map(model.typing_s, model.FIELDS.values()))
+    by_hand = (presses + model.MAIL_PRESSES + len(model.FIELDS)) * model.PRESS_S + sum(
+        map(model.typing_s, model.FIELDS.values())
+    )
     assert by_hand + sum(map(model.reading_s, read.values())) <= model.WITHIN_S, words

@@ -87,6 +87,11 @@ export function button(
   };
 }
 
+/** Parts that stand over those before them, and move nothing. */
+export function bubble(parts: readonly Part[]): Part {
+  return { key: "bubble", template: html`<div class="follows">${parts.map(({ template }) => template)}</div>` };
+}
+
 export type Cell = string | TemplateResult;
 
 /** Write rows of words into a table's body; the first cell of each row is its heading. */

@@ -34,7 +34,8 @@ export function blocked(f: Facts): string {
 function notOperating(me: Snapshot["me"]): string {
   if (me.ticket?.state === "offered") return gettext("It is your turn: take control to begin.");
   if (me.ticket?.state === "waiting") return gettext("You wait for your turn.");
-  return me.cleared
-    ? gettext("Join the queue to operate the robot.")
+  if (me.cleared) return gettext("Join the queue to operate the robot.");
+  return me.read
+    ? gettext("You can watch. To operate, pass the test.")
     : gettext("You can watch. To operate, read the orientation and pass the test.");
 }

@@ -288,6 +288,7 @@ export class RobotPage {
   private gotAnswer(m: Answer): void {
     const late = m.to === "stop" && this.stop.press.answer(m.ok);
     if (!m.ok && m.to === "command") this.refused(m);
+    if (!m.ok && (m.to === "join" || m.to === "accept")) this.turnPanel.refused();
     if (m.to === "cheer") this.cheers?.answer(m.ok);
     if (m.ok && m.to !== "command") this.settle(); // a command has done so when it was sent
     const unchecked = m.to === "release" && !this.stop.looked;

@@ -75,7 +75,7 @@ class TurnBar {
     this.take?.();
     this.take = null;
     const now = this.line.now();
-    const places = currentPlaces(this.line.places, now);
+    const places = currentPlaces(this.line.places, now).filter((p) => !this.isTaken(p));
     this.teller.tell(places, now, this.own);
     this.seen(places);
     const [first, ...rest] = barPlaces(places, this.own);
@@ -97,6 +97,12 @@ class TurnBar {
       );
     say(this.also, this.leaving ? "" : also.join(" "));
     if (other) this.measure(); // with all its parts drawn: the observer is silent where the new ones are as high as the old
+  }
+
+  /** Whether the page itself asks for control and accepts the offer of this place: then nobody need do so. */
+  private isTaken(p: QueuePlace): boolean {
+    const before = p.state === "waiting" || p.state === "offered";
+    return before && p.robot === this.own && document.querySelector("#place[data-asking]") !== null;
   }
 
   /** Dismiss an ended turn that the page itself tells, so that other pages do not say it again. */

@@ -1,9 +1,10 @@
 /** The panel that shows whose turn it is and what you can do. */
 import { refusal } from "../kit/refusal.ts";
-import { button, countdown, drawParts, heading, link, paragraph, type Part } from "../kit/render.ts";
+import { bubble, button, countdown, drawParts, heading, link, paragraph, type Part, strong } from "../kit/render.ts";
 import { clock, timeOfDay } from "../kit/times.ts";
 import { gettext, translate } from "../kit/text.ts";
 import type { Snapshot } from "../socket/messages.ts";
+import { type Asked, ASKING, Asking } from "./asking.ts";
 import { UNANSWERED, UNSENT } from "./person_socket.ts";
 import { before, joinWait, queueSentence, waitSentence } from "./waits.ts";
 
@@ -11,7 +12,6 @@ const AGAIN = gettext("Press again to end it");
 const LATELY_MS = 3_600_000;
 const ASKED_MS = 8000; // how long the question is shown
 const DOUBLE_MS = 400; // a double click is one press
-const TAKE_MS = 15_000; // after this time one decides about an offer anew
 const FOLLOWS = gettext(
   "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.",
 );
@@ -51,7 +51,7 @@ export class TurnPanel {
   private told = "";
   private drawn: [s: Snapshot, now: number, up: boolean] | null = null;
   private sent = -Infinity; // when the last press was sent
-  private taking = -Infinity; // when control of the free robot was asked for
+  private asked: Asking | null = null;
 
   private box: HTMLElement;
   private use: TurnPanelUse;
@@ -59,23 +59,35 @@ export class TurnPanel {
 
   constructor(box: HTMLElement, use: TurnPanelUse, wanted = false) {
     [this.box, this.use, this.wanted] = [box, use, wanted];
+    if (wanted) drawParts(box, [heading(ASKING)]);
     box.addEventListener("click", (event) => {
       const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"),
         action = button?.dataset["do"];
       if (button && refusal(button)) use.refuse(() => refusal(button));
-      else if (action === "leave" && this.driving && !this.ending.press()) this.ask();
-      else if (action === "take") this.take();
+      else if (action === "leave" && this.driving && !this.ending.press()) this.tell(`${AGAIN}. ${this.follows()}`);
       else if (action === "practise") practise();
+      else if (action === "take" || action === "join" || action === "accept") this.begin(action, this.drawn?.[0] ?? null);
       else if (action) {
-        this.taking = -Infinity;
+        this.asked = null;
         this.send(action);
       }
     });
   }
 
-  /** Join the queue of a robot for which nobody waits; its offer is accepted as soon as it comes. */
-  private take(): void {
-    if (this.send("join")) this.taking = performance.now();
+  /** The press whose result is not known yet. */
+  private get asking(): Asking | null {
+    return this.asked?.late ? null : this.asked;
+  }
+
+  private begin(what: Asked, shown: Snapshot | null): void {
+    if (!this.send(what === "take" ? "join" : what)) return;
+    this.asked = new Asking(what, shown);
+    this.tell(this.asked.words);
+  }
+
+  /** The portal refused what was asked for. */
+  refused(): void {
+    this.asked = null;
   }
 
   private send(t: string): boolean {
@@ -84,11 +96,11 @@ export class TurnPanel {
     return sent;
   }
 
-  /** Show the question on the button at once, not at the next drawing. */
-  private ask(): void {
+  /** Show what a press did at once, not at the next drawing, and say it. */
+  private tell(words: string): void {
     if (this.drawn) this.draw(...this.drawn);
     const said = document.getElementById("say");
-    if (said) said.textContent = `${AGAIN}. ${this.follows()}`;
+    if (said) said.textContent = words;
   }
 
   /** Draw the panel. `up`: whether there is a connection. */
@@ -96,17 +108,17 @@ export class TurnPanel {
     this.drawn = [s, now, up];
     this.driving = s.me.can.drive;
     const why = this.use.live.heardSince(this.sent) ? UNSENT : UNANSWERED;
+    this.box.toggleAttribute("data-asking", this.asking?.what === "take");
     drawParts(this.box, this.parts(s, now, up ? "" : why));
   }
 
   /** Take control where it was asked for, and make the turn bar update, so that both show the same. */
   changed(s: Snapshot): void {
     const { me } = s;
-    if (this.wanted && me.cleared && !me.ticket && (s.robot.free || s.robot.practice)) this.take();
-    else if (me.ticket?.state === "offered" && performance.now() - this.taking < TAKE_MS) {
-      this.taking = -Infinity;
-      this.send("accept");
-    }
+    const next = this.asked?.follow(s);
+    if (this.wanted && me.cleared && !me.ticket && (isSoon(s) || s.robot.practice)) this.begin("take", s);
+    else if (next === "over") this.asked = null;
+    else if (next === "accept") this.send("accept");
     this.wanted = false;
     const told = `${me.can.drive} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
@@ -126,8 +138,16 @@ export class TurnPanel {
 
   /** Return the parts of the panel; `why`: why no button works now. */
   private parts(s: Snapshot, now: number, why: string): Part[] {
+    const { asking } = this;
+    if (!asking || asking.what === "accept") return this.partsOf(s, now, why);
+    const cancel = asking.what === "take" ? [button(gettext("Cancel"), "leave", { why })] : [];
+    return [...this.partsOf(asking.shown ?? s, now, why), bubble([strong(asking.words), ...cancel])];
+  }
+
+  private partsOf(s: Snapshot, now: number, why: string): Part[] {
     const { me } = s,
-      { slug } = s.robot;
+      { slug } = s.robot,
+      held = why || (this.asking?.words ?? "");
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
@@ -141,21 +161,14 @@ export class TurnPanel {
     if (!me.signed_in) return s.robot.practice ? beforePractice(s, why) : strangerParts(slug);
     const t = me.ticket;
     const over = t ? [] : ended(s, now);
-    if (me.guest && over.length) return [...over, ...afterPractice(s, why)];
-    if (!me.cleared)
-      return [
-        ...over,
-        heading(gettext("Two steps to go")),
-        paragraph(gettext("Read the orientation (a good minute), then pass the clearance test.")),
-        link(gettext("Read the orientation"), `/robots/${slug}/orientation/`, "button primary"),
-        ...practiceLink(gettext("Practise on a simulator")),
-      ];
+    if (me.guest && over.length) return [...over, ...afterPractice(s, held)];
+    if (!me.cleared) return [...over, ...stepsToGo(s), ...practiceLink(gettext("Practise on a simulator"))];
     if (t?.state === "offered") {
       const left = t.offer_until_ms ? (t.offer_until_ms - now) / 1000 : 0;
       return [
-        heading(gettext("It is your turn")),
+        heading(this.asking?.words ?? gettext("It is your turn")),
         countdown(clock(left)),
-        button(gettext("Take control"), "accept", { style: "primary", why }),
+        button(gettext("Take control"), "accept", { style: "primary", why: held }),
         button(gettext("Not now"), "leave", { style: "later", why }),
       ];
     }
@@ -167,17 +180,42 @@ export class TurnPanel {
         ...practiceLink(gettext("Practise while you wait")),
         button(gettext("Leave the queue"), "leave", { why }),
       ];
-    const wait = s.robot.free ? "" : joinWait(s.robot.state, false, s.join_wait_s ?? null);
+    const soon = isSoon(s);
+    const wait = soon ? "" : joinWait(s.robot.state, false, s.join_wait_s ?? null);
     return [
       ...over,
       heading(over.length ? gettext("Drive it again") : gettext("Drive it yourself")),
-      paragraph(s.robot.free ? gettext("Nobody waits: it is yours at once.") : queueSentence(s.queue)),
+      paragraph(soon ? soonWords(s) : queueSentence(s.queue)),
       ...(wait ? [paragraph(wait)] : []),
-      s.robot.free
-        ? button(gettext("Take control"), "take", { style: "primary", why })
-        : button(gettext("Join the queue"), "join", { style: "primary", why }),
+      soon
+        ? button(gettext("Take control"), "take", { style: "primary", why: held })
+        : button(gettext("Join the queue"), "join", { style: "primary", why: held }),
     ];
   }
+}
+
+/** Return whether somebody who joins now drives within seconds, so that one press does both. */
+function isSoon({ robot }: Snapshot): boolean {
+  return robot.soon ?? robot.free ?? false;
+}
+
+function soonWords({ robot }: Snapshot): string {
+  return robot.free ? gettext("Nobody waits: it is yours at once.") : gettext("Nobody waits: it is yours in some seconds.");
+}
+
+/** Return what is left to do until somebody who is signed in may drive. */
+function stepsToGo({ me, robot }: Snapshot): Part[] {
+  if (me.read)
+    return [
+      heading(gettext("One step to go")),
+      paragraph(gettext("You have read the orientation. Now pass the clearance test.")),
+      link(gettext("Take the clearance test"), `/robots/${robot.slug}/clearance/`, "button primary"),
+    ];
+  return [
+    heading(gettext("Two steps to go")),
+    paragraph(gettext("Read the orientation (a good minute), then pass the clearance test.")),
+    link(gettext("Read the orientation"), `/robots/${robot.slug}/orientation/`, "button primary"),
+  ];
 }
 
 /** Return the way to driving for somebody who is not signed in. */
@@ -226,13 +264,14 @@ function beforePractice({ robot, queue }: Snapshot, why: string): Part[] {
 }
 
 /** Return what a guest can do after a turn on a simulator. */
-function afterPractice({ robot }: Snapshot, why: string): Part[] {
+function afterPractice(s: Snapshot, why: string): Part[] {
+  const { robot } = s;
   const { slug, name } = robot.practice ?? { slug: "", name: "" };
   return [
     heading(gettext("Next: {name}", { name })),
     paragraph(gettext("Sign up, read for a good minute, pass a short test, and drive {name}.", { name })),
     link(gettext("Drive {name}", { name }), `/robots/${slug}/drive/`, "button primary"),
-    button(gettext("Try it again"), robot.free ? "take" : "join", { why }),
+    button(gettext("Try it again"), isSoon(s) ? "take" : "join", { why }),
   ];
 }
 

@@ -99,6 +99,8 @@ export interface Snapshot {
     moves?: boolean;
     /** Whether somebody who joins now drives at once. */
     free?: boolean;
+    /** Whether they drive within seconds: it is free, or nobody waits and it leaves what it does by itself. */
+    soon?: boolean;
     /** For which robot people practise on this simulator, and how long without an account (s; null: not at all). */
     practice?: { slug: string; name: string; guest_s: number | null } | null;
   };
@@ -131,6 +133,8 @@ export interface Snapshot {
     guest?: boolean;
     name?: string;
     cleared: boolean;
+    /** Whether they have read the orientation; a portal of before does not say. */
+    read?: boolean;
     staff?: boolean;
     last_turn?: number | null;
     /** The last turn here, if it ended lately or has no entry in the log: why it ended, what it cost, what is next. */

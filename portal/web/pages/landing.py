@@ -5,10 +5,9 @@ from typing import Any
 
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
-from django.urls import reverse
 
 from accounts.confirm import entrance
-from accounts.services import cleared
+from accounts.services import cleared, has_read
 from operatorlog.models import Entry, Visibility
 from operatorlog.register import newest_find, place_said
 from operatorlog.services import hidden_of
@@ -49,13 +48,15 @@ def landing(request: HttpRequest) -> HttpResponse:
 
 
 def drive(request: HttpRequest, slug: str) -> HttpResponse:
-    """Go on, on the way to driving a robot, where this person stands: account, orientation, or the robot's page."""
+    """Go on, on the way to driving a robot, where this person stands: account, orientation, test, or its page."""
     robot = get_object_or_404(Robot, slug=slug)
     if robot.practice:
         return redirect(robot)
     if not request.user.is_authenticated:
         return redirect(entrance(request, request.path))
-    return redirect(robot if cleared(request.user, robot) else reverse("orientation", args=[slug]))
+    if cleared(request.user, robot):
+        return redirect(robot)
+    return redirect("clearance" if has_read(request.user, robot) else "orientation", slug)
 
 
 def _card(robot: Robot, user: Any, now: datetime) -> dict[str, Any]:

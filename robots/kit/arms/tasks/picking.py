@@ -98,8 +98,7 @@ def _on_table(table: ObjectTable, at: Pair) -> None:
     if not table.is_free(*at):
         (x0, y0), (x1, y1) = ((round(1000 * x), round(1000 * y)) for x, y in table.area)
         raise OutOfWorkspace(
-            f"That place is out of reach. {ELSEWHERE}"
-            f" The arm works from x {x0} to {x1} mm and y {y0} to {y1} mm."
+            f"That place is out of reach. {ELSEWHERE} The arm works from x {x0} to {x1} mm and y {y0} to {y1} mm."
         )
 
 

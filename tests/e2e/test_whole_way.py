@@ -204,7 +204,7 @@ def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_us
     session(kim, django_user_model.objects.get(username="root"))
     kim.page.goto(f"/admin/robots/robot/{portal.robot.pk}/change/")
     kim.page.click("text=Test connection")
-    expect(kim.page.locator(".farhand-status")).to_contain_text("still: Done", timeout=20_000)
+    expect(kim.page.locator(".farhand-status")).to_contain_text("Take a picture: Done", timeout=20_000)
     kim.page.fill("[name=note]", "cleaning the lens")
     kim.page.click("button:has-text('Lock out')")
     expect(kim.page.locator(".farhand-status")).to_contain_text("Locked out by staff")

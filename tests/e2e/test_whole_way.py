@@ -207,7 +207,7 @@ def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_us
     expect(kim.page.locator(".farhand-status")).to_contain_text("Take a picture: Done", timeout=20_000)
     kim.page.fill("[name=note]", "cleaning the lens")
     kim.page.click("button:has-text('Lock out')")
-    expect(kim.page.locator(".farhand-status")).to_contain_text("Locked out by staff")
+    expect(kim.page.locator(".farhand-status")).to_contain_text("Locked out")
     kim.page.click("button:text-is('Maintenance')")
     kim.page.wait_for_url("**/robots/mercury/")
     expect(kim.page.locator("#release")).to_be_visible()

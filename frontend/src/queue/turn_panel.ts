@@ -99,8 +99,7 @@ export class TurnPanel {
   /** Show what a press did at once, not at the next drawing, and say it. */
   private tell(words: string): void {
     if (this.drawn) this.draw(...this.drawn);
-    const said = document.getElementById("say");
-    if (said) said.textContent = words;
+    speak(words);
   }
 
   /** Draw the panel. `up`: whether there is a connection. */
@@ -117,8 +116,10 @@ export class TurnPanel {
     const { me } = s;
     const next = this.asked?.follow(s);
     if (this.wanted && me.cleared && !me.ticket && (isSoon(s) || s.robot.practice)) this.begin("take", s);
-    else if (next === "over") this.asked = null;
-    else if (next === "accept") this.send("accept");
+    else if (next === "over") {
+      this.asked = null;
+      if (me.can.drive) speak(begun(s)); // who hears the page has heard of no offer
+    } else if (next === "accept") this.send("accept");
     this.wanted = false;
     const told = `${me.can.drive} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
@@ -151,7 +152,7 @@ export class TurnPanel {
     if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
-        heading(s.turn.staff ? gettext("Maintenance turn") : s.robot.practice ? gettext("You practise") : gettext("You drive")),
+        heading(begun(s)),
         countdown(clock(left)),
         paragraph(s.turn.extra && !s.turn.wanted ? gettext("Nobody waits, so your turn goes on.") : gettext("left in your turn")),
         ...this.endParts(s.turn.staff, why),
@@ -192,6 +193,17 @@ export class TurnPanel {
         : button(gettext("Join the queue"), "join", { style: "primary", why: held }),
     ];
   }
+}
+
+/** Have screen readers say it. */
+function speak(words: string): void {
+  const line = document.getElementById("say");
+  if (line) line.textContent = words;
+}
+
+/** Return what one's turn is called while it goes on. */
+function begun({ turn, robot }: Snapshot): string {
+  return turn?.staff ? gettext("Maintenance turn") : robot.practice ? gettext("You practise") : gettext("You drive");
 }
 
 /** Return whether somebody who joins now drives within seconds, so that one press does both. */

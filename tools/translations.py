@@ -123,9 +123,11 @@ def read(path: Path) -> Catalog:
 
 
 def gaps(catalogue: Catalog) -> list[str]:
-    """Return the texts without a translation."""
+    """Return the texts without a translation, or with one of an earlier form (fuzzy), which is left out."""
     return [
-        str(m.id) for m in catalogue if m.id and not (all(m.string) if isinstance(m.string, tuple | list) else m.string)
+        str(m.id)
+        for m in catalogue
+        if m.id and (m.fuzzy or not (all(m.string) if isinstance(m.string, tuple | list) else m.string))
     ]
 
 

@@ -60,7 +60,7 @@ def test_its_progress_and_what_it_left_stand_on_the_page(robot, people, owned):
         state="failed", reason=left, progress={"text": "3 of 4 are in their places"}
     )
     page = signed_in(people["kim"]).get(f"/admin/robots/robot/{robot.pk}/status/").text
-    assert "tidy: Failed, 3 of 4 are in their places" in page
+    assert "Tidy the table: Failed, 3 of 4 are in their places" in page
     assert left in page
 
 

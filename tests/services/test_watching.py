@@ -31,6 +31,9 @@ def test_the_landing_page_says_how_many_watch_and_nothing_where_nobody_does(stor
     assert "watching</span>" not in client.get("/").content.decode()
     told("mercury", "a", 3)
     assert '<span class="watching">3 watching</span>' in client.get("/").content.decode()
+    for count, words in ((3, "3 schauen zu"), (1, "1 schaut zu")):
+        told("mercury", "a", count)
+        assert f">{words}</span>" in client.get("/", headers={"accept-language": "de"}).text
 
 
 def test_without_redis_the_page_says_nothing_of_watchers(robot, client, monkeypatch):

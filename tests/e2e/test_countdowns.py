@@ -15,7 +15,7 @@ from robots.kit.clock import SYSTEM
 from tests.e2e.bare import portal as portal
 from tests.e2e.conftest import session
 from tests.e2e.drawn import QUIET
-from tests.e2e.told_line import ToldLine, own_time, stopped_clock
+from tests.e2e.told_line import ToldLine, own_time, run_heard, stopped_clock
 from tests.waiting import CEILING_S, wait_for
 
 BAR = "#turnbar"
@@ -141,13 +141,13 @@ def driving(portal, visitor):
     portal.drive(user, "mercury")
     session(one, user)
     stopped_clock(one.page)
-    told = own_time(one.page)
+    heard = own_time(one.page)
     one.page.goto("/robots/mercury/")
     expect(one.page.locator("#robot")).to_have_class(re.compile("operating"))
-    wait_for(lambda: one.page.wait_for_timeout(0) or told, CEILING_S, "the server's time")
-    one.page.clock.run_for(1000)
+    wait_for(lambda: one.page.wait_for_timeout(0) or "pong" in heard, CEILING_S, "the server's time")
+    run_heard(one.page, heard, 1000)
     expect(one.page.locator("#place [data-do=leave]")).to_be_visible()
-    return one.page
+    return one.page, heard
 
 
 COUNT = """
@@ -161,7 +161,7 @@ COUNT = """
 
 
 def test_presses_and_focus_outlast_every_tick_of_the_panel(driving):
-    page = driving
+    page, heard = driving
     page.evaluate(COUNT)
     end, timer = page.locator("#place [data-do=leave]"), page.locator("#place [role=timer]")
     end.scroll_into_view_if_needed()
@@ -170,7 +170,7 @@ def test_presses_and_focus_outlast_every_tick_of_the_panel(driving):
         before = timer.inner_text()
         page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         page.mouse.down()
-        page.clock.run_for(1000 + 250 * (tick % 3))
+        run_heard(page, heard, 1000 + 250 * (tick % 3))
         expect(timer).not_to_have_text(before)
         page.mouse.up()
     assert page.evaluate("presses") == 20
@@ -179,30 +179,30 @@ def test_presses_and_focus_outlast_every_tick_of_the_panel(driving):
       kept.focus(); kept.addEventListener('blur', () => window.lost++); }""")
     for _ in range(3):
         before = timer.inner_text()
-        page.clock.run_for(1000)
+        run_heard(page, heard, 1000)
         expect(timer).not_to_have_text(before)
     assert page.evaluate("document.activeElement === kept && kept.isConnected")
     assert page.evaluate("lost") == 0
 
 
 def test_ending_the_turn_is_asked_in_place_for_a_while_and_a_double_click_is_one_press(driving):
-    page = driving
+    page, heard = driving
     page.evaluate(QUIET)
     end = page.locator("#place [data-do=leave]")
     before = end.bounding_box()
     end.dblclick()
     expect(end).to_have_text("Press again to end it")
-    page.clock.run_for(1000)
+    run_heard(page, heard, 1000)
     expect(page.locator("#place")).to_contain_text("You cannot undo this")
     after = end.bounding_box()
     assert (after["x"], after["y"], after["height"]) == (before["x"], before["y"], before["height"])
-    page.clock.run_for(6000)
+    run_heard(page, heard, 6000)
     expect(end).to_have_text("Press again to end it")
     assert Turn.objects.get().ended_at is None, "a double click is one press"
-    page.clock.run_for(2000)
+    run_heard(page, heard, 2000)
     expect(end).to_have_text("End my turn")
     end.click()
-    page.clock.run_for(500)
+    run_heard(page, heard, 500)
     end.click()
     expect(page.locator("#place")).to_contain_text("Write in the operator's log")
     assert Turn.objects.get().ended_at is not None

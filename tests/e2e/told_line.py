@@ -26,8 +26,8 @@ def stopped_clock(page):
 
 
 def own_time(page):
-    """Let the lines of a page pass all but the server's time, of which it is told once; return a list of that once."""
-    told = []
+    """Let the lines of a page pass all but the server's time, of which it is told once; return what kinds have passed."""
+    heard = []
 
     def opened(socket):
         server = socket.connect_to_server()
@@ -35,13 +35,20 @@ def own_time(page):
 
     def passed(socket, text):
         said = read(text)
-        pong = said.get("t") == "pong"
-        socket.send(json.dumps(said | {"n": 0}) if pong and told else text)  # answers no ping: somebody is there
-        if pong:
-            told.append(said)
+        again = said.get("t") == "pong" and "pong" in heard
+        socket.send(json.dumps(said | {"n": 0}) if again else text)  # answers no ping: somebody is there
+        heard.append(said.get("t"))
 
     page.route_web_socket(ANY_LINE, opened)
-    return told
+    return heard
+
+
+def run_heard(page, heard, ms):
+    """Let the page's time pass in steps, and something be heard after each: a busy server does not count as silent."""
+    for step in [1000] * (ms // 1000) + [ms % 1000]:
+        before = len(heard)
+        page.clock.run_for(step)
+        wait_for(lambda before=before: page.wait_for_timeout(0) or len(heard) > before, CEILING_S, "the server")
 
 
 class ToldLine:

@@ -17,6 +17,7 @@ from tests.e2e.conftest import session
 from tests.e2e.recorded import grey
 from tests.e2e.recorded import recording as recording
 from tests.e2e.test_axe import EACH_LOOK, looked_at, seen
+from tests.e2e.test_narrow_console import CUT
 
 pytestmark = pytest.mark.timed
 
@@ -39,9 +40,10 @@ def test_a_recording_is_played_and_moved_in_time_by_mouse_and_keyboard(portal, v
     page.goto(recording.turn.get_absolute_url())
     page.get_by_role("link", name="Replay").click()
     shows(page, 0)
-    for wide in (390, 600, 735):
+    for wide in (320, 390, 600, 735):
         page.set_viewport_size({"width": wide, "height": 844})
         assert page.evaluate("document.documentElement.scrollWidth") <= wide
+        assert page.evaluate(CUT, ".robot-head h1, .robot-head .pill, .simulated") == []
     page.set_viewport_size({"width": 1280, "height": 860})
     play, bar = page.locator("#replay-play"), page.locator("#replay-at")
     play.click()

@@ -101,6 +101,7 @@ def _take_scene(folder: Path) -> None:
         page.wait_for_timeout(2500)
         if name == "scene":
             page.click("#tab-task")
+            page.wait_for_function("document.getElementById('task-text').value")  # the robot's own comes first
             page.fill("#task-text", "put a on plate at 2 5\nput b on plate at 6 5\nmove ready")
             page.click("[data-command=run-task]")
             page.locator("#ladder li[data-state=completed]").first.wait_for(timeout=120_000)

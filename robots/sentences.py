@@ -23,17 +23,22 @@ def _sentences(language: str) -> Sentences:
     return Sentences(texts, get_format("DECIMAL_SEPARATOR", lang=language))
 
 
+def _of_reader() -> Sentences | None:
+    """Return the sentences of the reader's language; None for English."""
+    language = get_language() or settings.LANGUAGE_CODE
+    return None if language == settings.LANGUAGE_CODE else _sentences(language)
+
+
 def translate(text: Any) -> str:
     """Return a sentence of a worker, a label of a spec or a text of a robot's package in the reader's language."""
-    language = get_language() or settings.LANGUAGE_CODE
-    english = language == settings.LANGUAGE_CODE
-    return str(text) if english else _sentences(language).translate(str(text))
+    sentences = _of_reader()
+    return str(text) if sentences is None else sentences.translate(str(text))
 
 
 def declared(text: Any) -> str:
     """Return a text of a robot's package in the reader's language; what staff wrote in its place stays."""
-    language = get_language() or settings.LANGUAGE_CODE
-    return str(text) if language == settings.LANGUAGE_CODE else _sentences(language).whole(str(text))
+    sentences = _of_reader()
+    return str(text) if sentences is None else sentences.whole(str(text))
 
 
 def in_digits(number: float) -> str:
